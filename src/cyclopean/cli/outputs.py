@@ -1,0 +1,99 @@
+"""Output files: every path is looked at before the work begins, and nothing is written before it is done."""
+
+import os
+import stat
+from collections.abc import Mapping
+from pathlib import Path
+
+from cyclopean.errors import InputError
+
+__all__ = ["STANDARD_OUTPUT", "folder", "planned"]
+
+STANDARD_OUTPUT = "-"
+
+
+def planned(outputs: Mapping[str, str | None], *, keep: str | None = None) -> dict[str, Path]:
+    """Check the output files of one command.
+
+    Parameters
+    ----------
+    outputs : mapping of str to str
+        Option and the path given for it; None, and `-` (standard output) for `--json`, are left out of the answer.
+    keep : str, optional
+        The input file, which no output may overwrite.
+
+    Returns
+    -------
+    dict of str to Path
+        Option and where to write.
+
+    Raises
+    ------
+    InputError
+        A folder that does not exist, a path that is no file or may not be written, a file named twice, or the input.
+    """
+    found: dict[str, Path] = {}
+    for option, text in outputs.items():
+        if text is None or (text == STANDARD_OUTPUT and option == "--json"):
+            continue
+        path = _writable(option, text)
+        if keep is not None and _same(path, Path(keep)):
+            raise InputError(f"{option} {text}: this is the input file; choose another name")
+        for other, taken in found.items():
+            if _same(path, taken):
+                raise InputError(f"{option} {text}: {other} writes to the same file")
+        found[option] = path
+    return found
+
+
+def folder(option: str, text: str | None, default: str) -> Path:
+    """Find the folder to write to; only the default one is made when it is not there.
+
+    Raises
+    ------
+    InputError
+        The folder does not exist, is not a folder, or may not be written.
+    """
+    path = Path(default if text is None else text)
+    try:
+        if text is None:
+            path.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{option} {path}: {_why(error)}") from None
+    if not path.is_dir():
+        raise InputError(f"{option} {path}: {'is not a folder' if os.path.lexists(path) else 'no such folder'}")
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise InputError(f"{option} {path}: no permission to write there")
+    return path
+
+
+def _writable(option: str, text: str) -> Path:
+    if not text or text.startswith("-"):
+        raise InputError(f"{option}: '{text}' is no file name (one that begins with - is written ./-)")
+    path = Path(text)
+    try:
+        mode = path.stat().st_mode if path.exists() else None
+        if mode is not None and stat.S_ISDIR(mode):
+            raise InputError(f"{option} {text}: is a folder; name a file in it")
+        if text.endswith(("/", os.sep)):
+            raise InputError(f"{option} {text}: is the name of a folder, not of a file")
+        folder = Path(os.path.realpath(path)).parent  # a link may point elsewhere
+        if mode is None and not folder.is_dir():
+            raise InputError(f"{option} {text}: the folder '{path.parent}' does not exist; make it first")
+    except (OSError, ValueError) as error:  # too long a name, a null character, a loop of links
+        raise InputError(f"{option} {text}: {_why(error)}") from None
+    replaced = mode is None or stat.S_ISREG(mode)
+    if (replaced and not os.access(folder, os.W_OK | os.X_OK)) or (mode is not None and not os.access(path, os.W_OK)):
+        raise InputError(f"{option} {text}: no permission to write there")
+    return path
+
+
+def _same(path: Path, other: Path) -> bool:
+    """Whether two names are one file, links followed; devices may be written to twice."""
+    if path.exists() and other.exists():
+        return path.samefile(other) and path.is_file()
+    return os.path.realpath(path) == os.path.realpath(other)
+
+
+def _why(error: OSError | ValueError) -> str:
+    return (getattr(error, "strerror", None) or str(error)).lower()

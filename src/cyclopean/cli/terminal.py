@@ -1,0 +1,90 @@
+"""Standard output, standard error, and what goes wrong with them."""
+
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TextIO
+
+__all__ = ["ClosedPipeError", "complain", "long_work", "one_line", "say", "say_json", "warn"]
+
+PATIENCE = 1.0  # s without a sign of life that a person takes for granted
+
+
+class ClosedPipeError(Exception):
+    """Nobody reads our output any more, as after `| head`."""
+
+
+def one_line(text: str) -> str:
+    """Put text on one line, without control characters: file names may hold anything."""
+    return "".join(c if c.isprintable() else " " for c in " ".join(text.split()))
+
+
+def say(text: str) -> None:
+    """Print lines of text on standard output."""
+    _write(sys.stdout, text + "\n")
+
+
+def say_json(data: object) -> None:
+    """Print data as one JSON document on standard output."""
+    from cyclopean.io import json_text
+
+    say(json_text(data).rstrip())
+
+
+def warn(text: str) -> None:
+    """Print a warning, one line on standard error."""
+    _write(sys.stderr, f"cyclopean: warning: {one_line(text)}\n")
+
+
+def complain(text: str) -> None:
+    """Print an error, one line on standard error."""
+    _write(sys.stderr, f"cyclopean: error: {one_line(text)}\n")
+
+
+@contextmanager
+def long_work(what: str) -> Iterator[Callable[[str], None]]:
+    """Show on a terminal that work goes on and for how long, once it takes more than a second.
+
+    Yields
+    ------
+    callable
+        To be told the name of each stage as it begins.
+    """
+    stages = [what]
+    if not sys.stderr.isatty():
+        yield stages.append
+        return
+    done = threading.Event()
+    shown = threading.Thread(target=_tick, args=(stages, done), daemon=True)
+    shown.start()
+    try:
+        yield lambda stage: stages.append(f"{what}: {stage}")
+    finally:
+        done.set()
+        shown.join()
+
+
+def _tick(stages: list[str], done: threading.Event) -> None:
+    began = time.monotonic()
+    width = 0
+    while not done.wait(PATIENCE):
+        line = f"{stages[-1]} ... {time.monotonic() - began:.0f} s"
+        width = max(width, len(line))
+        sys.stderr.write(f"\r{line:{width}}")
+        sys.stderr.flush()
+    if width:
+        sys.stderr.write("\r" + " " * width + "\r")
+        sys.stderr.flush()
+
+
+def _write(stream: TextIO, text: str) -> None:
+    encoding = stream.encoding or "utf-8"
+    try:
+        stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
+        stream.flush()
+    except BrokenPipeError:
+        raise ClosedPipeError from None
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, "standard output") from None

@@ -1,0 +1,126 @@
+"""Values of options, from text; messages name the option."""
+
+import math
+
+from cyclopean.errors import InputError
+
+__all__ = ["choice", "number", "numbers", "optional_number", "tilt", "vector", "whole"]
+
+
+def number(option: str, text: str) -> float:
+    """Read a finite number.
+
+    Raises
+    ------
+    InputError
+        The text is something else.
+
+    Examples
+    --------
+    >>> number("--mu", "0.7")
+    0.7
+    >>> number("--mu", "nan")
+    Traceback (most recent call last):
+    cyclopean.errors.InputError: --mu: 'nan' is not a finite number
+    """
+    try:  # 1_0 is ten to Python only
+        value = float(text if "_" not in text else "")
+    except ValueError:
+        raise InputError(f"{option}: '{text}' is not a number") from None
+    if not math.isfinite(value):
+        raise InputError(f"{option}: '{text}' is not a finite number")
+    return value
+
+
+def optional_number(
+    option: str, text: str | None, *, least: float = -math.inf, above: float = -math.inf
+) -> float | None:
+    """Read a finite number of at least `least` and more than `above`, or None where the option was not given.
+
+    Raises
+    ------
+    InputError
+        The text is something else.
+    """
+    if text is None:
+        return None
+    value = number(option, text)
+    if value < least:
+        raise InputError(f"{option}: {value:g} is less than {least:g}")
+    if value <= above:
+        raise InputError(f"{option}: {value:g} is not more than {above:g}")
+    return value
+
+
+def whole(option: str, text: str) -> int:
+    """Read a whole number.
+
+    Raises
+    ------
+    InputError
+        The text is something else.
+    """
+    try:
+        return int(text if "_" not in text else "")
+    except ValueError:
+        raise InputError(f"{option}: '{text}' is not a whole number") from None
+
+
+def numbers(option: str, text: str) -> tuple[float, ...]:
+    """Read finite numbers between commas."""
+    return tuple(number(option, part) for part in text.split(","))
+
+
+def vector(option: str, text: str | None) -> tuple[float, float, float] | None:
+    """Read X,Y,Z, or None where the option was not given.
+
+    Raises
+    ------
+    InputError
+        Not three finite numbers between commas.
+
+    Examples
+    --------
+    >>> vector("--gravity", "-1,0,-9")
+    (-1.0, 0.0, -9.0)
+    """
+    if text is None:
+        return None
+    value = numbers(option, text)
+    if len(value) != 3:
+        raise InputError(f"{option}: '{text}' should be three numbers X,Y,Z")
+    return value[0], value[1], value[2]
+
+
+def tilt(option: str, text: str | None) -> tuple[float, float] | None:
+    """Read DEG[,AZ] in degrees, azimuth 0 where it is not given.
+
+    Raises
+    ------
+    InputError
+        Not one or two finite numbers.
+
+    Examples
+    --------
+    >>> tilt("--tilt", "5")
+    (5.0, 0.0)
+    """
+    if text is None:
+        return None
+    value = numbers(option, text)
+    if len(value) > 2:
+        raise InputError(f"{option}: '{text}' should be DEG or DEG,AZ")
+    return value[0], value[1] if len(value) == 2 else 0.0
+
+
+def choice(option: str, text: str, known: tuple[str, ...]) -> str:
+    """Read one of the known words.
+
+    Raises
+    ------
+    InputError
+        The text is another word.
+    """
+    if text not in known:
+        raise InputError(f"{option}: '{text}' is not one of {', '.join(known)}")
+    return text

@@ -1,0 +1,317 @@
+"""Where planar regions of different bodies lie face to face: candidates by boxes and planes, exact polygon overlay."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats, Ints
+from cyclopean.geometry.coplanar import PlanarRegions
+from cyclopean.geometry.frames import frames_from_normals
+from cyclopean.geometry.packed import ragged, ragged_batches
+
+__all__ = ["Overlaps", "box_pairs", "facing_regions", "region_overlaps"]
+
+MAX_ANGLE = 0.1  # rad; beyond it even an overlap ten tolerances wide gapes by more than the tolerance
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Overlaps:
+    """Polygons without holes (m of them, P points) in which two regions touch."""
+
+    pair: Ints  # (m,) which pair of regions
+    start: Ints  # (m + 1,) offsets into point
+    point: Floats  # (P, 3) m, on the mid-plane, counter-clockwise about the first region's normal
+
+
+def box_pairs(low: Floats, high: Floats, tolerance: float) -> tuple[Ints, Ints]:
+    """Pairs (i < j, sorted) of the boxes `low`, `high`, both (n, 3) in m, that come within the tolerance of each other.
+
+    A packed tree over the two axes along which most boxes stand side by side; the third axis is compared directly.
+    """
+    if len(low) < 2:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    import shapely
+
+    spread = np.ptp(np.concatenate([low, high]), axis=0) / np.maximum((high - low).mean(axis=0), 1e-300)
+    x, y, z = np.argsort(-spread, kind="stable")
+    reach = tolerance / 2.0
+    box = shapely.box(low[:, x] - reach, low[:, y] - reach, high[:, x] + reach, high[:, y] + reach)
+    i, j = shapely.STRtree(box).query(box)
+    near = (i < j) & (low[i, z] <= high[j, z] + tolerance) & (low[j, z] <= high[i, z] + tolerance)
+    i, j = i[near], j[near]
+    order = np.lexsort((j, i))
+    return i[order].astype(np.int64), j[order].astype(np.int64)
+
+
+def facing_regions(regions: PlanarRegions, pairs: tuple[Ints, Ints], tolerance: float) -> tuple[Ints, Ints]:
+    """Regions (one of body i, one of body j, for the given pairs of bodies) that could touch.
+
+    Kept are those whose boxes come within the tolerance, whose normals are opposed, and whose planes come within the
+    tolerance of each other somewhere in the regions.
+    """
+    low, high = regions.boxes()
+    first = np.minimum(regions.body_start[:-1], max(len(regions) - 1, 0))
+    none = np.zeros(0, np.int64)
+    if not len(regions) or not len(pairs[0]):
+        return none, none
+    held = (np.diff(regions.body_start) > 0)[:, None]
+    body_low = np.where(held, np.minimum.reduceat(low, first, axis=0), np.inf)
+    body_high = np.where(held, np.maximum.reduceat(high, first, axis=0), -np.inf)
+    radius = np.linalg.norm(np.maximum(high - regions.point, regions.point - low), axis=1)
+    i, j = pairs
+    pair_a, region_a = _near(regions, low, high, i, body_low[j], body_high[j], tolerance)
+    pair_b, region_b = _near(regions, low, high, j, body_low[i], body_high[i], tolerance)
+    start_b = np.searchsorted(pair_b, np.arange(len(pairs[0]) + 1))
+    found: list[tuple[Ints, Ints]] = [(none, none)]
+    for entry, position in ragged_batches(start_b, pair_a):
+        a, b = region_a[entry], region_b[position]
+        opposed = np.einsum("ki,ki->k", regions.normal[a], regions.normal[b]) < -np.cos(MAX_ANGLE)
+        a, b = a[opposed], b[opposed]
+        near_box = np.all((low[a] <= high[b] + tolerance) & (low[b] <= high[a] + tolerance), axis=1)
+        a, b = a[near_box], b[near_box]
+        tilt = np.linalg.norm(regions.normal[a] + regions.normal[b], axis=1)
+        apart = np.abs(np.einsum("ki,ki->k", regions.point[b] - regions.point[a], regions.normal[a]))
+        close = apart <= tolerance + tilt * radius[b]
+        found.append((a[close], b[close]))
+    return np.concatenate([a for a, _ in found]), np.concatenate([b for _, b in found])
+
+
+def _near(
+    regions: PlanarRegions, low: Floats, high: Floats, body: Ints, box_low: Floats, box_high: Floats, tolerance: float
+) -> tuple[Ints, Ints]:
+    """Pairs and regions of `body` that come within the tolerance of the other body's box, sorted by pair."""
+    pair, region = ragged(regions.body_start, body)
+    near = np.all((low[region] <= box_high[pair] + tolerance) & (box_low[pair] <= high[region] + tolerance), axis=1)
+    return pair[near], region[near]
+
+
+def region_overlaps(regions: PlanarRegions, a: Ints, b: Ints, tolerance: float) -> Overlaps:
+    """Exact intersection of regions a[k] and b[k], whose normals are opposed, in their common plane.
+
+    Each pair is laid into a frame of its own, about the middle of the smaller region and normal to the mean of the
+    two normals. Kept are the parts over which the two planes stay within the tolerance (m) of each other and whose
+    mean width (2 area / perimeter) exceeds it. Points come to lie on the mid-plane; those on a straight line between
+    their neighbours are dropped; a part with holes is cut through them into parts without.
+    """
+    import shapely
+
+    if not len(a):
+        return Overlaps(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros((0, 3)))
+    mean = regions.normal[a] - regions.normal[b]
+    frame = frames_from_normals(mean / np.linalg.norm(mean, axis=1)[:, None])
+    smaller = np.where(regions.area[a] <= regions.area[b], a, b)
+    origin = regions.point[smaller]
+    one, two = (_flat_coordinates(regions, side, frame, origin) for side in (a, b))
+    pair = np.flatnonzero(_boxes_overlap(one, two, len(a), tolerance))
+    if not len(pair):
+        return region_overlaps(regions, a[:0], b[:0], tolerance)
+    common = shapely.intersection(_drawn(one, pair, len(a)), _drawn(two, pair, len(a)))
+    part, index = _polygons(common)
+    part, index = _wide_parts(part, index, tolerance)
+    ring = shapely.get_exterior_ring(part)
+    xy, whose = shapely.get_coordinates(ring, return_index=True)
+    closing = np.concatenate([whose[1:] != whose[:-1], [True]])[: len(whose)]
+    start = np.concatenate([[0], np.cumsum(np.bincount(whose[~closing], minlength=len(part)))]).astype(np.int64)
+    xy, start = _without_collinear(_counter_clockwise(xy[~closing], start), start, tolerance / 2.0)
+    return _lifted(regions, a, b, pair[index], xy, start, frame, origin, tolerance)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drawing:
+    """Regions laid into the frames of their pairs."""
+
+    xy: Floats  # (k, 2) m
+    pair: Ints  # (k,)
+    ring: Ints  # (k,) running number of the ring
+    ring_pair: Ints  # pair of each ring
+
+
+def _flat_coordinates(regions: PlanarRegions, region: Ints, frame: Floats, origin: Floats) -> _Drawing:
+    ring_pair, ring = ragged(regions.ring_start, region)
+    number, position = ragged(regions.corner_start, ring)
+    pair = ring_pair[number]
+    away = regions.vertex[regions.corner[position]] - origin[pair]
+    return _Drawing(np.einsum("ki,kji->kj", away, frame[pair, 1:]), pair, number, ring_pair)
+
+
+def _boxes_overlap(one: _Drawing, two: _Drawing, count: int, tolerance: float) -> Any:
+    """(count,) whether the flat bounding boxes overlap by more than the tolerance: cheap, and most pairs fail it."""
+    bounds = []
+    for side in (one, two):
+        first = np.searchsorted(side.pair, np.arange(count))
+        bounds.append((np.minimum.reduceat(side.xy, first, axis=0), np.maximum.reduceat(side.xy, first, axis=0)))
+    (low, high), (low2, high2) = bounds
+    return np.all(np.minimum(high, high2) - np.maximum(low, low2) > tolerance, axis=1)
+
+
+def _drawn(drawing: _Drawing, pair: Ints, count: int) -> Any:
+    """Shapely polygons of the wanted pairs, repaired where a ring touches itself."""
+    import shapely
+
+    rank = np.full(count, -1)
+    rank[pair] = np.arange(len(pair))
+    here = rank[drawing.pair] >= 0
+    rings = rank[drawing.ring_pair] >= 0
+    number = np.cumsum(rings) - 1
+    ring = shapely.linearrings(drawing.xy[here], indices=number[drawing.ring[here]])
+    polygon = shapely.polygons(ring, indices=rank[drawing.ring_pair[rings]])
+    broken = ~shapely.is_valid(polygon)
+    polygon[broken] = shapely.make_valid(polygon[broken])
+    return polygon
+
+
+def _polygons(shape: Any) -> tuple[Any, Ints]:
+    """Polygons among the parts of arbitrary shapes, and the shape each comes from."""
+    import shapely
+
+    part, index = shapely.get_parts(shape, return_index=True)
+    nested, inner = shapely.get_parts(part, return_index=True)  # a collection may hold a multi-polygon
+    keep = (shapely.get_type_id(nested) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(nested)
+    return nested[keep], np.asarray(index[inner[keep]], np.int64)
+
+
+def _width(shape: Any) -> Any:
+    """Mean width 2 area / perimeter (m): that of a strip, half the side of a square."""
+    import shapely
+
+    return 2.0 * shapely.area(shape) / np.maximum(shapely.length(shape), 1e-300)
+
+
+def _wide_parts(part: Any, index: Ints, tolerance: float) -> tuple[Any, Ints]:
+    """Parts wider than the tolerance, cut where they have holes wider than that; narrower holes are filled."""
+    import shapely
+
+    wide = shapely.area(part) * 2.0 > tolerance * shapely.length(shapely.get_exterior_ring(part))
+    part, index = part[wide], index[wide]
+    pierced = shapely.get_num_interior_rings(part) > 0
+    if not pierced.any():
+        return part, index
+    parts, indices = [part[~pierced]], [index[~pierced]]
+    for polygon, k in zip(part[pierced], index[pierced], strict=True):
+        pieces = [piece for piece in _cut_at_holes(polygon, tolerance) if _width(piece) > tolerance]
+        parts.append(np.array(pieces, object))
+        indices.append(np.full(len(pieces), k))
+    order = np.argsort(np.concatenate(indices), kind="stable")
+    return np.concatenate(parts)[order], np.concatenate(indices)[order]
+
+
+def _cut_at_holes(polygon: Any, tolerance: float) -> list[Any]:
+    """Pieces without holes: straight cuts through the middle of a hole, along its longest side, until none is left."""
+    import shapely
+
+    todo, done = [polygon], []
+    while todo:
+        shape = todo.pop()
+        holes = [hole for hole in map(shapely.Polygon, shape.interiors) if _width(hole) > tolerance]
+        if not holes:
+            done.append(shapely.Polygon(shape.exterior))
+            continue
+        middle, along = _first_cut(holes)
+        across = np.array([-along[1], along[0]])
+        reach = 2.0 * (float(shape.length) + float(np.abs(middle).max()))
+        ends = [middle - reach * along, middle + reach * along]
+        for sign in (1.0, -1.0):
+            far = [end + sign * reach * across for end in ends[::-1]]
+            todo.extend(_polygons(np.array([shape.intersection(shapely.Polygon([*ends, *far]))]))[0])
+    return done[::-1]
+
+
+def _first_cut(holes: list[Any]) -> tuple[Floats, Floats]:
+    """Middle of the largest hole and unit direction of its longest side; of equals the one most along, then up, +u.
+
+    Ties are broken by rounded figures, so that neither the order of the faces nor the last digit decides.
+    """
+    import shapely
+
+    scale = np.sqrt(sum(float(hole.area) for hole in holes))
+    middle = np.array([shapely.get_coordinates(hole.centroid)[0] for hole in holes])
+    key = [np.round([np.sqrt(hole.area) / scale, *m / scale], 9) for hole, m in zip(holes, middle, strict=True)]
+    largest = max(range(len(holes)), key=lambda k: tuple(key[k]))
+    side = np.diff(shapely.get_coordinates(holes[largest].exterior), axis=0)
+    length = np.linalg.norm(side, axis=1)
+    along = side / np.where(length > 0.0, length, 1.0)[:, None]
+    rank = np.round(np.column_stack([length / scale, np.abs(along[:, 0]), along[:, 0] * along[:, 1]]), 9)
+    return middle[largest], along[np.lexsort(rank.T[::-1])[-1]]
+
+
+def _counter_clockwise(xy: Floats, start: Ints) -> Floats:
+    """The same rings, those that run clockwise reversed."""
+    if not len(xy):
+        return xy
+    first = np.repeat(start[:-1], np.diff(start))
+    last = np.repeat(start[1:], np.diff(start)) - 1
+    here = xy - xy[first]
+    following = np.arange(1, len(xy) + 1)
+    following[start[1:] - 1] = start[:-1]
+    there = here[following]
+    twice = np.add.reduceat(here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0], start[:-1])
+    clockwise = np.repeat(twice < 0.0, np.diff(start))
+    index = np.arange(len(xy))
+    return np.asarray(xy[np.where(clockwise, first + last - index, index)])
+
+
+def _without_collinear(xy: Floats, start: Ints, tolerance: float) -> tuple[Floats, Ints]:
+    """Rings without the points that lie within the tolerance (m) of the line through their neighbours.
+
+    Of two neighbours only the straighter one goes in a round, so that a round moves the outline by no more than the
+    tolerance; rounds go on until nothing moves. A triangle stays as it is.
+    """
+    while len(xy):
+        index = np.arange(len(xy))
+        following, before = index + 1, index - 1
+        following[start[1:] - 1] = start[:-1]
+        before[start[:-1]] = start[1:] - 1
+        chord, arm = xy[following] - xy[before], xy - xy[before]
+        length = np.linalg.norm(chord, axis=1)
+        cross = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
+        height = np.where(length > 0.0, cross / np.where(length > 0.0, length, 1.0), 0.0)
+        ring = np.repeat(np.arange(len(start) - 1), np.diff(start))
+        loose = (height <= tolerance) & (np.diff(start) > 3)[ring]
+        if not loose.any():
+            break
+        rank = np.zeros(len(xy), np.int64)
+        rank[np.lexsort((index, height))] = index
+        rank[~loose] = len(xy)
+        drop = loose & (rank < rank[before]) & (rank < rank[following])
+        left = np.diff(start) - np.bincount(ring[drop], minlength=len(start) - 1)
+        drop &= (left >= 3)[ring]
+        if not drop.any():
+            break
+        start = np.concatenate([[0], np.cumsum(np.bincount(ring[~drop], minlength=len(start) - 1))]).astype(np.int64)
+        xy = xy[~drop]
+    return xy, start
+
+
+def _lifted(
+    regions: PlanarRegions,
+    a: Ints,
+    b: Ints,
+    pair: Ints,
+    xy: Floats,
+    start: Ints,
+    frame: Floats,
+    origin: Floats,
+    tolerance: float,
+) -> Overlaps:
+    """Put flat polygons on the mid-plane of their regions; drop those over which the planes gape or cross too far."""
+    if not len(pair):
+        return Overlaps(pair, np.zeros(1, np.int64), np.zeros((0, 3)))
+    which = np.repeat(pair, np.diff(start))
+    flat = origin[which] + np.einsum("kj,kji->ki", xy, frame[which, 1:])
+    up = frame[which, 0]
+    heights = []
+    for side in (a[which], b[which]):
+        normal = regions.normal[side]
+        down = np.einsum("ki,ki->k", flat - regions.point[side], normal)
+        heights.append(-down / np.einsum("ki,ki->k", up, normal))
+    gap = np.maximum.reduceat(np.abs(heights[1] - heights[0]), start[:-1])
+    count = np.diff(start)
+    middle = np.add.reduceat(heights[0] + heights[1], start[:-1]) / (2.0 * count)
+    kept = np.flatnonzero(gap <= tolerance)
+    point = flat + np.repeat(middle, count)[:, None] * up
+    return Overlaps(
+        pair[kept],
+        np.concatenate([[0], np.cumsum(count[kept])]).astype(np.int64),
+        point[ragged(start, kept)[1]],
+    )

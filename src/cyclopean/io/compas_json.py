@@ -1,0 +1,273 @@
+"""Assemblies of COMPAS (compas_assembly, compas_cra) as plain JSON, without COMPAS; and dumps of interfaces.
+
+COMPAS wraps every object as {"dtype" or "datatype": ..., "data" or "value": ...} and has moved things about:
+
+- a graph with "node" and "edge" tables, bare, under "graph", or beside "blocks" under "assembly"; or a list of meshes;
+- a node holds its mesh as "block" (or "blocks" does, by the same key), and perhaps "is_support";
+- edge u -> v holds "interfaces", "interface", or "interface_points" and "interface_uvw"; a frame is an x and a y axis,
+  its normal x cross y.
+
+A dump holds "blocks" [{id, fixed, density, vertices, faces}] and "interfaces" [{a, b, polygon, frame {n}}], one `mu`
+and one `density` for the whole file.
+
+Polygons there may wind against the normal of their frame: they are turned to wind about it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats
+from cyclopean.assembly import Assembly, Block, Contacts
+from cyclopean.errors import InputError
+from cyclopean.geometry import newell_normals
+from cyclopean.io.fields import Faces, array, face_fault, faces, found, label, mapping, number, points, text, vector
+from cyclopean.io.units import metres
+
+__all__ = ["is_compas", "is_dump", "read_compas", "read_dump"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Interface:
+    where: str
+    a: str
+    b: str
+    polygon: Floats  # (m, 3)
+    normal: Floats | None  # (3,) from a into b
+
+
+def is_compas(data: Any) -> bool:
+    """Tell whether parsed JSON looks like something that COMPAS wrote."""
+    if isinstance(data, list):
+        return bool(data) and isinstance(data[0], dict) and bool({"dtype", "datatype"} & data[0].keys())
+    return isinstance(data, dict) and bool({"dtype", "datatype", "graph", "assembly", "node"} & data.keys())
+
+
+def is_dump(data: Any) -> bool:
+    """Tell whether parsed JSON looks like a dump of blocks and interfaces."""
+    return isinstance(data, dict) and "blocks" in data and "interfaces" in data
+
+
+def read_compas(path: str, stem: str, data: Any, units: str) -> tuple[Assembly, list[str]]:
+    """Read a COMPAS assembly, or a list of COMPAS meshes.
+
+    Contacts are those of the interfaces, without mu; where no edge has one they are left to be detected. Where no
+    node is a support, nothing is said of supports.
+
+    Raises
+    ------
+    InputError
+        Names the node or edge and what is wrong with it.
+    """
+    meshes, support, edges = _tables(path, data)
+    blocks = []
+    for key, mesh in meshes.items():
+        vertices, corners = _mesh(f"{path}: block {label(key)}", mesh)
+        fixed = key in support if support else None
+        blocks.append(Block(key, metres(vertices, units), corners, fixed=fixed))
+    interfaces = [i for u, v, edge in edges for i in _interfaces(path, u, v, edge)]
+    warnings: list[str] = []
+    contacts = _contacts(path, interfaces, list(meshes), None, units, warnings) if interfaces else None
+    if not support:
+        warnings.append(f"{path}: no block is marked as a support")
+    return Assembly(tuple(blocks), contacts, name=stem), warnings
+
+
+def _unwrapped(value: Any) -> Any:
+    """Take the data out of {"dtype": ..., "data": ...}, however often it is wrapped."""
+    while isinstance(value, dict) and {"dtype", "datatype"} & value.keys() and {"data", "value"} & value.keys():
+        value = value["data"] if "data" in value else value["value"]
+    return value
+
+
+_Tables = tuple[dict[str, Any], set[str], list[tuple[str, str, Any]]]
+
+
+def _tables(path: str, data: Any) -> _Tables:
+    """Find the mesh of each node, the supports, and the edges."""
+    if isinstance(data, list):
+        return {f"b{k}": mesh for k, mesh in enumerate(data)}, set(), []
+    outer = data if "node" in data else mapping(_unwrapped(data), f"{path}: the COMPAS data")
+    graph = next((outer[key] for key in ("graph", "assembly") if key in outer), outer)
+    graph = mapping(_unwrapped(graph), f"{path}: the COMPAS graph")
+    nodes = graph.get("node", graph.get("vertex"))
+    if nodes is None:
+        raise InputError(f"{path}: is COMPAS data of another kind: it has no table of nodes; export an Assembly")
+    nodes = mapping(nodes, f"{path}: the table of nodes")
+    beside = mapping(outer.get("blocks") or {}, f"{path}: blocks")
+    meshes, support = {}, set()
+    for key, value in nodes.items():
+        node = mapping({} if value is None else value, f"{path}: node {label(key)}")
+        mesh = beside.get(key, node.get("block"))
+        if mesh is None:
+            raise InputError(f"{path}: node {label(key)} has no block")
+        meshes[text(key, f"{path}: the key of a node")] = mesh
+        if node.get("is_support") is True:
+            support.add(key)
+    if not meshes:
+        raise InputError(f"{path}: the COMPAS file has no blocks")
+    return meshes, support, list(_edges(path, graph.get("edge") or {}, meshes))
+
+
+def _edges(path: str, table: Any, meshes: dict[str, Any]) -> Iterator[tuple[str, str, Any]]:
+    for u, row in mapping(table, f"{path}: the table of edges").items():
+        for v, edge in mapping({} if row is None else row, f"{path}: the edges of node {label(u)}").items():
+            for key in (u, v):
+                if key not in meshes:
+                    raise InputError(f"{path}: edge {label(u)} to {label(v)}: there is no node {label(key)}")
+            if u == v:
+                raise InputError(f"{path}: edge {label(u)} to {label(v)}: joins a block to itself")
+            if edge is not None:
+                yield u, v, mapping(edge, f"{path}: edge {label(u)} to {label(v)}")
+
+
+def _mesh(where: str, value: Any) -> tuple[Floats, Faces]:
+    """Vertices and faces of a COMPAS mesh (tables by key) or polyhedron (lists)."""
+    mesh = mapping(_unwrapped(value), f"{where}: its mesh")
+    if "vertices" in mesh and "faces" in mesh:
+        vertices = points(mesh["vertices"], f"{where}: vertices")
+        return vertices, faces(mesh["faces"], f"{where}: faces", len(vertices))
+    if "vertex" not in mesh or "face" not in mesh:
+        raise InputError(f"{where}: its mesh has no tables 'vertex' and 'face'; only meshes can be read")
+    table = mapping(mesh["vertex"], f"{where}: vertex")
+    default = mapping(mesh.get("default_vertex_attributes") or mesh.get("dva") or {}, f"{where}: default attributes")
+    rows = []
+    for key, value in table.items():
+        place = f"{where}: vertex {label(key)}"
+        at = default | mapping(value, place)
+        rows.append([number(at.get(axis, 0.0), f"{place}.{axis}") for axis in "xyz"])
+    index = {key: k for k, key in enumerate(table)}
+    corners = [
+        _face(f"{where}: face {label(key)}", face, index)
+        for key, face in mapping(mesh["face"], f"{where}: face").items()
+    ]
+    return np.array(rows, np.float64).reshape(-1, 3), tuple(corners)
+
+
+def _face(where: str, value: Any, index: dict[str, int]) -> tuple[int, ...]:
+    corners = []
+    for key in array(value, where):
+        if type(key) not in (int, str) or str(key) not in index:
+            raise InputError(f"{where} names vertex {found(key)}, which is not there")
+        corners.append(index[str(key)])
+    corners = [i for k, i in enumerate(corners) if i != corners[k - 1]]  # some close with the corner they began with
+    if fault := face_fault(corners, len(index)):
+        raise InputError(f"{where} {fault}")
+    return tuple(corners)
+
+
+def _interfaces(path: str, u: str, v: str, edge: dict[str, Any]) -> Iterator[_Interface]:
+    where = f"{path}: edge {label(u)} to {label(v)}"
+    several = edge.get("interfaces")
+    rows = array(several, f"{where}: interfaces") if several is not None else []
+    if not rows and edge.get("interface") is not None:
+        rows = [edge["interface"]]
+    if not rows and edge.get("interface_points") is not None:
+        rows = [{"points": edge["interface_points"], "uvw": edge.get("interface_uvw")}]
+    for k, value in enumerate(rows):
+        place = f"{where}: interface {k}"
+        row = mapping(_unwrapped(value), place)
+        polygon = [_unwrapped(p) for p in array(_unwrapped(row.get("points")), f"{place}: points")]
+        polygon = [[p.get(c) for c in "xyz"] if isinstance(p, dict) else p for p in polygon]
+        yield _Interface(place, u, v, points(polygon, f"{place}: points"), _frame_normal(place, row))
+
+
+def _frame_normal(where: str, row: dict[str, Any]) -> Floats | None:
+    uvw = row.get("uvw")
+    frame = _unwrapped(row.get("frame"))
+    if isinstance(uvw, list) and len(uvw) >= 2:
+        x, y = vector(uvw[0], f"{where}: u"), vector(uvw[1], f"{where}: v")
+    elif isinstance(frame, dict) and "xaxis" in frame and "yaxis" in frame:
+        x = vector(_unwrapped(frame["xaxis"]), f"{where}: xaxis")
+        y = vector(_unwrapped(frame["yaxis"]), f"{where}: yaxis")
+    else:
+        return None
+    return np.cross(x, y)
+
+
+def _contacts(
+    path: str, interfaces: list[_Interface], ids: list[str], mu: float | None, units: str, warnings: list[str]
+) -> Contacts:
+    """Turn every polygon to wind about its normal, keeping its first point; leave out what has no area."""
+    index = {name: i for i, name in enumerate(ids)}
+    pairs, polygons, empty = [], [], []
+    for item in interfaces:
+        polygon = item.polygon
+        double = newell_normals(polygon, np.array([0, len(polygon)]))[0] if len(polygon) >= 3 else np.zeros(3)
+        reach = float(np.abs(polygon - polygon[:1]).max(initial=0.0))
+        if not np.linalg.norm(double) > 1e-12 * reach**2:
+            empty.append(item.where)
+            continue
+        if item.normal is not None and double @ item.normal < 0.0:
+            polygon = np.concatenate([polygon[:1], polygon[:0:-1]])
+        pairs.append((index[item.a], index[item.b]))
+        polygons.append(metres(polygon, units))
+    if empty:
+        more = f", and {len(empty) - 1} more," if len(empty) > 1 else ""
+        warnings.append(f"{empty[0]}{more} has no area and was left out")
+    return Contacts.of(pairs, polygons, [mu] * len(pairs))
+
+
+def read_dump(path: str, stem: str, data: dict[str, Any], units: str) -> tuple[Assembly, list[str]]:
+    """Read a dump of blocks and interfaces.
+
+    Whole-number ids become text; a block whose density is null has the file's; every contact has the file's mu.
+
+    Raises
+    ------
+    InputError
+        Names the block or interface and what is wrong with it.
+    """
+    shared = None if data.get("density") is None else number(data["density"], f"{path}: density")
+    mu = None if data.get("mu") is None else number(data["mu"], f"{path}: mu")
+    if mu is not None and not mu >= 0.0:
+        raise InputError(f"{path}: mu {mu:g} must not be negative")
+    blocks: dict[str, Block] = {}
+    for k, value in enumerate(array(data["blocks"], f"{path}: blocks")):
+        block = _dump_block(path, mapping(value, f"{path}: blocks[{k}]"), f"{path}: blocks[{k}]", shared, units)
+        if block.id in blocks:
+            raise InputError(f"{path}: block {label(block.id)}: the id stands twice; ids must be unique")
+        blocks[block.id] = block
+    if not blocks:
+        raise InputError(f"{path}: has no blocks; a model needs at least one")
+    rows = array(data["interfaces"], f"{path}: interfaces")
+    interfaces = [_dump_interface(f"{path}: interface {k}", row, blocks) for k, row in enumerate(rows)]
+    warnings: list[str] = []
+    contacts = _contacts(path, interfaces, list(blocks), mu, units, warnings)
+    name = stem if data.get("name") is None else text(data["name"], f"{path}: name")
+    return Assembly(tuple(blocks.values()), contacts, name=name), warnings
+
+
+def _dump_id(value: Any, where: str) -> str:
+    if type(value) is int:
+        return str(value)
+    return text(value, where)
+
+
+def _dump_block(path: str, row: dict[str, Any], place: str, shared: float | None, units: str) -> Block:
+    block_id = _dump_id(row.get("id"), f"{place}.id")
+    where = f"{path}: block {label(block_id)}"
+    vertices = points(row.get("vertices"), f"{where}: vertices")
+    density = shared if row.get("density") is None else number(row["density"], f"{where}: density")
+    if density is not None and not density > 0.0:
+        raise InputError(f"{where}: density {density:g} must be a positive number of kg/m3")
+    fixed = row.get("fixed")
+    if fixed is not None and not isinstance(fixed, bool):
+        raise InputError(f"{where}: fixed must be true or false, found {found(fixed)}")
+    corners = faces(row.get("faces"), f"{where}: faces", len(vertices))
+    return Block(block_id, metres(vertices, units), corners, density, fixed)
+
+
+def _dump_interface(where: str, value: Any, blocks: dict[str, Block]) -> _Interface:
+    row = mapping(value, where)
+    a, b = (_dump_id(row.get(key), f"{where}: {key}") for key in "ab")
+    for key in (a, b):
+        if key not in blocks:
+            raise InputError(f"{where}: names block {label(key)}, which is not in the file")
+    if a == b:
+        raise InputError(f"{where}: joins block {label(a)} to itself; name two blocks")
+    frame = mapping({} if row.get("frame") is None else row["frame"], f"{where}: frame")
+    normal = vector(frame["n"], f"{where}: frame.n") if "n" in frame else None
+    return _Interface(where, a, b, points(row.get("polygon"), f"{where}: polygon"), normal)

@@ -1,0 +1,180 @@
+"""Files, whole or not at all: every failure of the operating system becomes one line that names the path."""
+
+import json
+import os
+import secrets
+import stat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cyclopean.errors import InputError
+
+__all__ = ["PathLike", "decoded", "json_text", "one_line", "read_bytes", "write_bytes", "write_json", "write_text"]
+
+PathLike = str | os.PathLike[str]
+
+
+def one_line(text: PathLike, limit: int = 0) -> str:
+    r"""Return `text` fit for a one-line message: control characters escaped, clipped to `limit` characters if given.
+
+    Examples
+    --------
+    >>> print(one_line("a\nb"))
+    a\nb
+    """
+    plain = os.fspath(text)
+    if not plain.isprintable():
+        plain = plain.encode("unicode_escape").decode("ascii")
+    return f"{plain[:limit]}..." if 0 < limit < len(plain) else plain
+
+
+def read_bytes(path: PathLike) -> bytes:
+    """Read a whole file.
+
+    Raises
+    ------
+    InputError
+        It is missing, a folder, a device, not readable, or empty.
+    """
+    shown = one_line(path)
+    try:
+        mode = os.stat(path).st_mode
+        if stat.S_ISDIR(mode):
+            raise InputError(f"{shown}: is a folder; name a file in it")
+        if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):  # /dev/zero never ends
+            raise InputError(f"{shown}: is a device; name a file")
+        data = Path(path).read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{shown}: no such file; check the path") from None
+    except OSError as error:
+        raise InputError(f"{shown}: cannot be read ({error.strerror or error})") from None
+    except ValueError:  # an embedded null character
+        raise InputError(f"{shown}: is not a path") from None
+    if not data:
+        raise InputError(f"{shown}: the file is empty")
+    return data
+
+
+def decoded(path: PathLike, data: bytes) -> str:
+    """Decode UTF-8, with or without a byte order mark.
+
+    Raises
+    ------
+    InputError
+        Names the first byte that is not UTF-8.
+    """
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InputError(
+            f"{one_line(path)}: line {line}: byte {error.start} is not UTF-8 text; save the file as UTF-8"
+        ) from None
+
+
+def write_text(path: PathLike, text: str) -> None:
+    """Write `text` as UTF-8, whole or not at all; errors as `write_bytes`."""
+    try:
+        data = text.encode("utf-8")
+    except UnicodeEncodeError:
+        raise InputError(f"{one_line(path)}: a name in it is not valid text (a lone surrogate)") from None
+    write_bytes(path, data)
+
+
+def write_bytes(path: PathLike, data: bytes) -> None:
+    """Write `data`, whole or not at all: a temporary file in the same folder takes the place of the old one.
+
+    A symbolic link stays one. What is not a regular file (a pipe, /dev/null) is written to directly.
+
+    Raises
+    ------
+    InputError
+        The folder is missing, `path` is a folder, or the place cannot be written.
+    """
+    shown = one_line(path)
+    try:
+        target = os.path.realpath(path)
+        folder = os.path.dirname(target)
+        mode = os.stat(path).st_mode if os.path.exists(path) else None
+        if mode is not None and stat.S_ISDIR(mode):
+            raise InputError(f"{shown}: is a folder; name a file in it")
+        if not os.path.isdir(folder) and mode is None:
+            parent = one_line(os.path.dirname(os.fspath(path)) or folder)
+            raise InputError(f"{shown}: the folder '{parent}' does not exist; make it first")
+        if mode is not None and not os.access(path, os.W_OK):
+            raise InputError(f"{shown}: cannot be written (it is read-only)")
+        if mode is not None and not stat.S_ISREG(mode):
+            with open(path, "wb") as stream:
+                stream.write(data)
+            return
+        _replace(target, folder, data, 0o666 if mode is None else stat.S_IMODE(mode))
+    except OSError as error:
+        raise InputError(f"{shown}: cannot be written ({error.strerror or error})") from None
+    except ValueError:  # an embedded null character
+        raise InputError(f"{shown}: is not a path") from None
+
+
+def _replace(target: str, folder: str, data: bytes, mode: int) -> None:
+    """Write beside `target`, then rename over it; the temporary file never survives."""
+    temporary = os.path.join(folder, f".{secrets.token_hex(8)}.tmp")
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), mode)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(temporary, target)
+    except BaseException:  # also an interrupt: nothing half-written stays
+        os.unlink(temporary)
+        raise
+
+
+def write_json(path: PathLike, data: Any) -> None:
+    """Write `data` as JSON (see `json_text`), whole or not at all.
+
+    Raises
+    ------
+    InputError
+        As `write_bytes`, and when a number is not finite.
+    """
+    try:
+        text = json_text(data)
+    except InputError as error:
+        raise InputError(f"{one_line(path)}: {error}") from None
+    write_text(path, text)
+
+
+def json_text(data: Any) -> str:
+    """Return `data` as JSON text: one line for each key of the top level, and for each entry of a list of objects.
+
+    Numbers keep every digit (shortest text that reads back the same); numpy scalars and arrays become plain ones.
+
+    Raises
+    ------
+    InputError
+        A number is NaN or infinite.
+    """
+    try:
+        if not isinstance(data, dict):
+            return _compact(data) + "\n"
+        return "{\n" + ",\n".join(f" {_compact(str(k))}: {_lines(v)}" for k, v in data.items()) + "\n}\n"
+    except ValueError:
+        raise InputError("a number in it is NaN or infinite, which JSON cannot hold") from None
+
+
+def _lines(value: Any) -> str:
+    if isinstance(value, list | tuple) and value and isinstance(value[0], dict):
+        return "[\n  " + ",\n  ".join(map(_compact, value)) + "\n ]"
+    return _compact(value)
+
+
+def _compact(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, ensure_ascii=False, default=_plain)
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is not JSON")

@@ -1,0 +1,88 @@
+"""S = A D A' on the graph of free blocks: one pattern, many values."""
+
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats
+from cyclopean.solvers import Factor, Symbolic, analyse
+from cyclopean.statics.equilibrium import EquilibriumSystem
+
+__all__ = ["Schur"]
+
+BATCH = 4  # contact points an element takes together; most joints have four corners
+
+
+class Schur:
+    """Assembles and factors S = A D A' + shift I for any 3 x 3 blocks D.
+
+    Points of one pair of blocks are taken together, four to an element, so that assembly is a batch of small dense
+    products (12 x 12) and one scatter into a pattern that is ordered once. Counts its factorisations.
+    """
+
+    def __init__(self, system: EquilibriumSystem, backend: str = "rslab", threads: int | None = None) -> None:
+        self.size = 6 * system.blocks
+        self.factorisations = 0
+        self._gather(system)
+        row = np.concatenate([_dofs(self._pair[:, 0]), _dofs(self._pair[:, 1])], 1)  # (e, 12)
+        i = np.broadcast_to(row[:, :, None], (len(row), 12, 12)).ravel()
+        j = np.broadcast_to(row[:, None, :], (len(row), 12, 12)).ravel()
+        self._kept = np.flatnonzero((i >= j) & (j >= 0))
+        key = j[self._kept] * self.size + i[self._kept]
+        diagonal = np.arange(self.size) * (self.size + 1)
+        unique, place = np.unique(np.concatenate([key, diagonal]), return_inverse=True)
+        self._place, self._diagonal = place[: len(key)], place[len(key) :]
+        indices = unique % max(self.size, 1)
+        indptr = np.searchsorted(unique // max(self.size, 1), np.arange(self.size + 1))
+        self._entries = len(unique)
+        self.symbolic: Symbolic = analyse(indptr, indices, backend, threads)
+
+    def _gather(self, system: EquilibriumSystem) -> None:
+        """Sort the points by pair of blocks and cut each pair's points into elements of at most `BATCH`."""
+        q = system.points
+        pair = np.stack([system.row_a, system.row_b], 1)
+        order = np.lexsort((pair[:, 1], pair[:, 0]))
+        ranked = pair[order]
+        new = np.ones(q, bool)
+        new[1:] = (ranked[1:] != ranked[:-1]).any(1)
+        first = np.flatnonzero(new)
+        within = np.arange(q) - np.repeat(first, np.diff(np.append(first, q)))
+        opens = new | (within % BATCH == 0)
+        element = np.cumsum(opens) - 1
+        count = int(element[-1]) + 1 if q else 0
+        slot = element * BATCH + within % BATCH
+        self._slot = np.zeros(q, np.int64)
+        self._slot[order] = slot
+        self._pair = ranked[opens]
+        influence = np.zeros((q, 12, 3))
+        for half, (row, arm, sign) in enumerate(
+            ((system.row_a, system.arm_a, -1.0), (system.row_b, system.arm_b, 1.0))
+        ):
+            turn = np.cross(arm[:, None, :], system.frame)
+            value = sign * np.concatenate([system.frame, turn], 2).transpose(0, 2, 1)  # (q, 6, 3)
+            influence[:, 6 * half : 6 * half + 6] = np.where((row >= 0)[:, None, None], value, 0.0)
+        padded = np.zeros((count * BATCH, 12, 3))
+        padded[self._slot] = influence
+        stacked = padded.reshape(count, BATCH, 12, 3).transpose(0, 2, 1, 3)
+        self._G = np.ascontiguousarray(stacked.reshape(count, 12, 3 * BATCH))
+        self._Gt = np.ascontiguousarray(padded.transpose(0, 2, 1))  # (count BATCH, 3, 12)
+
+    def values(self, D: Floats) -> Floats:
+        """Lower triangle of S = A D A' on the pattern, for (q, 3, 3) D."""
+        padded = np.zeros((len(self._Gt), 3, 3))
+        padded[self._slot] = D
+        weighted = np.matmul(padded, self._Gt).reshape(len(self._G), 3 * BATCH, 12)
+        full = np.matmul(self._G, weighted).ravel()[self._kept]
+        total: Floats = np.bincount(self._place, full, self._entries).astype(np.float64)
+        return total
+
+    def factor(self, D: Floats, shift: float) -> Factor:
+        """Factor S + shift I."""
+        data = self.values(D)
+        data[self._diagonal] += shift
+        self.factorisations += 1
+        return self.symbolic.factor(data)
+
+
+def _dofs(row: Any) -> Any:
+    return np.where(row[:, None] >= 0, 6 * row[:, None] + np.arange(6), -1)

@@ -1,0 +1,77 @@
+"""Colours: one ordered scale for quantities between 0 and 1, and one accent for each verdict."""
+
+import numpy as np
+
+from cyclopean.arrays import Bools, Floats, Ints
+
+__all__ = [
+    "ACCENT",
+    "FORCE",
+    "GHOST",
+    "GRAVITY",
+    "HATCH",
+    "HELD",
+    "INK",
+    "NEUTRAL",
+    "SCALE",
+    "STEPS",
+    "SUPPORT",
+    "UNKNOWN",
+    "classes",
+    "fill",
+    "rgb",
+    "shaded",
+]
+
+# Ten equal steps of lightness (OKLab 0.96 to 0.33) along ColorBrewer's YlOrBr: monotone in lightness, so that it reads
+# in the right order without colour vision and in a black-and-white print. Ten, so that a legend can be read off.
+SCALE = (
+    "#fff3cf", "#fed77a", "#ffb543", "#fb9125", "#ec7115",
+    "#d65707", "#ba4403", "#9c3504", "#7c2a06", "#5e1f06",
+)  # fmt: skip
+STEPS = len(SCALE)
+NEUTRAL = "#cfcbc2"  # a block with no value
+SUPPORT = "#5f6b76"
+HATCH = "#3b444c"
+FORCE = "#083f88"
+GRAVITY = "#1b1b1b"
+GHOST = "#8a8f94"
+INK = "#33302b"
+ACCENT = {"stable": "#00695c", "unstable": "#b83a10", "undecided": "#8a5a00"}  # each >= 4.5 : 1 on white
+
+UNKNOWN, HELD = -1, -2  # classes beside 0 .. STEPS - 1
+
+
+def classes(value: Floats, fixed: Bools | None = None) -> Ints:
+    """Class 0..9 of each value in [0, 1]; beyond 1 counts as the last, what is not finite as -1, supports as -2.
+
+    Examples
+    --------
+    >>> classes(np.array([0.0, 0.05, 0.1, 0.999, 1.0, 1.2, np.nan])).tolist()
+    [0, 0, 1, 9, 9, 9, -1]
+    """
+    finite = np.isfinite(value)
+    step = np.floor(np.where(finite, value, 0.0) * STEPS + 1e-9)
+    found = np.where(finite, np.clip(step, 0, STEPS - 1), UNKNOWN).astype(np.int64)
+    return found if fixed is None else np.where(fixed, HELD, found)
+
+
+def fill(group: int) -> str:
+    """Colour of a class as #rrggbb."""
+    return SUPPORT if group == HELD else NEUTRAL if group == UNKNOWN else SCALE[group]
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """#rrggbb as three numbers 0..255.
+
+    Examples
+    --------
+    >>> rgb("#ff8000")
+    (255, 128, 0)
+    """
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def shaded(colour: str, light: float) -> str:
+    """Multiply a colour by `light` in [0, 1]."""
+    return "#" + "".join(f"{round(light * part):02x}" for part in rgb(colour))

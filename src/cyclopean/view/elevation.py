@@ -1,0 +1,242 @@
+"""A static elevation as SVG: the picture in print, and where there is no WebGL.
+
+Orthographic, upright axis z, seen along the horizontal direction in which the model is least deep. Faces that look away
+are dropped, the rest are painted from the furthest to the nearest.
+"""
+
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from cyclopean.arrays import Floats, Ints
+from cyclopean.geometry import face_normals
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, HELD, INK, fill, shaded
+from cyclopean.view.drawing import Picture
+from cyclopean.view.figures import number
+
+__all__ = ["View", "elevation_svg", "front_view", "project"]
+
+WIDTH, HEIGHT, MARGIN = 1000.0, 640.0, 40.0
+FACE_LIMIT = 20_000  # faces painted one by one; beyond it one silhouette a block
+ARROW_LIMIT = 1_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """An orthographic view onto an upright plane."""
+
+    right: Floats  # (3,) unit, horizontal: to the right of the drawing
+    into: Floats  # (3,) unit, horizontal: away from the viewer
+
+
+def front_view(point: Floats) -> View:
+    """Look where the model is least deep, to a degree; along +y, with x to the right, unless another is better."""
+    angle = np.radians(np.arange(180.0))
+    if not len(point):
+        return View(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    flat = point[:, :2] - point[0, :2]
+    depth = np.array([np.ptp(flat @ [-np.sin(t), np.cos(t)]) for t in angle])
+    best = int(np.argmin(depth)) if depth.min() < 0.99 * depth[0] else 0
+    c, s = np.cos(angle[best]), np.sin(angle[best])
+    return View(np.array([c, s, 0.0]), np.array([-s, c, 0.0]))
+
+
+def project(point: Floats, view: View) -> tuple[Floats, Floats]:
+    """(..., 2) right and up, and (...,) depth away from the viewer, all in m.
+
+    Examples
+    --------
+    >>> front = front_view(np.zeros((0, 3)))
+    >>> flat, depth = project(np.array([1.0, 2.0, 3.0]), front)
+    >>> flat.tolist(), float(depth)
+    ([1.0, 3.0], 2.0)
+    """
+    return np.stack([point @ view.right, point[..., 2]], -1), np.asarray(point @ view.into)
+
+
+@dataclass(frozen=True, slots=True)
+class _Paper:
+    """From metres to drawing units; y runs down."""
+
+    left: float
+    top: float
+    scale: float
+    width: float
+    height: float
+
+    def of(self, flat: Floats) -> Floats:
+        return np.stack([(flat[..., 0] - self.left) * self.scale, (self.top - flat[..., 1]) * self.scale], -1)
+
+
+def elevation_svg(drawn: Picture, title: str, *, bare: bool = False) -> str:
+    """Draw the picture as one `<svg>` element; `bare` leaves out arrows, scale and gravity, for a thumbnail."""
+    view = front_view(drawn.mesh.vertex)
+    paper = _paper(drawn, view)
+    parts = [*_polygons(drawn, view, paper)]
+    if not bare:
+        parts += [_ghost(drawn, view, paper), *_arrows(drawn, view, paper), *_gravity(drawn, view, paper)]
+        parts += _scale_bar(paper)
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {paper.width:.0f} {paper.height:.0f}" role="img">'
+        f"<title>{escape(title)}</title>{_HATCH}{''.join(parts)}</svg>"
+    )
+
+
+_HATCH = (
+    '<defs><pattern id="hatch" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
+    f'<path d="M0 0V7" stroke="{HATCH}" stroke-width="3"/></pattern></defs>'
+)
+
+
+def _paper(drawn: Picture, view: View) -> _Paper:
+    """Fit everything shown into the sheet."""
+    seen = np.concatenate([drawn.mesh.vertex, drawn.ghost.reshape(-1, 3)])
+    if not len(seen):
+        return _Paper(0.0, 0.0, 1.0, WIDTH, 120.0)
+    flat, _ = project(seen, view)
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    span = np.maximum(high - low, 1e-9 * max(float(np.max(high - low)), 1e-300))
+    side, foot = 2.6 * MARGIN, MARGIN + 44.0  # room for gravity at the right, for the scale below
+    scale = float(min((WIDTH - MARGIN - side) / span[0], (HEIGHT - MARGIN - foot) / span[1]))
+    return _Paper(
+        float(low[0]) - MARGIN / scale,
+        float(high[1]) + MARGIN / scale,
+        scale,
+        float(span[0]) * scale + MARGIN + side,
+        float(span[1]) * scale + MARGIN + foot,
+    )
+
+
+def _path(points: Floats) -> str:
+    return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in points.tolist()) + "Z"
+
+
+def _polygons(drawn: Picture, view: View, paper: _Paper) -> list[str]:
+    mesh = drawn.mesh
+    if len(mesh.corner_start) - 1 > FACE_LIMIT:
+        return _silhouettes(drawn, view, paper)
+    flat, depth = project(mesh.vertex, view)
+    sheet = paper.of(flat)
+    normal = face_normals(mesh)
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    facing = -(normal @ view.into)
+    starts = mesh.corner_start[:-1]
+    far = np.add.reduceat(depth[mesh.corner], starts) / np.diff(mesh.corner_start) if len(starts) else np.zeros(0)
+    light = np.clip(0.86 + 0.14 * facing + 0.08 * normal[:, 2] - 0.04 * (normal @ view.right), 0.0, 1.0)
+    body = mesh.face_body
+    painted = []
+    for f in _painting_order(far, facing):
+        outline = _path(sheet[mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]]])
+        painted.append(_paint(outline, int(drawn.group[body[f]]), float(light[f]), bool(len(drawn.edge))))
+    return [f'<g stroke="{INK}" stroke-width="0.9" stroke-linejoin="round">', *painted, "</g>"]
+
+
+def _painting_order(far: Floats, facing: Floats) -> Ints:
+    """Faces that look at the viewer, the furthest first."""
+    seen = np.flatnonzero(facing > 1e-6)
+    return np.asarray(seen[np.argsort(-far[seen], kind="stable")])
+
+
+def _paint(outline: str, group: int, light: float, edged: bool) -> str:
+    """One polygon; supports get a hatch over their colour, unedged faces a hairline of their own colour."""
+    colour = shaded(fill(group), light)
+    edge = "" if edged else f' stroke="{colour}"'
+    hatch = f'<path d="{outline}" fill="url(#hatch)" stroke="none"/>' if group == HELD else ""
+    return f'<path d="{outline}" fill="{colour}"{edge}/>{hatch}'
+
+
+def _silhouettes(drawn: Picture, view: View, paper: _Paper) -> list[str]:
+    """One convex outline a block, the furthest first: for models with very many faces."""
+    mesh = drawn.mesh
+    flat, depth = project(mesh.vertex, view)
+    middle = np.bincount(mesh.vertex_body, depth, len(mesh)) / np.maximum(np.diff(mesh.vertex_start), 1)
+    sheet = paper.of(flat)
+    painted = []
+    for i in np.argsort(-middle, kind="stable"):
+        outline = _hull(sheet[mesh.vertex_start[i] : mesh.vertex_start[i + 1]])
+        painted.append(_paint(_path(outline), int(drawn.group[i]), 0.95, True))
+    return [f'<g stroke="{INK}" stroke-width="0.5" stroke-linejoin="round">', *painted, "</g>"]
+
+
+def _hull(point: Floats) -> Floats:
+    """Convex hull of (k, 2) points by Andrew's monotone chain."""
+    ordered = sorted({(x, y) for x, y in point.tolist()})
+    halves = []
+    for run in (ordered, ordered[::-1]):
+        chain: list[tuple[float, float]] = []
+        for p in run:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0.0:
+                chain.pop()
+            chain.append(p)
+        halves += chain[:-1]
+    return np.array(halves or ordered)
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _ghost(drawn: Picture, view: View, paper: _Paper) -> str:
+    """Where the model stands, dashed, over the moved one."""
+    if not len(drawn.ghost):
+        return ""
+    ends = paper.of(project(drawn.ghost, view)[0])
+    lines = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in np.unique(ends.round(1), axis=0).tolist())
+    return f'<path d="{lines}" fill="none" stroke="{GHOST}" stroke-width="1.1" stroke-dasharray="5 4"/>'
+
+
+def _arrows(drawn: Picture, view: View, paper: _Paper) -> list[str]:
+    """Contact forces: a white halo, the shaft, the head."""
+    ends = paper.of(project(drawn.arrow[:ARROW_LIMIT], view)[0])
+    shafts = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in ends.tolist())
+    if not shafts:
+        return []
+    heads = "".join(_head(tail, tip, 9.0) for tail, tip in ends)
+    return [
+        f'<path d="{shafts}" stroke="#fff" stroke-width="4" stroke-opacity="0.7" fill="none"/>',
+        f'<path d="{shafts}" stroke="{FORCE}" stroke-width="2" fill="none"/><path d="{heads}" fill="{FORCE}"/>',
+    ]
+
+
+def _head(tail: Floats, tip: Floats, length: float) -> str:
+    """A slim triangle at the tip, no longer than 60 % of the arrow."""
+    along = tip - tail
+    size = float(np.hypot(*along))
+    if not (size > 0.05):
+        return ""
+    along = along / size
+    across = np.array([-along[1], along[0]])
+    reach = min(length, 0.6 * size)
+    back = tip - reach * along
+    return _path(np.stack([tip, back + 0.36 * reach * across, back - 0.36 * reach * across]))
+
+
+def _gravity(drawn: Picture, view: View, paper: _Paper) -> list[str]:
+    flat, _ = project(drawn.gravity, view)
+    size = float(np.linalg.norm(drawn.gravity))
+    if not (size > 0.0):
+        return []
+    down = 70.0 * np.array([flat[0], -flat[1]]) / size
+    middle = np.array([paper.width - 44.0, paper.height / 2.0 - 30.0])
+    tail, tip = middle - down / 2.0, middle + down / 2.0
+    return [
+        f'<path d="M{tail[0]:.1f} {tail[1]:.1f}L{tip[0]:.1f} {tip[1]:.1f}" stroke="{GRAVITY}" stroke-width="2.4"/>',
+        f'<path d="{_head(tail, tip, 15.0)}" fill="{GRAVITY}"/>',
+        f'<text x="{middle[0] + 14:.1f}" y="{middle[1] + 5:.1f}" font-size="17" font-style="italic" fill="{GRAVITY}">'
+        "g</text>",
+    ]
+
+
+def _scale_bar(paper: _Paper) -> list[str]:
+    """A bar of 1, 2 or 5 times a power of ten metres, about a fifth of the drawing."""
+    wish = 0.22 * (paper.width - 2 * MARGIN) / paper.scale
+    power = 10.0 ** np.floor(np.log10(wish))
+    length = power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wish * (1 + 1e-9))
+    right, y = MARGIN + length * paper.scale, paper.height - 34.0
+    name = f"{number(length)} m" if length >= 1.0 else f"{number(1000.0 * length)} mm"
+    return [
+        f'<path d="M{MARGIN:.1f} {y - 5:.1f}V{y + 5:.1f}M{MARGIN:.1f} {y:.1f}H{right:.1f}M{right:.1f} {y - 5:.1f}'
+        f'V{y + 5:.1f}" stroke="#444" stroke-width="1.5" fill="none"/>',
+        f'<text x="{right + 10:.1f}" y="{y + 5:.1f}" font-size="16" fill="#444">{name}</text>',
+    ]

@@ -1,0 +1,274 @@
+"""The report: one HTML page that holds everything it shows and asks no network for anything."""
+
+import shlex
+from html import escape
+
+import numpy as np
+
+from cyclopean.analysis import Result
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, SCALE, SUPPORT
+from cyclopean.view.drawing import Picture, picture
+from cyclopean.view.elevation import elevation_svg
+from cyclopean.view.figures import number, unit_of
+from cyclopean.view.scene import scene_html
+from cyclopean.view.style import sheet
+from cyclopean.view.tables import assumptions, contacts_table, movement_table, provenance_table, residuals_table
+
+__all__ = ["POLICY", "report_html"]
+
+# The browser itself is told to load nothing from anywhere; the scene in the frame inherits this. Viser's client unpacks
+# itself with blob and data addresses, which never leave the machine.
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval' blob: data:;"
+    " worker-src blob: data:; connect-src blob: data:; img-src blob: data:; font-src data:;"
+    " base-uri 'none'; form-action 'none'"
+)
+
+# Our only script: without WebGL the frame is hidden, and the elevation stands alone.
+_FLAT = (
+    "<script>try{if(!document.createElement('canvas').getContext('webgl2'))throw 0}"
+    "catch(e){document.documentElement.className+=' flat'}</script>"
+)
+
+_METHOD = {
+    "rbe": "rigid-block equilibrium (RBE)",
+    "cra": "coupled rigid-block analysis (CRA)",
+}
+
+
+def report_html(result: Result, *, certificate_file: str | None = None, model_file: str | None = None) -> str:
+    """Write the report of a result as one self-contained HTML page.
+
+    Parameters
+    ----------
+    result : Result
+        What `check` answered; results without forces, mechanism or certificate are shown as far as they go.
+    certificate_file : str, optional
+        Name of the certificate's file, for the command that verifies it.
+    model_file : str, optional
+        Name of the model's file.
+
+    Returns
+    -------
+    str
+        HTML that opens from a file, off line. The 3D scene needs WebGL; an elevation takes its place in print.
+    """
+    drawn = picture(result)
+    body = (
+        _head(result, model_file),
+        _pictures(result, drawn),
+        _section("What was assumed", assumptions(result), _ASSUMED if result.assumed else ""),
+        _movement(result, drawn),
+        _contacts(result),
+        _section("Tension it would need", _tension(result)),
+        _section("Warnings", _list(result.warnings)),
+        _proof(result, certificate_file, model_file),
+        _section("How exact the answer is", residuals_table(result), _EXACT),
+        _section("How it was computed", provenance_table(result)),
+    )
+    title = escape(f"{result.assembly.name}: {result.verdict}")
+    return (
+        f'<!doctype html><html lang="en" class="{result.verdict}"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        '<meta name="viewport" content="width=device-width,initial-scale=1">'
+        f"<title>{title}</title><style>{sheet('report')}</style>"
+        f"<noscript><style>.scene{{display:none}}</style></noscript>{_FLAT}</head>"
+        f"<body><main>{''.join(body)}{_footer()}</main></body></html>"
+    )
+
+
+_ASSUMED = "Neither the model nor the command said what is marked as assumed. Check it before you rely on the verdict."
+_EXACT = "Recomputed from the model after the solver was done, and relative, so that units and size do not matter."
+
+
+def _section(title: str, content: str, lead: str = "") -> str:
+    if not content:
+        return ""
+    return f"<section><h2>{title}</h2>{f'<p>{lead}</p>' if lead else ''}{content}</section>"
+
+
+def _list(lines: tuple[str, ...]) -> str:
+    return f'<ul class="warnings">{"".join(f"<li>{escape(line)}</li>" for line in lines)}</ul>' if lines else ""
+
+
+def _head(result: Result, model_file: str | None) -> str:
+    n, held = len(result.assembly), int(result.fixed.sum())
+    counts = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
+    counts.append(("contact points", len(result.contacts.point)))
+    cells = "".join(f"<div><dt>{name}</dt><dd>{count:,}</dd></div>" for name, count in counts)
+    source = f' <span class="soft">({escape(model_file)})</span>' if model_file else ""
+    method = escape(_METHOD.get(result.method, result.method))
+    return (
+        f"<header><h1>{escape(result.assembly.name)}{source}</h1><span>cyclopean</span></header>"
+        f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(result.reason)}</p></div>'
+        f'<dl class="counts">{cells}<div><dt></dt><dd>{method}</dd></div></dl>'
+    )
+
+
+def _pictures(result: Result, drawn: Picture) -> str:
+    scene = escape(scene_html(drawn), quote=True)
+    name = escape(f"{result.assembly.name}, {result.verdict}")
+    return (
+        f"<section><h2>{'How it moves' if drawn.motion else 'The model'}</h2>{_legend(drawn)}"
+        f'<figure class="scene"><iframe title="3D scene: {name}" srcdoc="{scene}"></iframe>'
+        "<figcaption>Drag to turn, scroll to zoom, right-drag to move. The button at the top right of the scene lists "
+        f"its layers.{_PALE if len(drawn.arrow) else ''}</figcaption></figure>"
+        f'<figure class="elevation">{elevation_svg(drawn, f"Elevation of {result.assembly.name}")}'
+        f"<figcaption>Elevation. {_caption(drawn)}{_notes(drawn)}</figcaption></figure></section>"
+    )
+
+
+_PALE = " Blocks are drawn see-through for the forces inside them, hence paler than the scale; the elevation is exact."
+
+
+def _notes(drawn: Picture) -> str:
+    return "".join(f" {escape(note)}" for note in drawn.notes)
+
+
+def _caption(drawn: Picture) -> str:
+    if drawn.quantity == "movement":
+        return (
+            "The mechanism is a direction of motion and has no size of its own: it is drawn so that the largest"
+            " movement is a quarter of a mean block. Each block is turned and shifted as the rigid body it is;"
+            " lines show where it stands."
+        )
+    if len(drawn.arrow):
+        return (
+            "Arrows are the resultants of the contacts, drawn through their centres of pressure in the direction in"
+            " which the load passes on. They are one set of forces that keeps balance; in a structure that is"
+            " statically indeterminate there are others."
+        )
+    return "" if drawn.notes else "There are no forces and no motion to show."
+
+
+def _legend(drawn: Picture) -> str:
+    parts = []
+    if drawn.quantity != "nothing":
+        title, low, high = _SCALES[drawn.quantity]
+        steps = "".join(f'<li style="background:{colour}"></li>' for colour in SCALE)
+        parts.append(
+            f'<div class="ramp"><b>{title}</b><ol aria-hidden="true">{steps}</ol>'
+            f"<span><i>{low}</i><i>0.5</i><i>{high}</i></span></div>"
+        )
+    box = f'<rect width="32" height="16" fill="{SUPPORT}"/><path d="M2 18 18 0M12 18 28 0M22 18 38 0" stroke="{HATCH}"'
+    parts.append(_key(f'{box} stroke-width="3"/>', "support"))
+    if len(drawn.arrow):
+        divisor, unit = unit_of(drawn.largest)
+        text = f"contact force, the longest is {number(drawn.largest / divisor)} {unit}"
+        parts.append(_key(_arrow(FORCE), text))
+    if len(drawn.ghost):
+        dash = f'<path d="M0 8H32" stroke="{GHOST}" stroke-width="2" stroke-dasharray="5 3"/>'
+        parts.append(_key(dash, "where it stands"))
+    parts.append(_key(_arrow(GRAVITY), "gravity"))
+    return f'<div class="legend">{"".join(parts)}</div>'
+
+
+_SCALES = {
+    "utilisation": ("Friction used at the worst contact of a block", "0", "1 = about to slide"),
+    "movement": ("Movement of a block, largest = 1", "0", "1"),
+}
+
+
+def _key(drawing: str, text: str) -> str:
+    return f'<div class="key"><svg viewBox="0 0 32 16" aria-hidden="true">{drawing}</svg>{text}</div>'
+
+
+def _arrow(colour: str) -> str:
+    return f'<path d="M1 8H20" stroke="{colour}" stroke-width="2.5"/><path d="M31 8 19 3.5V12.5Z" fill="{colour}"/>'
+
+
+def _movement(result: Result, drawn: Picture) -> str:
+    if drawn.motion is None:
+        return ""
+    return _section("Blocks that move most", movement_table(result, drawn.motion))
+
+
+def _tension(result: Result) -> str:
+    """Say how much pull the contacts would have to bear, when the analysis was asked for it."""
+    if result.tension is None:
+        return ""
+    pull = np.maximum(np.nan_to_num(result.tension), 0.0)
+    largest = float(np.max(pull, initial=0.0))
+    points = int(np.sum(pull > 1e-9 * largest))
+    if not (largest > 0.0):
+        return "<p>None: compression and friction are enough.</p>"
+    divisor, unit = unit_of(largest)
+    return (
+        f"<p>Dry joints cannot pull. For balance, {points:,} contact point{'' if points == 1 else 's'} would have to,"
+        f" with at most {number(largest / divisor)} {unit} at one point and"
+        f" {number(float(pull.sum()) / divisor)} {unit} in all.</p>"
+    )
+
+
+def _contacts(result: Result) -> str:
+    lead = (
+        "Utilisation is the friction a contact carries over the friction it could carry under the same compression, for"
+        " the contact as a whole. It says nothing about how close a contact is to opening at an edge."
+    )
+    return _section("Most used contacts", contacts_table(result), lead)
+
+
+def _proof(result: Result, certificate_file: str | None, model_file: str | None) -> str:
+    if result.certificate is None:
+        lead = "<p>There is no certificate: it is proved neither that this model stands nor that it falls.</p>"
+        return f"<section><h2>How to verify it</h2>{lead}</section>" if result.verdict == "undecided" else ""
+    name = shlex.quote(certificate_file or "certificate.json")
+    write = ""
+    if certificate_file is None:
+        model = shlex.quote(model_file or "MODEL")
+        write = f"<p>Write the certificate first:</p><pre>cyclopean check {escape(model)} --certificate {name}</pre>"
+    kind = escape(str(result.certificate.get("kind", "")))
+    return (
+        f"<section><h2>How to verify it</h2>{write}<p>The verdict carries a certificate ({kind}). Check it with</p>"
+        f"<pre>cyclopean verify {escape(name)}</pre><p>The checker also runs alone. It uses exact arithmetic and"
+        f" Python's standard library, and shares no code with the solvers:</p>"
+        f"<pre>python -m cyclopean.proof {escape(name)}</pre>"
+        f'<div class="proof"><div><h3>What it proves</h3><ul>{_items(_proves(result))}</ul></div>'
+        f"<div><h3>What it does not</h3><ul>{_items(_proves_not(result))}</ul></div></div></section>"
+    )
+
+
+def _items(lines: list[str]) -> str:
+    return "".join(f"<li>{line}</li>" for line in lines)
+
+
+def _proves(result: Result) -> list[str]:
+    rebuilt = (
+        "Volumes, weights and contact normals are rebuilt from the geometry, and every contact lies on both blocks."
+    )
+    if result.verdict == "unstable":
+        return [
+            "A motion of the rigid blocks exists that the loads drive and that the contacts listed do not resist.",
+            "Any admissible forces that held the model up would have to exceed a million times its total weight.",
+            rebuilt,
+        ]
+    return [
+        "The listed forces push and never pull, stay within friction at every contact point, and balance every free"
+        " block to 10⁻⁹ of the total weight.",
+        rebuilt,
+    ]
+
+
+def _proves_not(result: Result) -> list[str]:
+    limits = [
+        "That the model is the structure: it is about the geometry, density, friction and supports in the file, not"
+        " about what was surveyed or will be built.",
+        "Anything about crushing, cracking, settlement of the ground or earthquakes.",
+    ]
+    if result.verdict == "unstable":
+        limits.append(
+            "Anything beyond the contacts listed: a contact that the model misses could still hold it. The motion"
+            " follows the associated (dilatant) flow that rigid-block equilibrium assumes: blocks that slide also rise."
+        )
+    elif result.method == "rbe":
+        limits.append(
+            "That these very forces will arise. Rigid-block equilibrium asks whether forces that keep balance exist,"
+            " not whether the blocks' contact brings them about."
+        )
+    return limits
+
+
+def _footer() -> str:
+    return (
+        "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>"
+    )

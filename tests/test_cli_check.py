@@ -1,0 +1,222 @@
+"""`check` and `verify` from the outside: words, files, statuses."""
+
+import json
+import os
+from dataclasses import replace
+
+import pytest
+
+from cyclopean import analysis
+from cyclopean.cli import main
+
+
+@pytest.fixture
+def run(capsys, tmp_path, monkeypatch):
+    """Run a command in an empty folder: status, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*argv):
+        status = main([str(a) for a in argv])
+        return (status, *capsys.readouterr())
+
+    return command
+
+
+@pytest.fixture
+def cube(run):
+    """A cube on the ground: stands on a slope iff mu >= tan of its angle, and below 45 degrees."""
+    assert run("make", "stack", 1, "--out", "cube.json")[0] == 0
+    return "cube.json"
+
+
+def test_stable_in_words(run, cube):
+    status, out, err = run("check", cube)
+    assert (status, err) == (0, "")
+    assert out.startswith("stable: ")
+    assert "mu 0.84" in out
+    assert "density 2400" in out
+    assert "(0, 0, -9.80665)" in out
+    assert out.isascii()
+
+
+def test_what_was_said_is_not_assumed(run, cube):
+    _, out, _ = run("check", cube, "--mu", "0.5", "--density", "2000", "--gravity", "0,0,-9.8")
+    assert "assumed" not in out
+
+
+def test_unstable_and_its_proof(run):
+    run("make", "stack", 5, "--offset", "0.3", "--out", "lean.json")
+    status, out, _ = run("check", "lean.json", "--certificate", "proof.json")
+    assert status == 1
+    assert out.startswith("unstable: ")
+    assert "proof.json" in out
+    status, out, _ = run("verify", "proof.json")
+    assert status == 0
+    assert out.startswith("proved: ")
+
+
+@pytest.mark.parametrize(
+    ("options", "status"),
+    [
+        (["--tilt", "39"], 0),  # atan 0.84 = 40.03 degrees
+        (["--tilt", "41"], 1),
+        (["--tilt", "-41"], 1),
+        (["--tilt=-39,30"], 0),
+        (["--tilt", "44,90", "--mu", "1.2"], 0),
+        (["--tilt", "46,90", "--mu", "1.2"], 1),  # it tips
+        (["--gravity", "-8,0,-9.8"], 0),
+        (["--gravity=-8,0,-9.8"], 0),
+        (["--gravity", "-8.5,0,-9.8"], 1),
+        (["--gravity=-8.5,0,-9.8"], 1),
+        (["--gravity", "0,0,9.8"], 1),
+        (["--supports", "below=-0.1"], 0),
+        (["--supports", "ids=b01"], 1),  # the slab hangs on nothing
+        (["--supports", "ids=b01", "--gravity", "0,0,9.8"], 0),  # and falls up against the cube
+        (["--solver", "clarabel"], 0),
+    ],
+)
+def test_cube_on_a_slope_by_hand(run, cube, options, status):
+    found, out, err = run("check", cube, *options)
+    assert (found, err) == (status, "")
+    assert out.startswith({0: "stable", 1: "unstable"}[status])
+
+
+def test_json_on_stdout_and_nothing_else(run, cube):
+    status, out, err = run("check", cube, "--json", "-", "--certificate", "proof.json")
+    data = json.loads(out)
+    assert (status, err) == (0, "")
+    assert data["schema"] == "cyclopean.result/1"
+    assert (data["verdict"], data["method"]) == ("stable", "rbe")
+    assert (data["blocks"], data["free"], data["contacts"], data["points"]) == (2, 1, 1, 4)
+    assert data["certificate"] == {"kind": "rbe-state", "file": "proof.json"}
+    assert {"read", "contacts", "solve", "verify", "total"} <= set(data["seconds"])
+    assert sorted(os.listdir()) == ["cube.json", "proof.json"]
+
+
+def test_all_files_and_a_page_that_needs_nothing_else(run, cube):
+    run("check", cube, "--json", "r.json", "--certificate", "c.json", "--report", "r.html")
+    with open("r.json") as result, open("r.html") as page:
+        assert json.load(result)["verdict"] == "stable"
+        text = page.read()
+    assert "<html" in text
+    assert 'src="http' not in text
+
+
+def test_the_penalty_form_names_where_it_pulls(run):
+    run("make", "stack", 2, "--offset", "0.6", "--out", "over.json")
+    status, out, _ = run("check", "over.json", "--penalty")
+    assert status == 1
+    assert "between b01 and b02" in out
+
+
+def test_files_name_each_other_from_where_they_are(run, cube):
+    os.mkdir("pages")
+    os.mkdir("proofs")
+    run("check", cube, "--json", "pages/r.json", "--certificate", "proofs/c.json", "--report", "pages/r.html")
+    with open("pages/r.json") as result, open("pages/r.html") as page:
+        assert json.load(result)["certificate"]["file"] == "../proofs/c.json"
+        assert "../proofs/c.json" in page.read()
+
+
+def test_undecided_leaves_no_certificate(run, cube, monkeypatch):
+    decided = analysis.check
+
+    def undecided(*argv):
+        return replace(decided(*argv), verdict="undecided", reason="Too close to call.", certificate=None)
+
+    monkeypatch.setattr(analysis, "check", undecided)
+    status, out, err = run("check", cube, "--certificate", "c.json", "--json", "r.json")
+    assert status == 3
+    assert out.startswith("undecided: Too close to call.")
+    assert err.count("\n") == 1
+    assert "no certificate" in err
+    assert sorted(os.listdir()) == ["cube.json", "r.json"]
+
+
+def test_warnings_of_the_reader_come_one_to_a_line(run, cube):
+    with open(cube) as file:
+        model = json.load(file)
+    model["contacts"][0]["polygon"].reverse()
+    with open(cube, "w") as file:
+        json.dump(model, file)
+    status, _, err = run("check", cube)
+    assert status == 0
+    assert err.startswith("cyclopean: warning: ")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--json", "no/r.json"], "no/r.json: the folder 'no' does not exist"),
+        (["--json", "folder"], "is a folder"),
+        (["--json", "r.json/"], "r.json/"),
+        (["--json", ""], "--json"),
+        (["--json", "x" * 300], "too long"),
+        (["--certificate", "-"], "--certificate"),
+        (["--report", "-"], "--report"),
+        (["--json", "cube.json"], "input"),
+        (["--report", "./folder/../cube.json"], "input"),
+        (["--json", "link.json"], "input"),
+        (["--json", "hard.json"], "input"),
+        (["--json", "r.json", "--report", "./r.json"], "same file"),
+        (["--json", "other.json", "--certificate", "dangling.json"], "same file"),
+    ],
+)
+def test_outputs_are_looked_at_before_the_work(run, cube, monkeypatch, options, said):
+    os.mkdir("folder")
+    os.symlink("cube.json", "link.json")
+    os.symlink("other.json", "dangling.json")
+    os.link("cube.json", "hard.json")
+    with open(cube) as file:
+        before = file.read()
+    monkeypatch.setattr(analysis, "check", None)  # nobody gets that far
+    status, out, err = run("check", cube, *options)
+    assert (status, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+    assert sorted(os.listdir()) == ["cube.json", "dangling.json", "folder", "hard.json", "link.json"]
+    with open(cube) as file:
+        assert file.read() == before
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="permissions do not bind the superuser")
+def test_a_folder_that_may_not_be_written_is_refused(run, cube):
+    os.mkdir("shut", 0o500)
+    status, _, err = run("check", cube, "--json", "shut/r.json")
+    assert status == 2
+    assert "permission" in err
+
+
+def test_devices_may_be_named(run, cube):
+    assert run("check", cube, "--json", os.devnull, "--certificate", os.devnull)[0] == 0
+
+
+def test_a_spoilt_certificate_is_told(run, cube):
+    run("check", cube, "--certificate", "c.json")
+    with open("c.json") as file:
+        proof = json.load(file)
+    proof["forces"][0][2] *= 1.001
+    with open("spoilt.json", "w") as file:
+        json.dump(proof, file)
+    status, out, _ = run("verify", "spoilt.json")
+    assert status == 1
+    assert out.startswith("NOT proved: ")
+    status, out, err = run("verify", "spoilt.json", "--json", "-")
+    assert (status, err) == (1, "")
+    assert json.loads(out)["proved"] is False
+    with open("half.json", "w") as file:
+        file.write(json.dumps(proof)[:100])
+    status, out, err = run("verify", "half.json")
+    assert (status, out) == (2, "")
+    assert err.startswith("cyclopean: error: half.json: ")
+
+
+def test_units(run, cube):
+    status, _, err = run("convert", cube, "cube.obj")
+    assert status == 0
+    assert err == "cyclopean: warning: cube.obj: a mesh file holds no contacts, supports, groups\n"
+    assert run("info", "cube.obj", "--units", "mm", "--json", "mm.json")[0] == 0
+    with open("mm.json") as file:
+        assert json.load(file)["volume"]["least"] == pytest.approx(1e-9)
+    assert run("check", "cube.obj", "--units", "furlong")[0] == 2

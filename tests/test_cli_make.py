@@ -1,0 +1,136 @@
+"""`make`, `info`, `convert` and `demo`."""
+
+import json
+import os
+
+import pytest
+
+from cyclopean import design
+from cyclopean.cli import main
+from cyclopean.cli.files import MESHES
+from cyclopean.io import MESH_SUFFIXES, read_model
+
+
+@pytest.fixture
+def run(capsys, tmp_path, monkeypatch):
+    """Run a command in an empty folder: status, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*argv):
+        status = main([str(a) for a in argv])
+        return (status, *capsys.readouterr())
+
+    return command
+
+
+MADE = [
+    (["stack", 3, "--size", "1,2,0.5", "--offset", "-0.2", "--slope", "10"],
+     lambda: design.stack(3, (1.0, 2.0, 0.5), offset=-0.2, slope=10.0)),
+    (["stack", 2, "--offset", "-0.1,0.3", "--no-ground"], lambda: design.stack(2, offset=[-0.1, 0.3], ground=False)),
+    (["wall", 4, 3, "--length", "0.5", "--depth", "0.3", "--height", "0.25", "--ground", "course"],
+     lambda: design.wall(4, 3, length=0.5, depth=0.3, height=0.25, ground="course")),
+    (["arch", 9, "--span", "4", "--rise", "1", "--thickness", "0.4", "--depth", "0.6", "--facets", "2"],
+     lambda: design.arch(9, span=4.0, rise=1.0, thickness=0.4, depth=0.6, facets=2)),
+    (["arch", 9, "--radius", "3", "--springers", "fixed"], lambda: design.arch(9, radius=3.0, springers="fixed")),
+    (["vault", 7, 3, "--radius", "2", "--thickness", "0.4", "--length", "3"],
+     lambda: design.vault(7, 3, radius=2.0, thickness=0.4, length=3.0)),
+    (["dome", 4, 8, "--radius", "2", "--thickness", "0.3", "--oculus", "20", "--mu", "0.6", "--density", "2000"],
+     lambda: design.dome(4, 8, radius=2.0, thickness=0.3, oculus=20.0, mu=0.6, density=2000.0)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("argv", "template"), MADE)
+def test_every_option_reaches_the_template_and_the_file(run, argv, template):
+    status, out, err = run("make", *argv, "--out", "m.json")
+    assert (status, err) == (0, "")
+    assert out.count("\n") == 1
+    assert "m.json" in out
+    model, warnings = read_model("m.json")
+    wanted = template()
+    assert warnings == ()
+    assert [(b.id, b.fixed, b.group, b.density, b.faces) for b in model.blocks] == [
+        (b.id, b.fixed, b.group, b.density, b.faces) for b in wanted.blocks
+    ]
+    assert model.mesh.vertex.tolist() == wanted.mesh.vertex.tolist()
+    assert model.contacts.point.tolist() == wanted.contacts.point.tolist()
+    assert model.contacts.mu.tolist() == pytest.approx(wanted.contacts.mu.tolist(), nan_ok=True)
+
+
+def test_info_for_a_person_and_for_a_program(run):
+    run("make", "wall", 10, 10, "--mu", "0.6", "--out", "w.json")
+    status, out, err = run("info", "w.json")
+    assert (status, err) == (0, "")
+    assert "106 (1 fixed, 105 free)" in out
+    assert "285 given" in out
+    status, out, _ = run("info", "w.json", "--json", "-")
+    data = json.loads(out)
+    assert (data["blocks"], data["fixed"], data["contacts"]["count"], data["groups"]) == (106, 1, 285, 11)
+    assert data["contacts"]["mu"] == [0.6, 0.6]
+    assert data["faults"] == []
+    assert data["without_density"] == 106
+
+
+def test_info_tells_of_faults(run):
+    run("make", "stack", 1, "--out", "m.json")
+    with open("m.json") as file:
+        model = json.load(file)
+    model["blocks"][1]["faces"].pop()
+    del model["contacts"]
+    with open("m.json", "w") as file:
+        json.dump(model, file)
+    status, out, _ = run("info", "m.json")
+    assert status == 0
+    assert "FAULT     block 'b01' is open" in out
+    assert "they will be detected" in out
+    assert run("check", "m.json")[0] == 2
+
+
+def test_convert_keeps_the_stone(run):
+    run("make", "arch", 9, "--out", "a.json")
+    status, out, _ = run("convert", "a.json", "a.obj")
+    assert status == 0
+    assert "a.obj" in out
+    model, _ = read_model("a.obj")
+    assert model.mass.volume.sum() == pytest.approx(design.arch(9).mass.volume.sum(), rel=1e-9)
+    status, _, err = run("convert", "a.json", "./a.json")
+    assert status == 2
+    assert "input" in err
+    status, _, err = run("convert", "a.json", "a.xyz")
+    assert status == 2
+    assert "a.xyz" in err
+    assert sorted(os.listdir()) == ["a.json", "a.obj"]
+
+
+def test_every_mesh_format_can_be_written(run):
+    assert MESHES == MESH_SUFFIXES
+    run("make", "stack", 2, "--out", "m.json")
+    for ending in MESHES:
+        status, _, err = run("convert", "m.json", f"m{ending}")
+        assert status == 0
+        assert err.count("\n") == 1
+        assert run("info", f"m{ending}", "--units", "m")[0] == 0
+
+
+def test_demo_makes_its_own_folder_and_proves_everything(run):
+    status, out, err = run("demo")
+    assert (status, err) == (0, "")
+    assert out.count("certificate verified") == 3
+    made = {
+        f"{m}{e}" for m in ("arch", "wall", "stack") for e in (".json", ".result.json", ".certificate.json", ".html")
+    }
+    assert set(os.listdir("demo")) == made | {"index.html"}
+    assert run("verify", "demo/stack.certificate.json")[0] == 0
+    assert run("check", "demo/stack.json")[0] == 1
+    with open("demo/index.html") as page:
+        links = [part.split('"')[0] for part in page.read().split('href="')[1:]]
+    assert set(links) == {"arch.html", "wall.html", "stack.html"}
+    assert run("demo")[0] == 0  # again, over the old files
+
+
+def test_demo_into_a_folder_that_is_there(run):
+    os.mkdir("here")
+    assert run("demo", "--out", "here")[0] == 0
+    assert len(os.listdir("here")) == 13
+    with open("file", "w"):
+        pass
+    assert run("demo", "--out", "file")[0] == 2

@@ -1,0 +1,40 @@
+"""A room imports only from floors below it, lazy imports included."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parents[1] / "src" / "cyclopean"
+FLOOR = {
+    "errors": 0, "arrays": 0.5,  # the ground floor has a step
+    "geometry": 1, "solvers": 1, "proof": 1,
+    "assembly": 2, "statics": 3, "analysis": 4, "design": 5, "io": 6, "view": 7, "cli": 8,
+    "__init__": 9, "__main__": 9,
+}  # fmt: skip
+
+
+def imported_rooms(tree: ast.AST) -> set[str]:
+    """Rooms of this package that a module imports anywhere in its text."""
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "relative import"
+            names |= {f"{node.module}.{alias.name}" for alias in node.names} if node.module == "cyclopean" else set()
+            names.add(node.module or "")
+    return {name.split(".")[1] for name in names if name.startswith("cyclopean.")} - {"__version__"}
+
+
+@pytest.mark.parametrize("path", sorted(SOURCE.rglob("*.py")), ids=lambda p: str(p.relative_to(SOURCE)))
+def test_imports_go_down(path: Path) -> None:
+    room = path.relative_to(SOURCE).parts[0].removesuffix(".py")
+    assert room in FLOOR, f"room {room} has no floor"
+    for other in imported_rooms(ast.parse(path.read_text())) - {room}:
+        assert FLOOR[other] < FLOOR[room], f"{room} (floor {FLOOR[room]}) imports {other} (floor {FLOOR[other]})"
+
+
+def test_a_lazy_import_of_a_higher_floor_is_seen() -> None:
+    assert imported_rooms(ast.parse("def f():\n    from cyclopean.cli import main")) == {"cli"}
+    assert imported_rooms(ast.parse("from cyclopean import view")) == {"view"}
