@@ -112,18 +112,22 @@ def test_what_another_writer_writes(suffix):
 
 @given(
     st.lists(st.tuples(*[st.integers(0, 3)] * 3), min_size=1, max_size=12, unique=True),
-    st.floats(0, 6.3),
+    st.integers(0, 2**32 - 1),
     st.randoms(use_true_random=False),
 )
-@settings(max_examples=60)
-def test_touching_cells_fall_apart(cells, angle, random):
-    """Cubes of a grid share faces, edges and corners; welded and shuffled, each is found again."""
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
+@settings(max_examples=100)
+def test_touching_cells_fall_apart(cells, seed, random):
+    """Cubes of a grid share faces, edges and corners; turned, rounded to single precision and shuffled, each is found.
+
+    The two triangulations of a shared face then differ by rounding, in angle too, on either side of zero.
+    """
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    turn[:, 0] *= np.linalg.det(turn)
     vertices = np.concatenate([(CUBE + np.array(cell)) for cell in cells])
     welded, new = np.unique(vertices, axis=0, return_inverse=True)
     faces = [(k, tuple(int(new.reshape(-1)[8 * k + i]) for i in t)) for k in range(len(cells)) for t in TRIANGLES]
     random.shuffle(faces)
-    labels = pieces(welded @ turn.T, [face for _, face in faces])
+    labels = pieces((welded @ turn.T).astype(np.float32).astype(float), [face for _, face in faces])
     assert len(set(zip((k for k, _ in faces), labels.tolist(), strict=True))) == len(cells) == labels.max() + 1
 
 

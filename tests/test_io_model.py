@@ -94,8 +94,8 @@ def test_units_of_the_file(at, units, metre):
 def test_millimetres_are_exact(at):
     """300 mm is 0.3 m to the last digit."""
     data = model(units="mm")
-    data["blocks"][0]["vertices"][6] = [300, 1100, 7]
-    assert read_model(at(data))[0].blocks[0].vertices[6].tolist() == [0.3, 1.1, 0.007]
+    data["blocks"][0]["vertices"][6] = [300, 1100, 9]
+    assert read_model(at(data))[0].blocks[0].vertices[6].tolist() == [0.3, 1.1, 0.009]  # 9 * 0.001 is not 0.009
 
 
 def test_units_asked_for(at):

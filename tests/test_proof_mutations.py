@@ -236,7 +236,7 @@ DECEITS = [
     (two_cubes, _set("blocks", 1, "density", 0), "density is not positive"),
     (two_cubes, _set("blocks", 0, "density", -1), "density is not positive"),
     (two_cubes, _set("blocks", 1, "fixed", True), "two fixed blocks"),
-    (cube_on_ground, _set("blocks", 1, "fixed", True), "no block is free"),
+    (cube_on_ground, _set("blocks", 1, "fixed", True), "two fixed blocks"),
     (cube_on_ground, _set("blocks", 0, "fixed", False), "do not balance"),
     (cube_on_ground, _set("blocks", 0, "fixed", 1), "fixed is not true or false"),
     (two_cubes, _set("blocks", 1, "faces", []), "no faces|do not close"),

@@ -22,9 +22,17 @@ def inner_forces(f: Floats, mu: Floats, blur: Floats) -> Floats:
     inner[:, 0] = np.maximum(inner[:, 0], 0.0)
     tangent = np.hypot(f[:, 1], f[:, 2])
     allowed = np.maximum(mu * (1.0 - 2e-12) - blur, 0.0) * inner[:, 0]
-    share = np.where(tangent > allowed, allowed / np.maximum(tangent, 1e-300), 1.0)
-    inner[:, 1:] *= share[:, None]
+    beyond = tangent > allowed
+    inner[:, 1:] *= np.where(beyond, allowed / np.where(beyond, tangent, 1.0), 1.0)[:, None]
     return inner
+
+
+def _flushed(values: Floats) -> list[list[float]]:
+    """Rows as lists, with noise below 1e-60 of the largest entry set to zero: it only makes exact numbers long."""
+    rows: list[list[float]] = np.where(
+        np.abs(values) > 1e-60 * np.max(np.abs(values), initial=0.0), values, 0.0
+    ).tolist()
+    return rows
 
 
 def world_forces(system: EquilibriumSystem, f: Floats) -> Floats:
@@ -91,8 +99,8 @@ def certify(
         ],
     }
     if force is not None:
-        certificate["forces"] = force.tolist()
+        certificate["forces"] = _flushed(force)
     if velocity is not None:
-        certificate["mechanism"] = {names[i]: row for i, row in zip(system.free, velocity.tolist(), strict=True)}
+        certificate["mechanism"] = {names[i]: row for i, row in zip(system.free, _flushed(velocity), strict=True)}
     certificate["seal"] = seal(certificate)
     return certificate

@@ -13,7 +13,7 @@ from cyclopean.analysis.reference import parse_cone
 from cyclopean.analysis.verdict import Result, Word
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Contacts, check_contacts, detect, supports
-from cyclopean.errors import InputError
+from cyclopean.errors import InputError, SolverError
 from cyclopean.geometry import mesh_faults
 from cyclopean.proof import Report, verify
 from cyclopean.statics import EquilibriumSystem, equilibrium_system, turned_gravity
@@ -104,16 +104,24 @@ def check(
     progress("verifying")
     result = _proved(model, settings, system, outcome)
     clock["verified"] = time.perf_counter()
-    pull = None
-    if settings.penalty:
-        pull = _spread(system, model.contacts, tension(system)[1] * system.force_unit)
+    pull = _glue(model, system) if settings.penalty else None
     seconds = {
         "contacts": clock["contacts"] - clock["margin"],
         "solve": clock["solved"] - clock["contacts"],
         "verify": clock["verified"] - clock["solved"],
         "total": time.perf_counter() - clock["start"],
     }
+    if settings.penalty and pull is None:
+        result = replace(result, warnings=(*result.warnings, "--penalty: the tension could not be measured"))
     return replace(result, seconds=seconds, tension=pull)
+
+
+def _glue(model: _Model, system: EquilibriumSystem) -> Floats | None:
+    """(P,) N of tension at each contact point by the penalty form; None where that fails: the verdict stands anyway."""
+    try:
+        return _spread(system, model.contacts, tension(system)[1] * system.force_unit)
+    except SolverError:
+        return None
 
 
 def _prepared(

@@ -111,7 +111,9 @@ def interior_point(
         least = min(least, centrality)
         if step == cap or not (centrality < np.inf) or idle > PATIENCE:
             break
-        with np.errstate(over="ignore", invalid="ignore"):  # a step that overflows ends at the factorisation's gate
+        with np.errstate(
+            over="ignore", invalid="ignore", divide="ignore"
+        ):  # a step that overflows ends at the factorisation's gate
             at = _iterate(task, at, primal, dual, energy)
     return DualAnswer(word, f, -at.y / at.tau, worst, step)  # type: ignore[arg-type]
 

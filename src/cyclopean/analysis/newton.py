@@ -11,7 +11,6 @@ from cyclopean.statics import EquilibriumSystem, Schur, cone_jacobian, project_c
 
 __all__ = ["DualAnswer", "collapse_bound", "newton", "sharpen_mechanism"]
 
-LOST = 0.6  # a collapse bound above this (more for few blocks) is past what standing models need: hand over
 ENOUGH = 1e-12  # scaled residual at which a state is taken as balanced; the certificate asks for 1e-9 of the total
 GOOD = 1e-10  # ... and at which one that no longer improves is taken
 SHIFT = 1e-9  # S is singular for blocks with few engaged contacts
@@ -44,7 +43,12 @@ def collapse_bound(system: EquilibriumSystem, y: Floats) -> float:
 
 
 def newton(
-    system: EquilibriumSystem, schur: Schur, start: Floats | None = None, cap: int = 20, decisive: float = 3e6
+    system: EquilibriumSystem,
+    schur: Schur,
+    start: Floats | None = None,
+    cap: int = 20,
+    decisive: float = 3e6,
+    lost: float = np.inf,
 ) -> DualAnswer:
     """Minimise phi(y) = 1/2 ||P_K(-A'y)||^2 - p'y; f = P_K(-A'y) is the least-norm state of equilibrium.
 
@@ -64,6 +68,8 @@ def newton(
         Most factorisations before handing over.
     decisive : float
         Collapse bound (in total loads) that counts as a mechanism.
+    lost : float
+        Collapse bound at which to hand over: past what models that stand usually need.
     """
     y = np.zeros(schur.size) if start is None else start.copy()
     f = project_cones(-system.gap(y), system.mu)
@@ -78,7 +84,7 @@ def newton(
         bound = collapse_bound(system, y) if step else 0.0
         if bound >= decisive:
             word = "collapse"
-        if step == cap or bound >= LOST + 20.0 / max(system.blocks, 1):
+        if step == cap or bound >= min(decisive, lost):
             break
         first = step == 0 and start is None
         D = np.broadcast_to(np.eye(3), (system.points, 3, 3)) if first else cone_jacobian(-system.gap(y), system.mu)

@@ -61,7 +61,7 @@ def rbe_program(system: EquilibriumSystem, cone: Cone, weights: Floats | None = 
     return ConicProgram(H, np.zeros(3 * q), A, b, (("zero", len(system.p), 1), *kinds))
 
 
-def penalty_program(system: EquilibriumSystem, cone: Cone, gamma: float = 1e3) -> ConicProgram:
+def penalty_program(system: EquilibriumSystem, cone: Cone, gamma: float = 1e6) -> ConicProgram:
     """The variant that measures tension: fn = fn+ - fn-, friction on fn+ alone, fn- priced at `gamma`.
 
     Unknowns (fn+, fu, fv) of every point, then fn- of every point. With friction on fn+ - fn- the cone would forbid

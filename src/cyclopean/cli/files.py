@@ -1,5 +1,7 @@
 """`info`, `convert`, `verify`: what is in a file, the same in another format, and does it prove what it says?"""
 
+import os
+import stat
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["convert", "info", "verify"]
 
 MESHES = (".glb", ".obj", ".ply", ".stl")
+LARGEST = 1 << 30  # bytes that a certificate may have
 
 Units = Annotated[str | None, typer.Option(metavar="U", help="Unit of the lengths that are read, such as mm.")]
 Json = Annotated[str | None, typer.Option(metavar="F|-", help="Write it as JSON; - prints that and nothing else.")]
@@ -32,10 +35,12 @@ def verify(
     from cyclopean.proof import NotACertificateError, verify_file
 
     try:
+        _refuse_endless(certificate)
         with long_work(f"verifying {certificate}"):
             report = verify_file(certificate)
     except OSError as error:
-        raise InputError(f"{certificate}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+        why = (error.strerror or str(error)).lower()
+        raise InputError(f"{certificate or repr(certificate)}: cannot be read: {why}") from None
     except NotACertificateError as error:
         raise InputError(f"{certificate}: {error}") from None
     data = {
@@ -55,6 +60,31 @@ def verify(
         say(f"{'proved' if report.proved else 'NOT proved'}: {report.claim or 'no claim that can be read'}")
         say(f"  {report.reason}")
     return 0 if report.proved else 1
+
+
+def _refuse_endless(path: str) -> None:
+    """Refuse what would be read for ever, or would not fit into memory.
+
+    Raises
+    ------
+    InputError
+        A folder, a device, a named pipe, a path that is none, or a file of more than `LARGEST` bytes.
+    OSError
+        There is no such file.
+    """
+    try:
+        found = os.stat(path)
+    except ValueError:  # a null character
+        raise InputError(f"{path}: is not a path") from None
+    mode = found.st_mode
+    if stat.S_ISDIR(mode):
+        raise InputError(f"{path}: is a folder; name a file in it")
+    if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):
+        raise InputError(f"{path}: is a device; name a file")
+    if stat.S_ISFIFO(mode) and not path.startswith("/dev/"):  # a shell's own pipes end, others need not
+        raise InputError(f"{path}: is a pipe; name a file")
+    if found.st_size > LARGEST:
+        raise InputError(f"{path}: holds {found.st_size / 1e9:.1f} GB, more than any certificate; is it one?")
 
 
 def info(

@@ -1,5 +1,6 @@
 """`make`: parametric models with exact contacts."""
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,11 +10,14 @@ from cyclopean.cli.outputs import planned
 from cyclopean.cli.plain import PlainCommand, PlainGroup
 from cyclopean.cli.terminal import say
 from cyclopean.cli.values import choice, number, numbers, optional_number, vector, whole
+from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
 
 __all__ = ["commands"]
+
+MOST = 1_000_000  # blocks, or facets of them, in a model that is made: more do not fit into a common memory
 
 Out = Annotated[str, typer.Option(metavar="MODEL", show_default=False, help="Model file to write.")]
 Mu = Annotated[str | None, typer.Option(metavar="M", help="Friction coefficient of every contact.")]
@@ -163,6 +167,9 @@ def _make(
         "mu": optional_number("--mu", mu, least=0.0),
     }
     path = planned({"--out": out})["--out"]
+    wanted = (abs(n) for n in (*sizes, options.get("facets")) if isinstance(n, int))
+    if math.prod(wanted) > MOST:
+        raise InputError(f"make {kind}: more than {MOST:,} blocks or facets; ask for fewer")
 
     from cyclopean import design, io
 

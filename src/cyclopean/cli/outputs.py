@@ -72,7 +72,7 @@ def _writable(option: str, text: str) -> Path:
         raise InputError(f"{option}: '{text}' is no file name (one that begins with - is written ./-)")
     path = Path(text)
     try:
-        mode = path.stat().st_mode if path.exists() else None
+        mode = _mode(path)
         if mode is not None and stat.S_ISDIR(mode):
             raise InputError(f"{option} {text}: is a folder; name a file in it")
         if text.endswith(("/", os.sep)):
@@ -88,11 +88,22 @@ def _writable(option: str, text: str) -> Path:
     return path
 
 
+def _mode(path: Path) -> int | None:
+    """Kind and permissions of what is there, or None where nothing is; a loop of links is an error."""
+    try:
+        return path.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
 def _same(path: Path, other: Path) -> bool:
     """Whether two names are one file, links followed; devices may be written to twice."""
-    if path.exists() and other.exists():
-        return path.samefile(other) and path.is_file()
-    return os.path.realpath(path) == os.path.realpath(other)
+    try:
+        if path.exists() and other.exists():
+            return path.samefile(other) and path.is_file()
+        return os.path.realpath(path) == os.path.realpath(other)
+    except (OSError, ValueError):  # the input is no path: its reader says so
+        return False
 
 
 def _why(error: OSError | ValueError) -> str:

@@ -4,6 +4,9 @@ import math
 
 from cyclopean.errors import InputError
 
+REACH = 1e12  # as in model files: beyond it, products leave double precision
+SPECK = 1e-100  # what is smaller counts as zero, for its products leave double precision too
+
 __all__ = ["choice", "number", "numbers", "optional_number", "tilt", "vector", "whole"]
 
 
@@ -29,7 +32,9 @@ def number(option: str, text: str) -> float:
         raise InputError(f"{option}: '{text}' is not a number") from None
     if not math.isfinite(value):
         raise InputError(f"{option}: '{text}' is not a finite number")
-    return value
+    if not abs(value) <= REACH:
+        raise InputError(f"{option}: {value:g} is beyond {REACH:g}; check the units")
+    return value if abs(value) >= SPECK else 0.0
 
 
 def optional_number(

@@ -153,7 +153,7 @@ def _welded(soup: _Soup, chosen: Bools) -> _Soup:
     here = np.flatnonzero(chosen)
     if not len(here):
         return soup
-    x, y, z = (soup.vertices[here] + 0.0).T  # + 0.0: -0 is 0
+    x, y, z = soup.vertices[here].T
     keys = np.stack([soup.owner[here].astype(float), x, y, z])
     order = np.lexsort((here, *keys[::-1]))
     fresh = np.concatenate([[True], (np.diff(keys[:, order], axis=1) != 0).any(0)])

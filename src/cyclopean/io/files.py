@@ -15,6 +15,8 @@ __all__ = ["PathLike", "decoded", "json_text", "one_line", "read_bytes", "write_
 
 PathLike = str | os.PathLike[str]
 
+LARGEST = 1 << 30  # bytes that a model may have: room for ten thousand finely scanned stones
+
 
 def one_line(text: PathLike, limit: int = 0) -> str:
     r"""Return `text` fit for a one-line message: control characters escaped, clipped to `limit` characters if given.
@@ -36,15 +38,21 @@ def read_bytes(path: PathLike) -> bytes:
     Raises
     ------
     InputError
-        It is missing, a folder, a device, not readable, or empty.
+        It is missing, a folder, a device, a named pipe, not readable, empty, or too large.
     """
-    shown = one_line(path)
+    shown = one_line(path) or "''"
     try:
-        mode = os.stat(path).st_mode
+        status = os.stat(path)
+        mode = status.st_mode
         if stat.S_ISDIR(mode):
             raise InputError(f"{shown}: is a folder; name a file in it")
         if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):  # /dev/zero never ends
             raise InputError(f"{shown}: is a device; name a file")
+        if stat.S_ISFIFO(mode) and not os.fspath(path).startswith("/dev/"):  # a shell's own pipes end, others need not
+            raise InputError(f"{shown}: is a pipe; name a file")
+        if status.st_size > LARGEST:
+            size = f"{status.st_size / 1e9:.1f} GB"
+            raise InputError(f"{shown}: holds {size}, more than the {LARGEST / 1e9:.1f} that are read; simplify it")
         data = Path(path).read_bytes()
     except FileNotFoundError:
         raise InputError(f"{shown}: no such file; check the path") from None
@@ -63,8 +71,10 @@ def decoded(path: PathLike, data: bytes) -> str:
     Raises
     ------
     InputError
-        Names the first byte that is not UTF-8.
+        Names the first byte that is not UTF-8, or is zero as in UTF-16 and in binary files.
     """
+    if (zero := data.find(b"\0")) >= 0:
+        raise InputError(f"{one_line(path)}: byte {zero} is zero, so it is not UTF-8 text; save the file as UTF-8")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -106,14 +116,22 @@ def write_bytes(path: PathLike, data: bytes) -> None:
         if mode is not None and not os.access(path, os.W_OK):
             raise InputError(f"{shown}: cannot be written (it is read-only)")
         if mode is not None and not stat.S_ISREG(mode):
-            with open(path, "wb") as stream:
-                stream.write(data)
+            _pour(path, data)
             return
         _replace(target, folder, data, 0o666 if mode is None else stat.S_IMODE(mode))
     except OSError as error:
         raise InputError(f"{shown}: cannot be written ({error.strerror or error})") from None
     except ValueError:  # an embedded null character
         raise InputError(f"{shown}: is not a path") from None
+
+
+def _pour(path: PathLike, data: bytes) -> None:
+    """Write into a pipe or a device; a pipe that nobody reads is an error, not a wait without end."""
+    handle = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+    with os.fdopen(handle, "wb") as stream:
+        if hasattr(os, "O_NONBLOCK"):
+            os.set_blocking(handle, True)
+        stream.write(data)
 
 
 def _replace(target: str, folder: str, data: bytes, mode: int) -> None:

@@ -61,13 +61,13 @@ _PASSED_OVER = frozenset(
 
 
 def _lines(content: str) -> list[tuple[int, str]]:
-    """Number the lines, those that end in a backslash joined to the next."""
+    """Number the lines, those that end in a backslash joined to the next; a name may end in one, a comment too."""
     if "\\" not in content:
         return list(enumerate(content.split("\n"), 1))
     joined: list[tuple[int, str]] = []
     start, text = 1, ""
     for number, line in enumerate(content.split("\n"), 1):
-        if line.rstrip().endswith("\\") and not line.lstrip().startswith("#"):
+        if line.rstrip().endswith("\\") and not line.lstrip().startswith(("#", "o ", "g ")):
             text += line.rstrip()[:-1] + " "
             continue
         joined.append((start, text + line))

@@ -26,8 +26,9 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
     Returns
     -------
     dict
-        `forces` only where there are forces (N, in the frame of the patch, on `b`), `mechanism` only when unstable
-        (m/s and rad/s of every free block, up to a common factor).
+        `forces` only where there are forces (N, in the frame of the patch, on `b`) or where tension was measured (then
+        with `tension`, N at each point; `force` is null where no state was found), `mechanism` only when unstable (m/s
+        and rad/s of every free block, up to a common factor).
     """
     contacts, ids = result.contacts, [block.id for block in result.assembly.blocks]
     free = [i for i, held in enumerate(result.fixed.tolist()) if not held]
@@ -44,7 +45,7 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         "assumed": result.assumed,
         "residuals": result.residuals,
     }
-    if result.force is not None:
+    if result.force is not None or result.tension is not None:
         document["forces"] = _forces(result, ids)
     if result.verdict == "unstable" and result.mechanism is not None:
         document["mechanism"] = {ids[i]: result.mechanism[i].tolist() for i in free}
@@ -58,13 +59,15 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
 def _forces(result: "Result", ids: list[str]) -> list[dict[str, Any]]:
     contacts, force = result.contacts, result.force
     frame = contacts.frame if result.frame is None else result.frame
-    assert force is not None
     rows = []
     for k, (a, b) in enumerate(zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)):
-        row = {"a": ids[a], "b": ids[b], "polygon": contacts.polygon(k).tolist()}
-        row["force"] = force[contacts.start[k] : contacts.start[k + 1]].tolist()
+        row: dict[str, Any] = {"a": ids[a], "b": ids[b], "polygon": contacts.polygon(k).tolist()}
+        here = slice(contacts.start[k], contacts.start[k + 1])
+        row["force"] = None if force is None else force[here].tolist()
         row["frame"] = frame[k].tolist()
         row["utilisation"] = None if result.utilisation is None else float(result.utilisation[k])
+        if result.tension is not None:
+            row["tension"] = result.tension[here].tolist()
         rows.append(row)
     return rows
 

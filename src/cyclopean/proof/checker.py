@@ -313,8 +313,10 @@ def _read(certificate: object) -> _Sheet:
     numbers = {stone.name: i for i, stone in enumerate(stones)}
     if len(numbers) != len(stones):
         _refuse("two blocks have the same id")
-    if all(stone.fixed for stone in stones):
-        _refuse("no block is free: there is nothing to prove")
+    if kind != "rbe-state" and all(stone.fixed for stone in stones):
+        _refuse("no block is free, so none can move")
+    if not stones:
+        _refuse("there are no blocks")
     joints = [_read_joint(value, i, numbers, stones) for i, value in enumerate(_items(top["contacts"], "contacts"))]
     pushes = [_read_push(value, i, numbers) for i, value in enumerate(_items(top["loads"], "loads"))]
     witness = _read_forces(top["forces"], joints) if kind == "rbe-state" else _read_motion(top["mechanism"], stones)
@@ -590,7 +592,12 @@ def _lengths(sheet: _Sheet) -> Iterator[Number]:
 
 
 def _require_modest_tolerance(sheet: _Sheet, tolerance: int, k: int) -> None:
-    """Require tolerance <= TOLERANCE_SHARE * diagonal of the box around the free blocks (vertices that a face uses)."""
+    """Require tolerance <= TOLERANCE_SHARE * diagonal of the box around the free blocks (vertices that a face uses).
+
+    Without free blocks there are no contacts to place, so any tolerance will do.
+    """
+    if all(stone.fixed for stone in sheet.stones):
+        return
     corners = [
         _vector(stone.vertices[i], k) for stone in sheet.stones if not stone.fixed for i in set().union(*stone.faces)
     ]
@@ -907,8 +914,10 @@ def _moment_above(solid: _Solid, pull: Vec, turn: Vec) -> Vec:
 
 
 def _mean_size_below(sheet: _Sheet, model: _Model) -> int:
-    """Cube root of the mean volume of the free blocks, rounded down."""
+    """Cube root of the mean volume of the free blocks, rounded down; 0 where no block is free."""
     volumes = [solid.volume6 for stone, solid in zip(sheet.stones, model.solids, strict=True) if not stone.fixed]
+    if not volumes:
+        return 0
     return _cube_root_below(sum(volumes) // (6 * len(volumes)))
 
 
