@@ -457,16 +457,16 @@ def test_a_mechanism_with_a_floating_contact_is_refused_too():
 
 
 def test_a_far_or_huge_support_does_not_widen_the_tolerance():
-    """0.5 % of a unit cube's diagonal is 8.7 mm."""
+    """1 % of the diagonal of the one free cube is 17.3 mm, however large the model is."""
     far = box("far", [1e6, 0, 0], [1e6 + 1, 1, 1], fixed=True)
     huge = box("ground", [-1e4, -1e4, -1], [1e4, 1e4, 0], fixed=True)
-    for tolerance, proved in ((0.0086, True), (0.0087, False)):
+    for tolerance, proved in ((0.0173, True), (0.0174, False)):
         certificate = state([huge, CUBE, far], [BASE], [[0, 0, W / 4]] * 4, tolerance=tolerance)
         assert verify(certificate).proved is proved
 
 
 def test_an_unused_vertex_does_not_widen_the_tolerance():
-    certificate = sealed({**cube_on_ground(), "tolerance": 0.01})
+    certificate = sealed({**cube_on_ground(), "tolerance": 0.03})
     certificate["blocks"][1]["vertices"].append([1e6, 0, 0])
     assert "tolerance" in verify(sealed(certificate)).reason
 

@@ -231,7 +231,7 @@ DECEITS = [
     (two_cubes, _set("contacts", 1, "b", ["upper"]), "no block"),
     (two_cubes, _set("contacts", 0, "mu", -0.5), "mu is negative"),
     (two_cubes, _set("tolerance", -1e-6), "tolerance is negative"),
-    (two_cubes, _set("tolerance", 0.02), "tolerance is more"),
+    (two_cubes, _set("tolerance", 0.05), "tolerance is more"),
     (two_cubes, _set("tolerance", 1e99), "tolerance is more"),
     (two_cubes, _set("blocks", 1, "density", 0), "density is not positive"),
     (two_cubes, _set("blocks", 0, "density", -1), "density is not positive"),

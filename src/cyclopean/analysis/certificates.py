@@ -15,15 +15,18 @@ __all__ = ["certify", "inner_forces", "world_forces"]
 def inner_forces(f: Floats, mu: Floats, blur: Floats) -> Floats:
     """Pull (q, 3) forces just inside their cones, so that rounding in world coordinates cannot push them out.
 
-    Friction is cut to mu fn (1 - 2e-12) less `blur` fn, with blur (q,) the angle by which rounding may turn a patch's
-    normal. Equilibrium suffers by less than a thousandth of what a certificate allows.
+    The slope |f_t| / fn is held to mu (1 - 2e-12), less what `blur` allows for: the (q,) angle by which rounding may
+    turn a patch's normal. Where the slope is below 1 friction gives way, above it fn grows: the smaller change.
+    Equilibrium suffers by less than a thousandth of what a certificate allows.
     """
     inner = f.copy()
     inner[:, 0] = np.maximum(inner[:, 0], 0.0)
     tangent = np.hypot(f[:, 1], f[:, 2])
-    allowed = np.maximum(mu * (1.0 - 2e-12) - blur, 0.0) * inner[:, 0]
-    beyond = tangent > allowed
-    inner[:, 1:] *= np.where(beyond, allowed / np.where(beyond, tangent, 1.0), 1.0)[:, None]
+    slope = np.maximum(mu * (1.0 - 2e-12 - 1e-15 * mu) - (1.0 + mu * mu) * blur, 0.0)
+    beyond = tangent > slope * inner[:, 0]
+    raised, cut = beyond & (slope > 1.0), beyond & ~(slope > 1.0)
+    inner[:, 0] = np.where(raised, tangent / np.where(raised, slope, 1.0), inner[:, 0])
+    inner[:, 1:] *= np.where(cut, slope * inner[:, 0] / np.where(cut, tangent, 1.0), 1.0)[:, None]
     return inner
 
 

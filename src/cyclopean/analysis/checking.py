@@ -12,7 +12,7 @@ from cyclopean.analysis.rbe import BALANCE, COLLAPSE, Outcome, solve_rbe, tensio
 from cyclopean.analysis.reference import parse_cone
 from cyclopean.analysis.verdict import Result, Word
 from cyclopean.arrays import Bools, Floats
-from cyclopean.assembly import Assembly, Contacts, check_contacts, detect, supports
+from cyclopean.assembly import Assembly, Contacts, check_contacts, detect, length_tolerance, supports
 from cyclopean.errors import InputError, SolverError
 from cyclopean.geometry import mesh_faults
 from cyclopean.proof import Report, verify
@@ -166,11 +166,23 @@ def _prepared(
         fixed,
         gravity,
         DENSITY if settings.density is None else settings.density,
-        max(margin, 1e-9 * assembly.size) * (1.0 + 1e-6),
+        _stated(assembly, fixed, margin),
         assumed,
         tuple(warnings),
         tuple(int(i) for i in np.flatnonzero(~touched & ~fixed)),
     )
+
+
+def _stated(assembly: Assembly, fixed: Bools, furthest: float) -> float:
+    """The tolerance (m) a certificate states, given how far the furthest contact point lies off the faces.
+
+    Twice that and at least the length tolerance, for the checker measures to the facets of faces that are not quite
+    flat; but no more than it accepts unless the contacts need it.
+    """
+    free = assembly.mesh.vertex[~fixed[assembly.mesh.vertex_body]]
+    share = 0.00499 * float(np.linalg.norm(np.ptp(free, axis=0))) if len(free) else np.inf
+    wide = 2.0 * max(furthest, length_tolerance(assembly))
+    return max(furthest * (1.0 + 1e-6), min(wide, share))
 
 
 def _proved(model: _Model, settings: Settings, system: EquilibriumSystem, outcome: Outcome) -> Result:
@@ -288,7 +300,9 @@ def _worded(model: _Model, outcome: Outcome, report: Report | None, velocity: Fl
         )
     if report is not None:
         return "undecided", f"A solver's answer did not survive the independent check: {report.reason}"
+    balance = f"best residual {outcome.balance:.1e} of the loads" if np.isfinite(outcome.balance) else "none at all"
+    bound = f"best bound {outcome.bound:.1e}" if outcome.bound > 0.0 else "none at all"
     return "undecided", (
-        f"Neither a state of equilibrium (best residual {min(outcome.balance, 1e300):.1e} of the loads,"
-        f" {BALANCE:.0e} wanted) nor a mechanism (best bound {outcome.bound:.1e}, {COLLAPSE:.0e} wanted) was found."
+        f"Neither a state of equilibrium ({balance}, {BALANCE:.0e} wanted) nor a mechanism ({bound}, {COLLAPSE:.0e}"
+        " wanted) was found."
     )

@@ -39,7 +39,7 @@ def demo(
                     "--certificate": place / f"{name}.certificate.json",
                     "--report": place / f"{name}.html",
                 },
-                f"{name}.json",
+                str(place / f"{name}.json"),
             )
         entries = [view.index_entry(result, f"{name}.html") for name, result in results.items()]
         io.write_text(place / "index.html", view.index_html(entries, "Three models, three proofs"))

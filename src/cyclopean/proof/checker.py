@@ -65,8 +65,11 @@ FACE_ALIGNMENT = Fraction(19, 20)
 cut into ten or more a half circle; the side of a block may not stand for its top."""
 
 TOLERANCE_SHARE = Fraction(5, 1000)
-"""Largest stated tolerance, relative to the diagonal of the box around the **free** blocks. Fixed blocks do not count:
-a huge or far-away support would otherwise make room for floating contacts."""
+"""Largest stated tolerance, relative to the diagonal of the box around all blocks."""
+
+FREE_SHARE = Fraction(10, 1000)
+"""Likewise relative to the box around the **free** blocks alone: a huge or far-away support must not make room for
+floating contacts."""
 
 TINY, HUGE = 1e-150, 1e100
 """Magnitudes of non-zero numbers accepted. Rounding noise (1e-17 * 1e-17) fits in; an exponent meant to make the
@@ -592,22 +595,22 @@ def _lengths(sheet: _Sheet) -> Iterator[Number]:
 
 
 def _require_modest_tolerance(sheet: _Sheet, tolerance: int, k: int) -> None:
-    """Require tolerance <= TOLERANCE_SHARE * diagonal of the box around the free blocks (vertices that a face uses).
+    """Require tolerance <= TOLERANCE_SHARE of the model's size and FREE_SHARE of that of its free blocks together.
 
-    Without free blocks there are no contacts to place, so any tolerance will do.
+    Sizes are diagonals of boxes around the vertices that a face uses. Without free blocks there are no contacts to
+    place, so any tolerance will do.
     """
-    if all(stone.fixed for stone in sheet.stones):
+    free = [stone for stone in sheet.stones if not stone.fixed]
+    if not free:
         return
-    corners = [
-        _vector(stone.vertices[i], k) for stone in sheet.stones if not stone.fixed for i in set().union(*stone.faces)
-    ]
-    if not corners:
-        _refuse("a free block has no faces")
-    low, high = _box(corners)
-    diagonal = _minus(high, low)
-    share = TOLERANCE_SHARE
-    if not (tolerance * share.denominator) ** 2 <= share.numerator**2 * _dot(diagonal, diagonal):
-        _refuse(f"tolerance is more than {float(share):.1%} of the size of the free blocks together")
+    for stones, share, what in ((free, FREE_SHARE, "free blocks together"), (sheet.stones, TOLERANCE_SHARE, "model")):
+        corners = [_vector(stone.vertices[i], k) for stone in stones for i in set().union(*stone.faces)]
+        if not corners:
+            _refuse("a free block has no faces")
+        low, high = _box(corners)
+        diagonal = _minus(high, low)
+        if not (tolerance * share.denominator) ** 2 <= share.numerator**2 * _dot(diagonal, diagonal):
+            _refuse(f"tolerance is more than {float(share):.1%} of the size of the {what}")
 
 
 def _box(points: Iterable[Vec]) -> tuple[Vec, Vec]:

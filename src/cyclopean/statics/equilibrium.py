@@ -56,7 +56,7 @@ def turned_gravity(gravity: Floats, degrees: float, azimuth: float = 0.0) -> Flo
 
     Examples
     --------
-    >>> turned_gravity(np.array([0.0, 0, -10]), 90.0).round(12).tolist()
+    >>> (turned_gravity(np.array([0.0, 0, -10]), 90.0).round(12) + 0.0).tolist()
     [10.0, 0.0, 0.0]
     """
     angle, heading = np.deg2rad(degrees), np.deg2rad(azimuth)
