@@ -10,7 +10,7 @@ import typer
 
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
-from cyclopean.cli.values import choice, optional_number, tilt, vector
+from cyclopean.cli.values import choice, optional_number, tilt, vector, weights
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Result
@@ -40,6 +40,9 @@ def check(
         str, typer.Option(metavar="C", help="Friction cone: exact, inscribed:K or circumscribed:K.")
     ] = "exact",
     solver: Annotated[str, typer.Option(metavar="|".join(SOLVERS), help="How to solve.")] = "auto",
+    weigh: Annotated[
+        str | None, typer.Option("--weights", metavar="N,T", help="Weights of normal and tangential forces [1,1].")
+    ] = None,
     penalty: Annotated[
         bool, typer.Option("--penalty", help="Let joints pull, at a price: shows where tension would be needed.")
     ] = False,
@@ -64,6 +67,7 @@ def check(
         "tolerance": optional_number("--tolerance", tolerance, above=0.0),
         "cone": cone,
         "solver": choice("--solver", solver, SOLVERS),
+        "weights": weights("--weights", weigh),
         "penalty": penalty,
     }
     files = planned({"--json": json, "--certificate": certificate, "--report": report}, keep=model)

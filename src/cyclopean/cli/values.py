@@ -7,7 +7,7 @@ from cyclopean.errors import InputError
 REACH = 1e12  # as in model files: beyond it, products leave double precision
 SPECK = 1e-100  # what is smaller counts as zero, for its products leave double precision too
 
-__all__ = ["choice", "number", "numbers", "optional_number", "tilt", "vector", "whole"]
+__all__ = ["choice", "number", "numbers", "optional_number", "tilt", "vector", "weights", "whole"]
 
 
 def number(option: str, text: str) -> float:
@@ -116,6 +116,16 @@ def tilt(option: str, text: str | None) -> tuple[float, float] | None:
     if len(value) > 2:
         raise InputError(f"{option}: '{text}' should be DEG or DEG,AZ")
     return value[0], value[1] if len(value) == 2 else 0.0
+
+
+def weights(option: str, text: str | None) -> tuple[float, float]:
+    """Read `N,T`: weights of the normal and tangential forces; 1,1 where not given."""
+    if text is None:
+        return 1.0, 1.0
+    values = numbers(option, text)
+    if len(values) != 2 or not all(value > 0.0 for value in values):
+        raise InputError(f"{option} {text}: expected two positive numbers N,T")
+    return values[0], values[1]
 
 
 def choice(option: str, text: str, known: tuple[str, ...]) -> str:
