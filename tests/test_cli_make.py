@@ -82,6 +82,7 @@ def test_info_tells_of_faults(run):
     assert status == 0
     assert "FAULT     block 'b01' is open" in out
     assert "they will be detected" in out
+    assert "assumes   density 2400" in out
     assert run("check", "m.json")[0] == 2
 
 
@@ -134,3 +135,17 @@ def test_demo_into_a_folder_that_is_there(run):
     with open("file", "w"):
         pass
     assert run("demo", "--out", "file")[0] == 2
+
+
+def test_info_detects_contacts_and_names_outliers(run):
+    """Most bricks are equal, so the quartiles coincide: the slab and the two half bricks lie beyond Tukey's fence."""
+    run("make", "wall", 3, 3, "--out", "w.json")
+    run("convert", "w.json", "w.obj")
+    status, out, _ = run("info", "w.obj", "--units", "m", "--json", "-")
+    data = json.loads(out)
+    assert status == 0
+    assert (data["contacts"]["count"], data["contacts"]["detected"]) == (22, True)
+    assert data["assumed"] == {"mu": 0.84, "density": 2400.0, "supports": "lowest"}
+    assert data["supports"] == "lowest"
+    assert data["outliers"] == ["ground", "c02-b01", "c02-b04"]
+    assert data["volume"]["quartiles"][1] == pytest.approx(0.4 * 0.2 * 0.2)

@@ -11,6 +11,7 @@ from cyclopean import __version__
 from cyclopean.cli import files, make
 from cyclopean.cli.check import check
 from cyclopean.cli.demo import demo
+from cyclopean.cli.info import info
 from cyclopean.cli.plain import PlainCommand, PlainGroup
 from cyclopean.cli.terminal import ClosedPipeError, complain, say
 from cyclopean.errors import CyclopeanError, InputError, SolverError
@@ -45,7 +46,7 @@ def start(
     return 0
 
 
-for command in (demo, check, files.verify, files.info, files.convert):
+for command in (demo, check, files.verify, info, files.convert):
     app.command(cls=PlainCommand)(command)
 app.add_typer(make.commands, name="make")
 

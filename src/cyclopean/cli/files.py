@@ -1,8 +1,8 @@
-"""`info`, `convert`, `verify`: what is in a file, the same in another format, and does it prove what it says?"""
+"""`convert` and `verify`: the same model in another format, and does a certificate prove what it says?"""
 
 import os
 import stat
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,7 +13,7 @@ from cyclopean.errors import InputError
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
 
-__all__ = ["convert", "info", "verify"]
+__all__ = ["convert", "verify"]
 
 MESHES = (".glb", ".obj", ".ply", ".stl")
 LARGEST = 1 << 30  # bytes that a certificate may have
@@ -87,29 +87,6 @@ def _refuse_endless(path: str) -> None:
         raise InputError(f"{path}: holds {found.st_size / 1e9:.1f} GB, more than any certificate; is it one?")
 
 
-def info(
-    model: Annotated[str, typer.Argument(metavar="MODEL", show_default=False, help="Model file.")],
-    units: Units = None,
-    json: Json = None,
-) -> int:
-    """Say what is in a model file."""
-    files = planned({"--json": json}, keep=model)
-
-    from cyclopean import io
-
-    assembly, warnings = io.read_model(model, units)
-    for warning in warnings:
-        warn(warning)
-    data = _contents(assembly)
-    if files:
-        io.write_json(files["--json"], data)
-    if json == STANDARD_OUTPUT:
-        say_json(data)
-    else:
-        say("\n".join(_lines(data)))
-    return 0
-
-
 def convert(
     source: Annotated[str, typer.Argument(metavar="IN", show_default=False, help="Model file to read.")],
     target: Annotated[
@@ -145,79 +122,3 @@ def _lost(name: str, assembly: "Assembly") -> tuple[str, ...]:
     }
     kinds = [kind for kind, there in lost.items() if there]
     return (f"{name}: a mesh file holds no {', '.join(kinds)}",) if kinds else ()
-
-
-def _contents(assembly: "Assembly") -> dict[str, Any]:
-    """Count and measure a model."""
-    import numpy as np
-
-    from cyclopean.geometry import mesh_faults
-
-    blocks, contacts, vertex = assembly.blocks, assembly.contacts, assembly.mesh.vertex
-    volume = assembly.mass.volume
-    faults = [{"block": blocks[i].id, "fault": fault} for i, fault in mesh_faults(assembly.mesh)]
-    given: dict[str, Any] | None = None
-    if contacts is not None:
-        mu = contacts.mu[~np.isnan(contacts.mu)]
-        given = {
-            "count": len(contacts),
-            "points": len(contacts.point),
-            "area": float(contacts.area.sum()),
-            "mu": [float(mu.min()), float(mu.max())] if len(mu) else None,
-            "without_mu": len(contacts) - len(mu),
-        }
-    density = [b.density for b in blocks if b.density is not None]
-    return {
-        "schema": "cyclopean.info/1",
-        "model": assembly.name,
-        "blocks": len(blocks),
-        "fixed": sum(b.fixed is True for b in blocks),
-        "free": sum(b.fixed is False for b in blocks),
-        "groups": len({b.group for b in blocks} - {None}),
-        "bounds": [vertex.min(axis=0).tolist(), vertex.max(axis=0).tolist()] if len(vertex) else None,
-        "volume": {
-            "total": float(volume.sum()),
-            "least": float(volume.min(initial=np.inf)) if len(volume) else 0.0,
-            "most": float(volume.max(initial=0.0)),
-        },
-        "density": [min(density), max(density)] if density else None,
-        "without_density": len(blocks) - len(density),
-        "contacts": given,
-        "loads": len(assembly.loads),
-        "faults": faults,
-    }
-
-
-def _lines(data: dict[str, Any]) -> list[str]:
-    """Write the same for a person."""
-    unsaid = data["blocks"] - data["fixed"] - data["free"]
-    said = f"{data['fixed']} fixed, {data['free']} free" + (f", {unsaid} not said" if unsaid else "")
-    lines = [data["model"], f"  blocks    {data['blocks']} ({said}), {data['groups']} groups"]
-    if data["bounds"] is not None:
-        sides = (high - low for low, high in zip(*data["bounds"], strict=True))
-        lines.append(
-            f"  size      {' x '.join(f'{s:.4g}' for s in sides)} m, lowest point z = {data['bounds'][0][2]:.4g} m"
-        )
-    volume = data["volume"]
-    lines.append(f"  volume    {volume['total']:.4g} m3, blocks {volume['least']:.4g} to {volume['most']:.4g} m3")
-    lines.append(f"  density   {_span(data['density'], data['without_density'], 'kg/m3')}")
-    given = data["contacts"]
-    if given is None:
-        lines.append("  contacts  not given; they will be detected")
-    else:
-        lines.append(f"  contacts  {given['count']} given, {given['points']} points, {given['area']:.4g} m2")
-        lines.append(f"  mu        {_span(given['mu'], given['without_mu'], '')}")
-    if data["loads"]:
-        lines.append(f"  loads     {data['loads']}")
-    lines += [f"  FAULT     block '{f['block']}' {f['fault']}" for f in data["faults"][:5]]
-    if len(data["faults"]) > 5:
-        lines.append(f"  FAULT     {len(data['faults']) - 5} more blocks with faults")
-    return lines
-
-
-def _span(ends: list[float] | None, unsaid: int, unit: str) -> str:
-    if ends is None:
-        return "not given"
-    low, high = ends
-    value = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-    return f"{value} {unit}".rstrip() + (f", {unsaid} not given" if unsaid else "")

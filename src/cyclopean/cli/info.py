@@ -1,0 +1,155 @@
+"""`info`: what is in a model file, and what a check of it would assume."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cyclopean.cli.files import Json, Units
+from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
+from cyclopean.cli.terminal import say, say_json, warn
+
+if TYPE_CHECKING:
+    from cyclopean.assembly import Assembly, Contacts
+
+__all__ = ["info"]
+
+NAMED = 5  # faults, outliers and warnings named one by one; the rest are counted
+
+
+def info(
+    model: Annotated[str, typer.Argument(metavar="MODEL", show_default=False, help="Model file.")],
+    units: Units = None,
+    json: Json = None,
+) -> int:
+    """Say what is in a model file."""
+    files = planned({"--json": json}, keep=model)
+
+    from cyclopean import io
+
+    assembly, warnings = io.read_model(model, units)
+    for warning in warnings:
+        warn(warning)
+    data = _contents(assembly)
+    if files:
+        io.write_json(files["--json"], data)
+    if json == STANDARD_OUTPUT:
+        say_json(data)
+    else:
+        say("\n".join(_lines(data)))
+    return 0
+
+
+def _contents(assembly: "Assembly") -> dict[str, Any]:
+    """Count and measure a model; contacts are detected where it gives none and its meshes are sound."""
+    from cyclopean.analysis import DENSITY, MU
+    from cyclopean.assembly import detect, survey
+    from cyclopean.geometry import mesh_faults
+
+    contacts = assembly.contacts
+    notes: tuple[str, ...] = ()
+    if contacts is None and len(assembly) and not mesh_faults(assembly.mesh):
+        found = detect(assembly)
+        contacts, notes = found.contacts, found.warnings
+    facts = survey(assembly, contacts)
+    assumed: dict[str, Any] = {}
+    if facts.without_mu:
+        assumed["mu"] = MU
+    if facts.without_density:
+        assumed["density"] = DENSITY
+    if facts.support_rule == "lowest":
+        assumed["supports"] = "lowest"
+    volumes = facts.volumes
+    vertex = assembly.mesh.vertex
+    density = [b.density for b in assembly.blocks if b.density is not None]
+    return {
+        "schema": "cyclopean.info/1",
+        "model": facts.name,
+        "blocks": facts.blocks,
+        "fixed": facts.supports,
+        "free": facts.blocks - facts.supports,
+        "supports": facts.support_rule,
+        "groups": facts.groups,
+        "bounds": [vertex.min(axis=0).tolist(), vertex.max(axis=0).tolist()] if len(vertex) else None,
+        "volume": {
+            "total": volumes.total if volumes else 0.0,
+            "least": volumes.minimum if volumes else 0.0,
+            "quartiles": [volumes.lower_quartile, volumes.median, volumes.upper_quartile] if volumes else None,
+            "most": volumes.maximum if volumes else 0.0,
+        },
+        "outliers": list(facts.outliers),
+        "density": [min(density), max(density)] if density else None,
+        "without_density": facts.without_density,
+        "contacts": _joints(contacts, detected=assembly.contacts is None),
+        "loads": facts.loads,
+        "warped_faces": facts.warped_faces,
+        "faults": [{"block": block, "fault": fault} for block, fault in facts.faults],
+        "assumed": assumed,
+        "warnings": list(notes),
+    }
+
+
+def _joints(contacts: "Contacts | None", detected: bool) -> dict[str, Any] | None:
+    import numpy as np
+
+    if contacts is None:
+        return None
+    mu = contacts.mu[~np.isnan(contacts.mu)]
+    return {
+        "detected": detected,
+        "count": len(contacts),
+        "points": len(contacts.point),
+        "area": float(contacts.area.sum()),
+        "mu": [float(mu.min()), float(mu.max())] if len(mu) else None,
+        "without_mu": len(contacts) - len(mu),
+    }
+
+
+def _lines(data: dict[str, Any]) -> list[str]:
+    """Write the same for a person."""
+    said = f"{data['fixed']} fixed, {data['free']} free"
+    lines = [data["model"], f"  blocks    {data['blocks']} ({said}), {data['groups']} groups"]
+    rules = {"file": "as the file says", "lowest": "every block at the lowest point", "none": "none"}
+    lines.append(f"  supports  {rules.get(data['supports'], data['supports'])}")
+    if data["bounds"] is not None:
+        sides = (high - low for low, high in zip(*data["bounds"], strict=True))
+        lines.append(
+            f"  size      {' x '.join(f'{s:.4g}' for s in sides)} m, lowest point z = {data['bounds'][0][2]:.4g} m"
+        )
+    lines += _sizes(data)
+    lines.append(f"  density   {_span(data['density'], data['without_density'], 'kg/m3')}")
+    joints = data["contacts"]
+    if joints is None:
+        lines.append("  contacts  not given; they will be detected once the meshes are sound")
+    else:
+        how = "detected" if joints["detected"] else "given"
+        lines.append(f"  contacts  {joints['count']} {how}, {joints['points']} points, {joints['area']:.4g} m2")
+        lines.append(f"  mu        {_span(joints['mu'], joints['without_mu'], '')}")
+    if data["loads"]:
+        lines.append(f"  loads     {data['loads']}")
+    if data["assumed"]:
+        lines.append(f"  assumes   {', '.join(f'{name} {value}' for name, value in data['assumed'].items())}")
+    if data["warped_faces"]:
+        lines.append(f"  faces     {data['warped_faces']} are not flat and count as triangles")
+    lines += _some("FAULT     ", [f"block '{f['block']}' {f['fault']}" for f in data["faults"]])
+    return lines + _some("note      ", data["warnings"])
+
+
+def _sizes(data: dict[str, Any]) -> list[str]:
+    volume = data["volume"]
+    lines = [f"  volume    {volume['total']:.4g} m3, blocks {volume['least']:.4g} to {volume['most']:.4g} m3"]
+    if volume["quartiles"] is not None:
+        lines[0] += f", quartiles {', '.join(f'{q:.4g}' for q in volume['quartiles'])}"
+    return lines + _some("outlier   ", [f"block '{name}' is far from the usual size" for name in data["outliers"]])
+
+
+def _some(label: str, texts: list[str]) -> list[str]:
+    lines = [f"  {label}{text}" for text in texts[:NAMED]]
+    return lines + ([f"  {label}{len(texts) - NAMED} more"] if len(texts) > NAMED else [])
+
+
+def _span(ends: list[float] | None, unsaid: int, unit: str) -> str:
+    if ends is None:
+        return "not given"
+    low, high = ends
+    value = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    return f"{value} {unit}".rstrip() + (f", {unsaid} not given" if unsaid else "")
