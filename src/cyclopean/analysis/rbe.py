@@ -18,6 +18,7 @@ __all__ = ["BALANCE", "COLLAPSE", "SOLVERS", "Outcome", "solve_rbe", "tension", 
 SOLVERS = ("auto", "newton", "interior", "clarabel")
 BALANCE = 1e-9  # the certificate's own threshold: ||A f + p|| in total loads
 LOST = 0.6  # least-norm states of standing models come to 0.1 to 0.3 of the total load, more where blocks are few
+PROMISING = 1e3  # collapse bound from which a solver's velocities are worth sharpening rather than handing over
 NEAR = 1e-5  # scaled residual from which an interior point's forces are worth mending
 COLLAPSE = 1e6  # likewise: p'y / ||P_K(-A'y)|| in total loads
 
@@ -172,8 +173,8 @@ def _settled(
     provenance: dict[str, Any] = {
         "solver": name,
         "iterations": answer.steps,
-        "factorisations": schur.factorisations if schur else 0,
-        "tried": list(tried),
+        "factorisations": sum(t["factorisations"] for t in tried),
+        "tried": tried,
     }
     if answer.word == "balanced":
         f = project_cones(answer.f, system.mu)
@@ -182,12 +183,13 @@ def _settled(
             f, balance = _repaired(system, f, balance)
         return Outcome("balanced" if balance <= BALANCE else "undecided", f, None, balance, 0.0, provenance)
     y, bound = answer.y, collapse_bound(system, answer.y)
-    if schur is not None and 1.0 < bound < 3.0 * COLLAPSE:
-        y = sharpen_mechanism(system, Schur(system), y)
+    if schur is not None and PROMISING < bound < 3.0 * COLLAPSE:
+        extra = Schur(system)
+        y = sharpen_mechanism(system, extra, y)
         bound = collapse_bound(system, y)
-    if bound >= COLLAPSE:
-        return Outcome("collapse", None, y, np.inf, bound, provenance)
-    return Outcome("undecided", None, y, np.inf, bound, provenance)
+        tried.append({"solver": "sharpening", "word": name, "factorisations": extra.factorisations})
+    provenance["factorisations"] = sum(t["factorisations"] for t in tried)
+    return Outcome("collapse" if bound >= COLLAPSE else "undecided", None, y, np.inf, bound, provenance)
 
 
 def _repaired(system: EquilibriumSystem, f: Floats, balance: float, rounds: int = 4) -> tuple[Floats, float]:
