@@ -307,3 +307,10 @@ def test_the_interior_point_refuses_thin_cones() -> None:
 def test_parse_cone() -> None:
     assert parse_cone("exact") == Cone()
     assert parse_cone("circumscribed:12") == Cone("circumscribed", 12)
+
+
+def test_options_that_cannot_win_are_told() -> None:
+    """What the model says wins over --mu and --density, which fill in; where nothing is left to fill, say so."""
+    own = check(stack(1, mu=0.5, density=2000.0), Settings(mu=0.7, density=2500.0))
+    assert [w.split(":")[0] for w in own.warnings] == ["--mu 0.7 has no effect", "--density 2500 has no effect"]
+    assert check(stack(1), Settings(mu=0.7, density=2500.0)).warnings == ()

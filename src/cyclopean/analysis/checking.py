@@ -147,6 +147,7 @@ def _prepared(
     else:
         contacts, margin, warnings = check_contacts(assembly, assembly.contacts, settings.tolerance)
     clock["contacts"] = time.perf_counter()
+    warnings = (*warnings, *_idle_options(assembly, contacts, settings))
     assumed: dict[str, Any] = {}
     if np.isnan(contacts.mu).any() and settings.mu is None:
         assumed["mu"] = MU
@@ -172,6 +173,16 @@ def _prepared(
         tuple(warnings),
         tuple(int(i) for i in np.flatnonzero(~touched & ~fixed)),
     )
+
+
+def _idle_options(assembly: Assembly, contacts: Contacts, settings: Settings) -> tuple[str, ...]:
+    """Options that fill in what the model already says everywhere: a user may think that they won."""
+    idle = []
+    if settings.mu is not None and len(contacts) and not np.isnan(contacts.mu).any():
+        idle.append(f"--mu {settings.mu:g} has no effect: every contact of the model gives its own mu")
+    if settings.density is not None and all(b.density is not None for b in assembly.blocks):
+        idle.append(f"--density {settings.density:g} has no effect: every block of the model gives its own density")
+    return tuple(idle)
 
 
 def _stated(assembly: Assembly, fixed: Bools, furthest: float) -> float:
