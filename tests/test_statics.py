@@ -171,3 +171,15 @@ def test_a_missing_friction_coefficient_is_refused() -> None:
     assert model.contacts is not None
     with pytest.raises(InputError, match="friction coefficient mu is missing"):
         equilibrium_system(model, model.contacts, supports(model)[0], G, 2400.0)
+
+
+def test_supports_by_name() -> None:
+    """ids=a,b names two blocks, unless one block is called just that."""
+    pair = Assembly((cube("a", (0, 0, 0)), cube("b", (0, 0, 1)), cube("c", (0, 0, 2))))
+    assert supports(pair, "ids=a, c")[0].tolist() == [True, False, True]
+    odd = Assembly((cube("a", (0, 0, 0)), cube("a,b", (0, 0, 1))))
+    assert supports(odd, "ids=a,b")[0].tolist() == [False, True]
+    with pytest.raises(InputError, match="block 'z'"):
+        supports(pair, "ids=z")
+    with pytest.raises(InputError, match="no block is a support"):
+        supports(pair, "below=-5")

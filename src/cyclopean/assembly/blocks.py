@@ -151,8 +151,9 @@ def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None)
             raise InputError(f"--supports {rule}: '{value}' is not a height in metres")
         fixed = lowest <= height
     elif kind == "ids":
-        wanted = {name.strip() for name in value.split(",")} - {""}
         known = {b.id for b in assembly.blocks}
+        one = value in known  # an id may hold a comma
+        wanted = {value} if one else {name.strip() for name in value.split(",")} - {""}
         if wanted - known:
             raise InputError(f"--supports {rule}: block '{min(wanted - known)}' is not in the model")
         fixed = np.array([b.id in wanted for b in assembly.blocks], bool)
