@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cyclopean.cli import main
 from cyclopean.proof import seal
 from test_io_fuzz import ascii_ply, binary_stl, compas
 
@@ -44,18 +43,6 @@ def joined(polygon=TOP, **more):
 def loaded(force, point, name="b"):
     """The pair with a load."""
     return pair(loads=[{"block": name, "force": force, "point": point}])
-
-
-@pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: status, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*argv):
-        status = main([str(a) for a in argv])
-        return (status, *capsys.readouterr())
-
-    return command
 
 
 @pytest.fixture

@@ -7,19 +7,6 @@ from dataclasses import replace
 import pytest
 
 from cyclopean import analysis
-from cyclopean.cli import main
-
-
-@pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: status, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*argv):
-        status = main([str(a) for a in argv])
-        return (status, *capsys.readouterr())
-
-    return command
 
 
 @pytest.fixture

@@ -7,22 +7,9 @@ import sys
 import pytest
 
 from cyclopean import analysis
-from cyclopean.cli import main
 from cyclopean.errors import SolverError
 
 ENTRY = [sys.executable, "-m", "cyclopean"]
-
-
-@pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: status, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*argv):
-        status = main([str(a) for a in argv])
-        return (status, *capsys.readouterr())
-
-    return command
 
 
 @pytest.mark.parametrize(

@@ -6,22 +6,8 @@ import os
 import pytest
 
 from cyclopean import design
-from cyclopean.cli import main
 from cyclopean.cli.files import MESHES
 from cyclopean.io import MESH_SUFFIXES, read_model
-
-
-@pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty folder: status, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*argv):
-        status = main([str(a) for a in argv])
-        return (status, *capsys.readouterr())
-
-    return command
-
 
 MADE = [
     (["stack", 3, "--size", "1,2,0.5", "--offset", "-0.2", "--slope", "10"],

@@ -1,0 +1,17 @@
+"""What several tests of the command line share."""
+
+import pytest
+
+from cyclopean.cli import main
+
+
+@pytest.fixture
+def run(capsys, tmp_path, monkeypatch):
+    """Run a command in an empty folder: status, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*argv):
+        status = main([str(a) for a in argv])
+        return (status, *capsys.readouterr())
+
+    return command
