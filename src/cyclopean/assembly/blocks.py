@@ -92,19 +92,6 @@ class Assembly:
         """Diagonal of the bounding box (m); 0 for an empty model."""
         return float(np.linalg.norm(np.ptp(self.mesh.vertex, axis=0))) if len(self.mesh.vertex) else 0.0
 
-    def index(self, block_id: str) -> int:
-        """Position of the block with this id.
-
-        Raises
-        ------
-        InputError
-            No block has it.
-        """
-        for i, block in enumerate(self.blocks):
-            if block.id == block_id:
-                return i
-        raise InputError(f"block '{block_id}' is not in the model")
-
 
 def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None) -> tuple[Bools, str]:
     """Which blocks are held, and by which rule.
