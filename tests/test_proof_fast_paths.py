@@ -1,0 +1,219 @@
+"""The short ways of the checker decide as the plain ones do, exactly.
+
+Coordinates are small whole numbers, so that points fall on edges, corners and planes all the time.
+"""
+
+import itertools
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from cyclopean.proof import verify
+from cyclopean.proof.checker import (
+    HUGE,
+    TINY,
+    _area_vector,
+    _exponent,
+    _Facet,
+    _integer,
+    _is_flat,
+    _is_on,
+    _not_within,
+    _off_surface,
+    _outline,
+    _Patch,
+    _solid,
+    _Stone,
+    _Surface,
+    _triples,
+    _vectors,
+)
+from test_proof_checker import CUBE_FACES, cube_on_ground, sealed
+
+LAWS = settings(max_examples=300, deadline=None)
+small = st.integers(-6, 6)
+points = st.tuples(small, small, small)
+tolerances = st.integers(0, 2)
+
+
+def facet(ring):
+    normal = _area_vector(ring)
+    return _Facet(ring, normal, sum(x * x for x in normal))
+
+
+@st.composite
+def rings(draw):
+    """Three or four corners, in a plane or about it, convex, with a notch or crossing."""
+    count = draw(st.integers(3, 4))
+    outline = draw(st.lists(st.tuples(small, small), min_size=count, max_size=count, unique=True))
+    a, b = draw(st.tuples(st.integers(-2, 2), st.integers(-2, 2)))
+    off = draw(st.lists(st.sampled_from([0, 0, 0, 1, 4]), min_size=count, max_size=count))
+    order = draw(st.sampled_from([(0, 1, 2), (1, 2, 0), (2, 0, 1)]))
+    corners = [(x, y, a * x + b * y + z) for (x, y), z in zip(outline, off, strict=True)]
+    return [tuple(c[i] for i in order) for c in corners]
+
+
+@st.composite
+def near(draw, ring):
+    """A corner, a point between corners (of doubled rings: so that it is whole), or anything, a little displaced."""
+    one, two = draw(st.sampled_from(ring)), draw(st.sampled_from(ring))
+    middle = tuple((p + q) // 2 for p, q in zip(one, two, strict=True))
+    shift = draw(st.sampled_from([(0, 0, 0), (0, 0, 0), (1, 0, 0), (0, -1, 0), (0, 0, 1)]))
+    return tuple(p + s for p, s in zip(draw(st.sampled_from([middle, one, draw(points)])), shift, strict=True))
+
+
+@LAWS
+@given(rings(), st.sampled_from([1, 2]), tolerances, st.data())
+def test_within_a_facet_is_on_it(ring, scale, tolerance, data):
+    """What the short way accepts the plain way accepts; and what is strictly inside the short way does not miss."""
+    ring = [tuple(scale * x for x in corner) for corner in ring]
+    face = facet(ring)
+    assume(face.normal2)
+    found = [data.draw(near(ring)) for _ in range(4)]
+    left = {number for number, _ in _not_within(face, list(enumerate(found)), tolerance)}
+    outline = _outline(face, tolerance)
+    for number, point in enumerate(found):
+        assert number in left or _is_on(outline, point, tolerance), (ring, point)
+
+
+@LAWS
+@given(st.lists(rings(), min_size=1, max_size=3), rings(), tolerances, st.sampled_from([1, -1]), st.data())
+def test_points_of_a_contact_are_found_on_the_facets_that_the_plain_way_finds(faces, patch, tolerance, sign, data):
+    faces = [[tuple(2 * x for x in corner) for corner in ring] for ring in faces]
+    if data.draw(st.booleans()):
+        patch = [data.draw(near(ring)) for ring in faces for _ in range(2)]
+        patch = [*patch, data.draw(near(faces[0]))]
+    facets, contact = [facet(ring) for ring in faces], facet(patch)
+    assume(contact.normal2 and all(face.normal2 for face in facets))
+    found = _off_surface(facets, _Patch(patch, contact.normal, contact.normal2), sign, tolerance)
+
+    def is_on(point):
+        for face in facets:
+            cosine = sum(a * b for a, b in zip(face.normal, contact.normal, strict=True)) * sign
+            looks = cosine > 0 and 400 * cosine**2 >= 361 * face.normal2 * contact.normal2
+            if looks and _is_on(_outline(face, tolerance), point, tolerance):
+                return True
+        return False
+
+    plain = [number for number, point in enumerate(patch) if not is_on(point)]
+    assert (found is None) is (not plain)
+    assert found is None or found in plain
+
+
+def test_the_short_way_is_taken():
+    """Corners, edges and the inside of a square, and what is next to it, within the tolerance or not."""
+    square = facet([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)])
+    inside = [(0, 0, 0), (4, 2, 0), (2, 2, 1), (4, 4, -1)]
+    outside = [(5, 2, 0), (2, 2, 2), (-1, -1, 0)]
+    assert [p for _, p in _not_within(square, list(enumerate(inside + outside)), 1)] == outside
+
+
+def test_just_outside_is_outside():
+    """Next to an edge of slope 1 / 3, by as little as whole numbers allow."""
+    wedge = facet([(0, 0, 0), (3, 1, 0), (0, 3, 0)])
+    assert [p for _, p in _not_within(wedge, [(0, (2, 1, 0)), (1, (1, 0, 0)), (2, (3, 1, 0))], 0)] == [(1, 0, 0)]
+
+
+def test_the_middle_of_a_pentagram_is_not_inside():
+    """The plain rule calls it outside, though it is to the left of all five edges; the short way is not for it."""
+    star = [(round(1000 * math.cos(t)), round(1000 * math.sin(t)), 0) for t in (4 * math.pi * i / 5 for i in range(5))]
+    face = facet(star)
+    middle = [(-9, -9, 0), (9, -9, 0), (0, 9, 0)]
+    assert not _not_within(face, list(enumerate(middle)), 1)
+    patch = facet(middle)
+    assert _off_surface([face], _Patch(middle, patch.normal, patch.normal2), 1, 1) == 0
+
+
+def test_a_point_on_an_edge_of_a_warped_facet_is_as_near_as_the_edge_is():
+    """The middle of an edge that leans: a point above it, nearer to the plane than to the edge, is not on the facet."""
+    ring = [(0, 0, 3), (20, 0, -3), (20, 20, 3), (0, 20, -3)]
+    face = facet(ring)
+    above = (2, 20, 3)  # the edge from (20, 20, 3) to (0, 20, -3) is at z = -2.4 there, the plane at z = 0
+    assert not _is_on(_outline(face, 4), above, 4)
+    assert _not_within(face, [(0, above)], 4)
+    assert not _not_within(face, [(0, (0, 0, 3))], 4)
+
+
+def newell(ring):
+    first = ring[0]
+    total = [0, 0, 0]
+    for b, c in itertools.pairwise(ring[1:]):
+        u, v = ([x - o for x, o in zip(p, first, strict=True)] for p in (b, c))
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            total[i] += u[j] * v[k] - u[k] * v[j]
+    return tuple(total)
+
+
+@LAWS
+@given(rings(), tolerances)
+def test_area_and_flatness_of_quadrilaterals(ring, tolerance):
+    normal = newell(ring)
+    assert _area_vector(ring) == normal
+    heights = [sum(a * b for a, b in zip(r, normal, strict=True)) for r in ring]
+    mean, size2 = Fraction(sum(heights), len(ring)), sum(x * x for x in normal)
+    flat = all((h - mean) ** 2 <= tolerance**2 * size2 for h in heights)
+    assert _is_flat(ring, normal, size2, tolerance) is flat
+
+
+@LAWS
+@given(st.lists(points, min_size=8, max_size=8))
+def test_volume_and_moment_from_any_origin(corners):
+    """Of a warped box, about the world's origin instead of a vertex."""
+    volume6, moment24 = 0, [0, 0, 0]
+    for face in CUBE_FACES:
+        for i, j in itertools.pairwise(face[1:]):
+            a, b, c = corners[face[0]], corners[i], corners[j]
+            n = newell([(0, 0, 0), b, c])
+            det = sum(x * y for x, y in zip(a, n, strict=True))
+            volume6 += det
+            moment24 = [m + det * (x + y + z) for m, x, y, z in zip(moment24, a, b, c, strict=True)]
+    assume(volume6 > 0)
+    stone = _Stone("box", [], _Surface(CUBE_FACES, frozenset(range(8)), True), 1.0, False)
+    solid = _solid(stone, corners)
+    assert solid.volume6 == volume6
+    assert solid.moment24 == tuple(moment24)
+
+
+accepted = st.floats(-HUGE, HUGE).filter(lambda x: x == 0 or abs(x) >= TINY)
+
+
+@LAWS
+@given(st.lists(st.tuples(accepted, accepted, accepted), min_size=1, max_size=5), st.sampled_from([1, 96]))
+def test_integers_are_the_exact_fractions(rows, guard):
+    k = _exponent([x for row in rows for x in row], guard)
+    exact = [tuple(Fraction(x) * 2**k for x in row) for row in rows]
+    assert _vectors(rows, k) == exact
+    assert [tuple(_integer(x, k) for x in row) for row in rows] == exact
+    largest = max(abs(x) for row in exact for x in row)
+    assert k >= 0
+    assert largest == 0 or largest >= 2 ** (guard - 1)
+
+
+@pytest.mark.parametrize("x", [0, 0.5, 1.0, -3.25, 1e100, 1e-150, -1e-150, 0.0, -0.0])
+def test_rows_by_the_short_way_and_the_long_way(x):
+    assert _triples([[x, 1.0, 2]], "rows", "row") == [[x, 1.0, 2.0]]
+    assert all(type(v) is float for v in _triples([[x, 1, 2.0]], "rows", "row")[0])
+
+
+@pytest.mark.parametrize(
+    "x", [math.nan, math.inf, -math.inf, 1.1e100, 0.9e-150, -2e100, 5e-324, True, "1", None, 2**53 + 1]
+)
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_rows_that_neither_way_accepts(x, place):
+    certificate = cube_on_ground()
+    row = [0.5, 0.5, 0.5]
+    row[place] = x
+    for rows in (certificate["forces"], certificate["blocks"][1]["vertices"], certificate["contacts"][0]["polygon"]):
+        old, rows[1] = rows[1], row
+        try:
+            damaged = sealed(certificate)
+        except ValueError:
+            damaged = certificate
+        report = verify(damaged)
+        assert not report.proved
+        assert "number" in report.reason
+        rows[1] = old
