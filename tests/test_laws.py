@@ -50,7 +50,7 @@ def gravity(name, share):
 
 def asked(model, g, density=2400.0):
     """Verdict, and forces on b (world axes) in total weights, or None."""
-    result = check(model, Settings(gravity=tuple(g), density=density, mu=MU))
+    result = check(model, Settings(method="rbe", gravity=tuple(g), density=density, mu=MU))
     if result.force is None:
         return result, None
     free = ~result.fixed

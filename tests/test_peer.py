@@ -77,7 +77,10 @@ def test_detected_contacts_give_the_same_verdict(name: str) -> None:
 
     model, _ = read_model(FOLDER / f"{name}.json")
     mu = raw(name)["mu"]
-    assert check(replace(model, contacts=None), Settings(mu=mu)).verdict == check(model).verdict
+    assert (
+        check(replace(model, contacts=None), Settings(method="rbe", mu=mu)).verdict
+        == check(model, Settings(method="rbe")).verdict
+    )
 
 
 def test_every_case_is_read() -> None:

@@ -36,7 +36,9 @@ def bisected(holds: Callable[[float], bool], low: float, high: float, within: fl
 
 
 def proved(model: Assembly, mu: float, gravity: np.ndarray = UPRIGHT) -> str:
-    return check(model, Settings(mu=mu, gravity=(float(gravity[0]), float(gravity[1]), float(gravity[2])))).verdict
+    return check(
+        model, Settings(method="rbe", mu=mu, gravity=(float(gravity[0]), float(gravity[1]), float(gravity[2])))
+    ).verdict
 
 
 def tilted(degrees: float) -> np.ndarray:
@@ -175,5 +177,5 @@ def test_the_h_frame_has_a_state_of_equilibrium() -> None:
         box("right", (1.0, 0, 0), (1.4, 0.4, 1.2), True),
         box("beam", (0.4, 0, 0.6), (1.0, 0.4, 0.9), False),
     )
-    assert check(Assembly(frame), Settings(mu=0.84)).verdict == "stable"
-    assert check(Assembly(frame), Settings(mu=0.0)).verdict == "unstable"
+    assert check(Assembly(frame), Settings(method="rbe", mu=0.84)).verdict == "stable"
+    assert check(Assembly(frame), Settings(method="rbe", mu=0.0)).verdict == "unstable"

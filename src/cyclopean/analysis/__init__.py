@@ -1,10 +1,12 @@
 """Verdicts on an assembly, each with a certificate that has been checked."""
 
-from cyclopean.analysis.checking import DENSITY, GRAVITY, MU, Settings, check
-from cyclopean.analysis.interior import interior_point
-from cyclopean.analysis.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
-from cyclopean.analysis.rbe import Outcome, solve_rbe, tension
-from cyclopean.analysis.reference import (
+from cyclopean.analysis.checking import check
+from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
+from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
+from cyclopean.analysis.rigid.interior import interior_point
+from cyclopean.analysis.rigid.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
+from cyclopean.analysis.rigid.rbe import Outcome, solve_rbe, tension
+from cyclopean.analysis.rigid.reference import (
     Cone,
     mechanism_program,
     parse_cone,
@@ -12,27 +14,33 @@ from cyclopean.analysis.reference import (
     rbe_program,
     solve_program,
 )
+from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
 from cyclopean.analysis.verdict import Result, Word
 
 __all__ = [
     "DENSITY",
     "GRAVITY",
     "MU",
+    "Bounds",
     "Cone",
+    "CoupledOutcome",
     "DualAnswer",
     "Outcome",
+    "Residuals",
     "Result",
     "Settings",
     "Word",
     "check",
     "collapse_bound",
     "interior_point",
+    "measure",
     "mechanism_program",
     "newton",
     "parse_cone",
     "penalty_program",
     "rbe_program",
     "sharpen_mechanism",
+    "solve_cra",
     "solve_program",
     "solve_rbe",
     "tension",

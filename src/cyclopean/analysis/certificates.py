@@ -1,5 +1,6 @@
 """Certificates: the model and the proof in world units, as the independent checker wants them."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -51,11 +52,10 @@ def certify(
     density: float,
     system: EquilibriumSystem,
     tolerance: float,
-    *,
-    force: Floats | None = None,
-    velocity: Floats | None = None,
+    kind: str,
+    proof: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Write a certificate of kind `rbe-state` (given world forces) or `rbe-mechanism` (given velocities).
+    """Write a certificate.
 
     Parameters
     ----------
@@ -65,17 +65,19 @@ def certify(
         Its equilibrium system: says which contact points matter.
     tolerance : float
         m; how far contact points may lie from the faces of their blocks.
-    force : (q, 3) N, optional
-        World force on block b at each used point.
-    velocity : (m, 6), optional
-        Velocity of the centre of mass (m/s) and angular velocity (rad/s) of each free block.
+    kind : {"rbe-state", "rbe-mechanism", "cra-state", "cra-tree"}
+        What it proves.
+    proof : mapping
+        `world_force` (q, 3) N on block b at each used point; `motion` (m, 6) of each free block, of its centre of mass:
+        m/s and rad/s of a mechanism, or a virtual displacement in the unit of `bounds`; `bounds`; `tree`, as it is to
+        stand in the file. Those that the kind has.
     """
     used = ~(fixed[contacts.a] & fixed[contacts.b])
     names = [block.id for block in assembly.blocks]
     certificate: dict[str, Any] = {
         "schema": "cyclopean.certificate/1",
-        "kind": "rbe-state" if force is not None else "rbe-mechanism",
-        "gravity": [float(g) for g in gravity],
+        "kind": kind,
+        "gravity": _flushed(np.asarray(gravity, float)[None])[0],
         "tolerance": float(tolerance),
         "blocks": [
             {
@@ -97,13 +99,23 @@ def certify(
             for k in np.flatnonzero(used)
         ],
         "loads": [
-            {"block": names[load.block], "force": load.force.tolist(), "point": load.point.tolist()}
+            {
+                "block": names[load.block],
+                "force": _flushed(load.force[None])[0],
+                "point": _flushed(load.point[None])[0],
+            }
             for load in assembly.loads
         ],
     }
-    if force is not None:
-        certificate["forces"] = _flushed(force)
-    if velocity is not None:
-        certificate["mechanism"] = {names[i]: row for i, row in zip(system.free, _flushed(velocity), strict=True)}
+    if "world_force" in proof:
+        certificate["forces"] = _flushed(proof["world_force"])
+    if "motion" in proof:
+        rows = _flushed(proof["motion"])
+        certificate["mechanism"] = {names[i]: row for i, row in zip(system.free, rows, strict=True)}
+    if "bounds" in proof:
+        bounds = proof["bounds"]
+        certificate |= {"eps": bounds.eps, "eta": bounds.eta, "beta_min": bounds.beta}
+    if "tree" in proof:
+        certificate["tree"] = proof["tree"]
     certificate["seal"] = seal(certificate)
     return certificate

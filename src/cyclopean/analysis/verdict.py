@@ -18,7 +18,7 @@ class Result:
     assembly: Assembly
     contacts: Contacts  # the ones used, mu filled in
     fixed: Bools  # (n,)
-    method: str  # "rbe"
+    method: str  # "cra" or "rbe"
     verdict: Word
     reason: str  # one sentence a person understands
     assumed: dict[str, Any]  # mu, density, supports, gravity: only what the user or the file did not say
@@ -27,8 +27,10 @@ class Result:
     force: Floats | None = None  # (P, 3) N: fn, fu, fv at each contact point in the frame of its patch, on b
     frame: Floats | None = None  # (c, 3, 3) rows n, u, v
     tension: Floats | None = None  # (P,) N at each contact point: what the penalty form would need, when asked for
+    tension_exact: bool = False  # whether forces with that tension make a state of the method
     utilisation: Floats | None = None  # (c,) |sum ft| / (mu sum fn) of each patch; 0 where it carries nothing
     mechanism: Floats | None = None  # (n, 6) velocity of the centre of mass and angular velocity; zero rows when fixed
+    displacement: Floats | None = None  # (n, 6) of a coupled state: virtual, scaled with eps; zero rows when fixed
     certificate: dict[str, Any] | None = None
     provenance: dict[str, Any] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)

@@ -1,11 +1,21 @@
 """Rigid-block equilibrium by a structured interior point: one factorisation of S = A D A' an iteration."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis.newton import DualAnswer, collapse_bound
+from cyclopean.analysis.quadratic_cones import (
+    REFLECT,
+    apply,
+    condensed,
+    lifted,
+    longest,
+    nesterov_todd,
+    product,
+    quotient,
+    scaled,
+)
+from cyclopean.analysis.rigid.newton import DualAnswer, collapse_bound
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
@@ -14,7 +24,6 @@ __all__ = ["SMALLEST_MU", "interior_point"]
 
 SMALLEST_MU = 1e-6  # below this the cone is too thin for the scaling x = (mu fn, ft); the conic solver takes it
 PATIENCE = 5  # iterations without gain after which rounding has the upper hand
-REFLECT = np.array([1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,19 +132,17 @@ def _first(task: _Task) -> _Point:
     D = np.zeros((task.system.points, 3, 3))
     D[:, range(3), range(3)] = 1.0 / task.H
     y = task.schur.factor(D * task.scale, 1e-9).solve(-task.system.p)
-    x = _lifted(task.pull(y) / task.H)
-    return _Point(x, y, _lifted(task.H * x - task.pull(y)), 1.0, 1.0)
+    x = lifted(task.pull(y) / task.H)
+    return _Point(x, y, lifted(task.H * x - task.pull(y)), 1.0, 1.0)
 
 
 def _iterate(task: _Task, at: _Point, primal: Floats, dual: Floats, energy: float) -> _Point:
     """One predictor and corrector on one factorisation."""
     x, z, tau, kappa = at.x, at.z, at.tau, at.kappa
-    W, Wi = _scalings(x, z)
-    Wi2 = Wi @ Wi
-    K = Wi2.copy()
-    K[:, range(3), range(3)] += task.H
-    D: Any = np.linalg.inv(K)
-    middle = _apply(W, z)
+    w, ratio = nesterov_todd(x, z)
+    back = REFLECT * w, 1.0 / ratio
+    D = condensed(w, ratio, task.H[:, 0], task.H[:, 1])
+    middle = scaled(w, ratio, z)
     factor = task.schur.factor(D * task.scale, 1e-12)
     weight = 2.0 / tau * task.H * x
     own = float(np.sum(task.H * x * x)) / tau**2
@@ -144,21 +151,21 @@ def _iterate(task: _Task, at: _Point, primal: Floats, dual: Floats, energy: floa
         y = factor.solve(rhs)
         enough = 1e-13 * (1.0 + float(np.max(np.abs(rhs), initial=0.0)))
         for _ in range(3):
-            off = rhs - task.push(_apply(D, task.pull(y)))
+            off = rhs - task.push(apply(D, task.pull(y)))
             if float(np.max(np.abs(off), initial=0.0)) <= enough:
                 break
             y = y + factor.solve(off)
         return y
 
     along_y = solved(-task.system.p)
-    along_x = _apply(D, task.pull(along_y))
+    along_x = apply(D, task.pull(along_y))
     bend = float(np.sum(weight * along_x)) - own + float(task.system.p @ along_y) - kappa / tau
 
     def step(share: float, target: Floats, corner: float) -> _Point:
         """Newton step: residuals cut by `share`, W^-1 dx + W dz = target, kappa dtau + tau dkappa = corner."""
-        r = -share * dual + _apply(Wi, target)
-        dy = solved(-share * primal - task.push(_apply(D, r)))
-        dx = _apply(D, r + task.pull(dy))
+        r = -share * dual + scaled(*back, target)
+        dy = solved(-share * primal - task.push(apply(D, r)))
+        dx = apply(D, r + task.pull(dy))
         rest = share * energy + float(np.sum(weight * dx)) + float(task.system.p @ dy) + corner / tau
         dtau = -rest / bend
         dx, dy = dx + dtau * along_x, dy + dtau * along_y
@@ -168,83 +175,17 @@ def _iterate(task: _Task, at: _Point, primal: Floats, dual: Floats, energy: floa
     d = step(1.0, -middle, -kappa * tau)
     centre = (1.0 - min(1.0, _room(at, d))) ** 3
     mean = centre * (float(np.sum(x * z)) + tau * kappa) / (len(x) + 1)
-    target = -_product(middle, middle) - _product(_apply(Wi, d.x), _apply(W, d.z))
+    target = -product(middle, middle) - product(scaled(*back, d.x), scaled(w, ratio, d.z))
     target[:, 0] += mean
-    d = step(1.0 - centre, _quotient(middle, target), mean - kappa * tau - d.tau * d.kappa)
+    d = step(1.0 - centre, quotient(middle, target), mean - kappa * tau - d.tau * d.kappa)
     return at.moved(d, min(1.0, 0.99 * _room(at, d)))
 
 
 def _room(at: _Point, d: _Point) -> float:
     """Largest step along d that keeps every cone."""
-    room = min(_longest(at.x, d.x), _longest(at.z, d.z))
+    room = min(longest(at.x, d.x), longest(at.z, d.z))
     if d.tau < 0.0:
         room = min(room, -at.tau / d.tau)
     if d.kappa < 0.0:
         room = min(room, -at.kappa / d.kappa)
     return room
-
-
-def _apply(M: Any, x: Any) -> Floats:
-    return np.asarray(np.einsum("nij,nj->ni", M, x))
-
-
-def _determinant(x: Floats) -> Floats:
-    """x0^2 - |x_t|^2 of each row, as a product so that it keeps its digits near the edge."""
-    tangent = np.hypot(x[:, 1], x[:, 2])
-    return np.maximum((x[:, 0] - tangent) * (x[:, 0] + tangent), 1e-300)
-
-
-def _lifted(x: Floats) -> Floats:
-    """Move all rows up the axis by one amount until they are well inside Q3."""
-    low = float(np.max(np.hypot(x[:, 1], x[:, 2]) - x[:, 0], initial=-np.inf))
-    if low <= -1e-8:
-        return x
-    x = x.copy()
-    x[:, 0] += 1.0 + max(low, 0.0)
-    return x
-
-
-def _scalings(x: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """Nesterov-Todd W and its inverse, (q, 3, 3): W z = W^-1 x."""
-    root_x, root_z = np.sqrt(_determinant(x)), np.sqrt(_determinant(z))
-    unit_x, unit_z = x / root_x[:, None], z / root_z[:, None]
-    gamma = np.sqrt((1.0 + np.sum(unit_x * unit_z, 1)) / 2.0)
-    w = (unit_x + REFLECT * unit_z) / (2.0 * gamma[:, None])
-    ratio = np.sqrt(root_x / root_z)
-    return _hyperbolic(w) * ratio[:, None, None], _hyperbolic(REFLECT * w) / ratio[:, None, None]
-
-
-def _hyperbolic(w: Floats) -> Floats:
-    M = np.zeros((len(w), 3, 3))
-    M[:, 0, 0] = w[:, 0]
-    M[:, 0, 1:] = M[:, 1:, 0] = w[:, 1:]
-    M[:, 1:, 1:] = np.eye(2) + w[:, 1:, None] * w[:, None, 1:] / (1.0 + w[:, 0])[:, None, None]
-    return M
-
-
-def _product(a: Floats, b: Floats) -> Floats:
-    """Jordan product on Q3."""
-    return np.concatenate([np.sum(a * b, 1, keepdims=True), a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:]], 1)
-
-
-def _quotient(a: Floats, b: Floats) -> Floats:
-    """Solve a o x = b for x."""
-    head = (a[:, 0] * b[:, 0] - np.sum(a[:, 1:] * b[:, 1:], 1)) / _determinant(a)
-    return np.concatenate([head[:, None], (b[:, 1:] - head[:, None] * a[:, 1:]) / a[:, :1]], 1)
-
-
-def _longest(x: Floats, d: Floats) -> float:
-    """Largest t with x + t d in Q3 for every row (may be infinite)."""
-    steep = np.hypot(d[:, 1], d[:, 2])
-    a = (d[:, 0] - steep) * (d[:, 0] + steep)
-    b = x[:, 0] * d[:, 0] - x[:, 1] * d[:, 1] - x[:, 2] * d[:, 2]
-    c = _determinant(x)
-    square = b * b - a * c
-    root = np.sqrt(np.maximum(square, 0.0))
-    pivot = -(b + np.where(b >= 0.0, root, -root))
-    longest = np.full(len(x), np.inf)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for t in (pivot / a, c / pivot):
-            longest = np.minimum(longest, np.where((t > 0.0) & (square >= 0.0), t, np.inf))
-        apex = np.where(d[:, 0] < 0.0, -x[:, 0] / d[:, 0], np.inf)
-    return float(np.min(np.minimum(longest, apex), initial=np.inf))

@@ -1,0 +1,274 @@
+"""The branches of a refuting tree, their images under a symmetry of the model, and the document of a certificate.
+
+A split covers the cell that it splits: a point presses (dn = -1) or carries nothing, for fn (dn + 1) = 0; it slides
+into one of several sectors, whose rays go once round or lie inside the sector so far; it slides by at most or at least
+a speed.
+
+Where a rotation or reflection maps the model and a cell onto themselves, a tree that closes a part of the cell closes
+the image of that part as well, with the image of each vector. A contact may change sides: then dd and f, which both
+belong to block b, change sign, and the normal part stays.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cyclopean.analysis.coupled.leaves import ENGAGED, UNLOADED, Cell, Leaf
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.statics import EquilibriumSystem
+
+__all__ = [
+    "EngagementSplit",
+    "Node",
+    "SectorSplit",
+    "SpeedSplit",
+    "Symmetry",
+    "leaf_count",
+    "symmetries",
+    "tree_document",
+]
+
+MATCH = 1e-8  # mean block sizes and weights within which two points or blocks are images of each other
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EngagementSplit:
+    """Point either pressed, dn = -1, or without force."""
+
+    point: int
+    engaged: "Node"
+    unloaded: "Node"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SectorSplit:
+    """Sliding direction of a point between consecutive rays (r, 2) in its (u, v)."""
+
+    point: int
+    rays: Floats
+    sectors: "tuple[Node, ...]"  # r of them the first time, then r + 1: the rays lie inside the sector so far
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpeedSplit:
+    """Sliding of a point by at most or at least `speed`."""
+
+    point: int
+    speed: float
+    slower: "Node"
+    faster: "Node"
+
+
+Node = Leaf | EngagementSplit | SectorSplit | SpeedSplit
+
+
+def leaf_count(node: Node) -> int:
+    """How many leaves a tree has."""
+    if isinstance(node, Leaf):
+        return 1
+    return sum(leaf_count(child) for child in _children(node))
+
+
+def _children(node: Node) -> tuple[Node, ...]:
+    if isinstance(node, EngagementSplit):
+        return (node.engaged, node.unloaded)
+    if isinstance(node, SectorSplit):
+        return node.sectors
+    if isinstance(node, SpeedSplit):
+        return (node.slower, node.faster)
+    return ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Symmetry:
+    """A rotation or reflection that maps the model, loads included, onto itself."""
+
+    turn: Floats  # (3, 3) orthogonal
+    block: Ints  # (m,) image of each free block
+    point: Ints  # (q,) image of each point
+    tangent: Floats  # (q, 2, 2) maps (u, v) parts at a point to those at its image
+
+    def keeps(self, cell: Cell) -> bool:
+        """Whether the cell is its own image; cells with sectors are taken not to be."""
+        at = self.point
+        parts = (cell.status, cell.lo, cell.hi)
+        return not cell.sector.any() and all(np.array_equal(part[at], part) for part in parts)
+
+    def image(self, node: Node) -> Node:
+        """The tree that closes the image of what a tree closes."""
+        if isinstance(node, Leaf):
+            return Leaf(self.motion(node.y), self.vectors(node.w))
+        k = int(self.point[node.point])
+        if isinstance(node, EngagementSplit):
+            return EngagementSplit(k, self.image(node.engaged), self.image(node.unloaded))
+        if isinstance(node, SpeedSplit):
+            return SpeedSplit(k, node.speed, self.image(node.slower), self.image(node.faster))
+        tangent = self.tangent[node.point]
+        rays, sectors = node.rays @ tangent.T, tuple(self.image(part) for part in node.sectors)
+        if np.linalg.det(tangent) < 0.0:  # turned over: sectors follow each other the other way round
+            around = len(sectors) == len(rays)
+            rays = rays[::-1]
+            sectors = (*sectors[-2::-1], sectors[-1]) if around else sectors[::-1]
+        return SectorSplit(k, rays, sectors)
+
+    def motion(self, y: Floats | None) -> Floats | None:
+        """(6 m,) image of a motion."""
+        if y is None:
+            return None
+        rows, out = y.reshape(-1, 6), np.zeros((len(self.block), 6))
+        out[self.block, :3] = rows[:, :3] @ self.turn.T
+        out[self.block, 3:] = np.linalg.det(self.turn) * (rows[:, 3:] @ self.turn.T)
+        return out.ravel()
+
+    def vectors(self, w: Floats | None) -> Floats | None:
+        """(q, 3) image of one vector a point in (n, u, v)."""
+        if w is None:
+            return None
+        out = np.zeros_like(w)
+        out[self.point, 0] = w[:, 0]
+        out[self.point, 1:] = np.einsum("qij,qj->qi", self.tangent, w[:, 1:])
+        return out
+
+
+def symmetries(system: EquilibriumSystem) -> Iterator[Symmetry]:
+    """All symmetries but the identity, of models whose loads share one direction."""
+    load = system.p.reshape(-1, 6)[:, :3]
+    down = np.sum(load, axis=0)
+    size = float(np.linalg.norm(down))
+    if not (size > 0.0) or np.max(np.linalg.norm(np.cross(load, down / size), axis=1)) > MATCH:
+        return
+    down = down / size
+    arms = np.concatenate([system.arm_a[system.row_a >= 0], system.arm_b[system.row_b >= 0]])
+    level = arms - np.outer(arms @ down, down)
+    length = np.linalg.norm(level, axis=1)
+    if not (np.max(length, initial=0.0) > MATCH):
+        return
+    start = level[int(np.argmax(length))] / np.max(length)
+    seen = {np.arange(system.points).tobytes()}
+    for j in np.flatnonzero(np.max(length) - length < MATCH):
+        for turn in _turns(down, start, level[j] / length[j]):
+            found = _matched(system, turn)
+            if found is not None and (key := found.point.tobytes()) not in seen:
+                seen.add(key)
+                yield found
+
+
+def _turns(down: Floats, start: Floats, end: Floats) -> list[Floats]:
+    """The rotation about `down`, and the reflection in a plane along it, that take `start` to `end`."""
+    frame = np.column_stack([down, start, np.cross(down, start)])
+    return [np.column_stack([down, end, sign * np.cross(down, end)]) @ frame.T for sign in (1.0, -1.0)]
+
+
+def _matched(system: EquilibriumSystem, turn: Floats) -> Symmetry | None:
+    """The permutations of points and blocks that go with an orthogonal map; None if it does not fit.
+
+    Each point takes the first point that looks like its image and agrees with the blocks matched so far. Where many
+    blocks look alike that may miss a symmetry; one that is returned holds.
+    """
+    held = np.stack([system.row_a >= 0, system.row_b >= 0])
+    arms = np.where(held[:, :, None], np.stack([system.arm_a, system.arm_b]), 0.0)
+    rows, normal, q = np.stack([system.row_a, system.row_b]), system.frame[:, 0], system.points
+    looks = [_looks(system.mu, sign * normal, arms[order], held[order]) for sign, order in SIDES]
+    image = _looks(system.mu, normal @ turn.T, arms @ turn.T, held)
+    block, point = np.full(system.blocks, -1), np.full(q, -1)
+    tangent, free = np.zeros((q, 2, 2)), np.ones(q, bool)
+    for k in np.argsort(-held.sum(axis=0), kind="stable"):  # between two free blocks first: they say most
+        for (sign, order), look in zip(SIDES, looks, strict=True):
+            near = free & (np.max(np.abs(look - image[k]), axis=1) < MATCH)
+            for side in (0, 1):
+                i = rows[side, k]
+                near &= (i < 0) | (block[i] < 0) | (rows[order[side]] == block[i])
+            if near.any():
+                point[k] = j = int(np.argmax(near))
+                free[j] = False
+                tangent[k] = sign * system.frame[j, 1:] @ turn @ system.frame[k, 1:].T
+                for side in (0, 1):
+                    if rows[side, k] >= 0:
+                        block[rows[side, k]] = rows[order[side], j]
+                break
+    found = Symmetry(turn, block, point, tangent)
+    return found if _fits(system, found) else None
+
+
+SIDES = ((1.0, [0, 1]), (-1.0, [1, 0]))  # contact as it is, and with a and b swapped
+
+
+def _looks(mu: Floats, normal: Floats, arms: Floats, held: Bools) -> Floats:
+    """(q, 12) what tells points apart: friction, normal, place on both blocks, which of them are free."""
+    return np.column_stack([mu, normal, arms[0], arms[1], held.T])
+
+
+def _fits(system: EquilibriumSystem, found: Symmetry) -> bool:
+    """Whether a map permutes points and blocks, and keeps equilibrium: A and p go with it."""
+    if sorted(found.block.tolist()) != list(range(system.blocks)) or (found.point < 0).any():
+        return False
+    if sorted(found.point.tolist()) != list(range(system.points)):
+        return False
+    y = np.sin(1.0 + np.arange(6 * system.blocks))  # any motion: its gaps at the images are the images of its gaps
+    moved = found.motion(y)
+    assert moved is not None
+    gap = found.vectors(system.gap(y))
+    scale = 1.0 + float(np.max(np.abs(gap), initial=0.0)) if gap is not None else 1.0
+    same = gap is not None and bool(np.max(np.abs(system.gap(moved) - gap), initial=0.0) < 1e2 * MATCH * scale)
+    return same and bool(np.max(np.abs(found.motion(system.p) - system.p)) < 1e2 * MATCH)  # type: ignore[operator]
+
+
+def tree_document(
+    root: Node, system: EquilibriumSystem, names: Mapping[int, str] | Sequence[str], eps: float = 1.0
+) -> dict[str, Any]:
+    """The tree of a certificate: nested JSON in world units.
+
+    Splits of the load at points where it is settled already, as images of other parts of a tree may have them, are
+    left out.
+
+    Parameters
+    ----------
+    root : Node
+        A closed tree in scaled units (eps = 1).
+    system : EquilibriumSystem
+        The scaled system it belongs to; its points are those of the certificate.
+    names : mapping or sequence
+        Id of every block.
+    eps : float
+        Unit of displacements in the document.
+    """
+    labels = [names[int(i)] for i in system.free]
+
+    def written(node: Node, settled: dict[int, int]) -> dict[str, Any]:
+        if isinstance(node, Leaf):
+            return _leaf_document(node, system, labels, eps)
+        k = node.point
+        if isinstance(node, SectorSplit):
+            rays = node.rays @ system.frame[k, 1:]
+            return {"point": k, "rays": rays.tolist(), "sectors": [written(part, settled) for part in node.sectors]}
+        if isinstance(node, SpeedSplit):
+            slower, faster = written(node.slower, settled), written(node.faster, settled)
+            return {"point": k, "speed": node.speed * eps, "slower": slower, "faster": faster}
+        if k in settled:
+            return written(node.engaged if settled[k] == ENGAGED else node.unloaded, settled)
+        return {
+            "point": k,
+            "engaged": written(node.engaged, settled | {k: ENGAGED}),
+            "unloaded": written(node.unloaded, settled | {k: UNLOADED}),
+        }
+
+    return written(root, {})
+
+
+def _leaf_document(leaf: Leaf, system: EquilibriumSystem, labels: list[str], eps: float) -> dict[str, Any]:
+    document: dict[str, Any] = {}
+    if leaf.y is not None:
+        rows = leaf.y.reshape(-1, 6) * eps / np.repeat([1.0, system.length_unit], 3)
+        document["mechanism"] = dict(zip(labels, _flushed(rows), strict=True))
+    if leaf.w is not None:
+        document["forces"] = _flushed(np.einsum("qi,qij->qj", leaf.w * system.force_unit, system.frame))
+    return document
+
+
+def _flushed(rows: Floats) -> list[list[float]]:
+    """As lists, with noise set to zero: it only makes exact numbers long."""
+    noise = 1e-60 * np.max(np.abs(rows), initial=0.0)
+    flushed: list[list[float]] = np.where(np.abs(rows) > noise, rows, 0.0).tolist()
+    return flushed

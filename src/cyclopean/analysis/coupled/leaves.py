@@ -1,0 +1,410 @@
+"""What one cell of a refuting tree proves: the convex programmes of its two sides, and the test of a leaf.
+
+A cell says of every contact point whether it is engaged (dn = -1), unloaded (f = 0) or open, in which sector it slides
+(dd_t = s e, f_t = -r e, e in S) and how fast (lo <= s <= hi). A coupled state in the cell does the work
+
+    p.dq = sum fn + sum |f_t||dd_t|            (eps = 1: virtual work, and fn (dn + 1) = 0)
+
+*Force side.* Least work: min sum fn + max(beta_min, lo) |f_t| over forces that balance the loads. Its multiplier y
+proves the bound with no solver: p.y <= p.dq for every state of the cell if at every point that may be loaded
+
+    1 + dn^y >= 0,    1 + dn^y >= mu (h_y - max(beta_min, lo)),    h_y = max {e . dd_t^y : e in S},    dd^y = A'y
+
+Both are linear in a multiple t of y, so that the best multiple is found in closed form; without a limit on t the cell
+balances no loads at all.
+
+*Motion side.* Most work: max p.dq over motions of the cell. Its multiplier is one vector w a point with A w = p, and
+
+    p.dq = sum w.dd <= U = sum_k sup {w_k . dd : dd in the cell}
+
+A cell is closed when t p.y > U, when nothing limits t, or when A w = 0 and U < 0 (no motion at all).
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+import scipy.sparse as sp
+
+from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.solvers import ConicAnswer, ConicProgram, solve
+from cyclopean.statics import EquilibriumSystem
+
+__all__ = [
+    "ENGAGED",
+    "OPEN",
+    "UNLOADED",
+    "Cell",
+    "Leaf",
+    "Prior",
+    "Sides",
+    "closes",
+    "least_work",
+    "most_work",
+    "prior",
+    "root_cell",
+    "support",
+    "work_limits",
+    "work_parts",
+]
+
+OPEN, ENGAGED, UNLOADED = 0, 1, -1
+COMFORT = 1e-8  # share of all terms by which a leaf must close in floats, so that the exact checker agrees
+DETOUR = 10.0  # the checker may bound motions along other contacts than `prior` does
+OPTIONS: dict[str, Any] = {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9, "max_threads": 1}
+
+Rows = tuple[Literal["zero", "nonnegative", "second-order"], int, Floats, Floats]  # cone, its size, M, b: b - M x in it
+Word = Literal["solved", "infeasible", "failed"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """A box of states: what a node of the tree assumes at every point."""
+
+    status: Ints  # (q,) OPEN, ENGAGED or UNLOADED
+    sector: Bools  # (q,) whether rays bound the sliding direction
+    ray_a: Floats  # (q, 2) unit, in the point's (u, v); counter-clockwise to ray_b by less than 180 degrees
+    ray_b: Floats  # (q, 2)
+    lo: Floats  # (q,) least sliding
+    hi: Floats  # (q,) most sliding
+
+    def marked(self, k: int, status: int) -> "Cell":
+        """The same with another status of point k."""
+        changed = self.status.copy()
+        changed[k] = status
+        return replace(self, status=changed)
+
+    def engaged(self, k: int) -> "Cell":
+        """The part where point k has dn = -1."""
+        return self.marked(k, ENGAGED)
+
+    def unloaded(self, k: int) -> "Cell":
+        """The part where point k carries nothing."""
+        return self.marked(k, UNLOADED)
+
+    def within(self, k: int, ray_a: Floats, ray_b: Floats) -> "Cell":
+        """The part where point k slides between two rays."""
+        sector, a, b = self.sector.copy(), self.ray_a.copy(), self.ray_b.copy()
+        sector[k], a[k], b[k] = True, ray_a, ray_b
+        return replace(self, sector=sector, ray_a=a, ray_b=b)
+
+    def anywhere(self, k: int) -> "Cell":
+        """Without rays at point k: a wider cell."""
+        sector = self.sector.copy()
+        sector[k] = False
+        return replace(self, sector=sector)
+
+    def between(self, k: int, lo: float, hi: float) -> "Cell":
+        """The same with other speeds of point k."""
+        slow, fast = self.lo.copy(), self.hi.copy()
+        slow[k], fast[k] = lo, hi
+        return replace(self, lo=slow, hi=fast)
+
+    def slower(self, k: int, speed: float) -> "Cell":
+        """The part where point k slides by at most `speed`."""
+        return self.between(k, float(self.lo[k]), speed)
+
+    def faster(self, k: int, speed: float) -> "Cell":
+        """The part where point k slides by at least `speed`."""
+        return self.between(k, speed, float(self.hi[k]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leaf:
+    """A closed cell: the vectors that prove it."""
+
+    y: Floats | None  # (6 m,) force side, scaled
+    w: Floats | None  # (q, 3) motion side, scaled, in (n, u, v)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prior:
+    """Bounds on every motion and every force of a state, known beforehand; they only price rounding."""
+
+    shift: Floats  # (m,) displacement of the centre of mass
+    turn: Floats  # (m,) rotation
+    thrust: float  # sum of all fn
+
+    @property
+    def finite(self) -> bool:
+        """Whether a chain of contacts ties every block to a support."""
+        return bool(np.isfinite(self.shift).all() and np.isfinite(self.turn).all())
+
+
+def root_cell(system: EquilibriumSystem, bounds: Bounds) -> Cell:
+    """The cell of all states."""
+    q, rays = system.points, np.zeros((system.points, 2))
+    return Cell(np.zeros(q, np.int64), np.zeros(q, bool), rays, rays, np.zeros(q), np.full(q, bounds.eta))
+
+
+def prior(system: EquilibriumSystem, bounds: Bounds) -> Prior:
+    """Bound all motions by going from the supports through contacts.
+
+    Relative displacements at the three points of a triangle (edges e1, e2) in a contact are at most
+    D = sqrt(2) max(eps, eta), so that the relative rotation is at most 2 D / |e1| + 2 D (|e1| + |e2|) / |e1 x e2|.
+    Block b then has
+    Omega_b = Omega_a + that, V_b = V_a + Omega_a |r0 - c_a| + D + Omega_b |r0 - c_b|; the best of all ways is taken.
+    """
+    reach = float(np.sqrt(2.0)) * max(bounds.eps, bounds.eta)
+    shift, turn = np.full(system.blocks, np.inf), np.full(system.blocks, np.inf)
+    hinges = []
+    for points in _joints(system):
+        k, twist = int(points[0]), _twist(system, points, reach)
+        ends = [(int(system.row_a[k]), system.arm_a[k]), (int(system.row_b[k]), system.arm_b[k])]
+        hinges += [(start, end, twist) for start, end in (ends, ends[::-1]) if end[0] >= 0]
+    for _ in range(system.blocks):
+        for (i, arm_i), (j, arm_j), twist in hinges:
+            before, turned = (0.0, 0.0) if i < 0 else (shift[i], turn[i])
+            omega = turned + twist
+            lever = 0.0 if i < 0 else turned * float(np.linalg.norm(arm_i))
+            turn[j] = min(turn[j], omega)
+            shift[j] = min(shift[j], before + lever + reach + omega * float(np.linalg.norm(arm_j)))
+    if not np.isfinite(shift).all():
+        return Prior(shift, turn, np.inf)
+    shift, turn = DETOUR * shift, DETOUR * turn
+    load = system.p.reshape(-1, 6)
+    work = np.linalg.norm(load[:, :3], axis=1) @ shift + np.linalg.norm(load[:, 3:], axis=1) @ turn
+    return Prior(shift, turn, float(work) / bounds.eps)
+
+
+def _joints(system: EquilibriumSystem) -> list[Ints]:
+    """Runs of points that share both blocks and a normal: the contact polygons."""
+    key = np.column_stack([system.row_a, system.row_b, system.frame[:, 0]])
+    starts = np.flatnonzero(np.any(np.diff(key, axis=0) != 0.0, axis=1)) + 1
+    return [run for run in np.split(np.arange(system.points), starts) if len(run) >= 3]
+
+
+def _twist(system: EquilibriumSystem, points: Ints, reach: float) -> float:
+    """The most that the two blocks of a contact turn against each other: from its first point, the furthest, and the
+    one furthest aside.
+    """
+    k = points[0]
+    arm = system.arm_b if system.row_b[k] >= 0 else system.arm_a
+    edges = arm[points[1:]] - arm[k]
+    one = edges[int(np.argmax(np.linalg.norm(edges, axis=1)))]
+    area = np.linalg.norm(np.cross(one, edges), axis=1)
+    two = edges[int(np.argmax(area))]
+    long, wide = float(np.linalg.norm(one)), float(np.max(area))
+    if not (wide > 0.0):
+        return np.inf
+    return 2.0 * reach / long + 2.0 * reach * (long + float(np.linalg.norm(two))) / wide
+
+
+def support(cell: Cell, g: Floats) -> Floats:
+    """(..., q) largest e.g over unit e in each point's sector, of (..., q, 2) tangential vectors."""
+    size = np.hypot(g[..., 0], g[..., 1])
+    if not cell.sector.any():
+        return np.asarray(size)
+    inside = (_cross(cell.ray_a, g) >= 0.0) & (_cross(g, cell.ray_b) >= 0.0)
+    at_rays = np.maximum(np.sum(cell.ray_a * g, -1), np.sum(cell.ray_b * g, -1))
+    return np.asarray(np.where(cell.sector & ~inside, at_rays, size))
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def work_limits(system: EquilibriumSystem, bounds: Bounds, cell: Cell, gap: Floats) -> Floats:
+    """(..., q) the largest multiple of y that its (..., q, 3) gaps dd^y allow at each point that may be loaded."""
+    floor = system.mu * np.maximum(bounds.beta, cell.lo)
+    push = system.mu * support(cell, gap[..., 1:]) - gap[..., 0]
+    alone = np.where(gap[..., 0] < 0.0, 1.0 / np.maximum(-gap[..., 0], 1e-300), np.inf)
+    rubbing = np.where(push > 0.0, (1.0 + floor) / np.maximum(push, 1e-300), np.inf)
+    return np.asarray(np.where(cell.status == UNLOADED, np.inf, np.minimum(alone, rubbing)))
+
+
+def least_work(system: EquilibriumSystem, bounds: Bounds, cell: Cell, gap: Floats) -> Floats:
+    """(...) the largest multiple t of y, given (..., q, 3) its gaps dd^y, that still proves t p.y <= p.dq."""
+    return np.asarray(np.min(work_limits(system, bounds, cell, gap), axis=-1, initial=np.inf))
+
+
+def work_parts(bounds: Bounds, cell: Cell, w: Floats) -> tuple[Floats, Floats]:
+    """(..., q) the most that the normal and the tangential parts of (..., q, 3) vectors w can do at each point."""
+    normal = np.where(cell.status == ENGAGED, -w[..., 0], np.maximum(-w[..., 0], bounds.eta * w[..., 0]))
+    h = support(cell, w[..., 1:])
+    return normal, np.where(h >= 0.0, cell.hi, cell.lo) * h
+
+
+def most_work(bounds: Bounds, cell: Cell, w: Floats) -> Floats:
+    """(...) U: the most work that (..., q, 3) vectors w can do on motions of the cell."""
+    normal, tangential = work_parts(bounds, cell, w)
+    return np.asarray(np.sum(normal + tangential, axis=-1))
+
+
+def closes(system: EquilibriumSystem, bounds: Bounds, cell: Cell, known: Prior, leaf: Leaf) -> bool:
+    """The leaf test of the certificate in floats, with room for rounding.
+
+    With v the most that a unit of fn can take from p.y, and r the residual of A w = p (or A w = 0):
+    p.y - max(v) sum fn > U + sum (|r_F| V + |r_M| Omega).
+    """
+    coupled = float(leaf.y is not None and leaf.w is not None)
+    gain = loss = scale = 0.0
+    if leaf.y is not None:
+        gap = system.gap(leaf.y)
+        bare = -(coupled + gap[:, 0])
+        rub = bare + system.mu * (support(cell, gap[:, 1:]) - coupled * np.maximum(bounds.beta, cell.lo))
+        taken = np.where(cell.status == UNLOADED, 0.0, np.maximum(bare, rub))
+        gain = float(system.p @ leaf.y) - float(np.max(taken, initial=0.0)) * known.thrust
+        scale += float(np.abs(system.p) @ np.abs(leaf.y))
+    if leaf.w is not None:
+        off = np.asarray(coupled * system.p - system.A @ leaf.w.ravel()).reshape(-1, 6)
+        slack = np.linalg.norm(off[:, :3], axis=1) @ known.shift + np.linalg.norm(off[:, 3:], axis=1) @ known.turn
+        loss = float(most_work(bounds, cell, leaf.w) + slack)
+        scale += max(1.0, bounds.eta) * float(np.sum(np.abs(leaf.w)))
+    return gain - loss > COMFORT * scale
+
+
+class Sides:
+    """The convex programmes of a system, laid out once; cells choose rows and columns. Dense: for small models."""
+
+    def __init__(self, system: EquilibriumSystem, bounds: Bounds) -> None:
+        self.system, self.bounds = system, bounds
+        self.A = np.asarray(system.A.toarray())
+        self.gaps = self.A.T.reshape(system.points, 3, -1)  # (q, 3, 6 m): dd of each point
+        self.lift = np.linalg.pinv(self.A)
+        self.solves = 0
+
+    def forces(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
+        """Forces of the cell that do the least work.
+
+        Returns
+        -------
+        word : {"solved", "infeasible", "failed"}
+        f : (q, 3)
+        y : (6 m,) multiplier of equilibrium or proof of infeasibility, with p.y = 1; None if there is none
+        """
+        on = np.flatnonzero(cell.status != UNLOADED)
+        n, p = len(on), self.system.p
+        cost = np.concatenate([np.ones(n), np.zeros(2 * n), np.maximum(self.bounds.beta, cell.lo[on])])
+        answer = self._solve(self._force_rows(cell, on, 4 * n), cost)
+        y = answer.z[: len(p)]
+        power = float(p @ y)
+        usable = answer.word != "failed" and power > 0.0
+        return answer.word, self._spread(on, answer), y / power if usable else None
+
+    def fitted_forces(self, cell: Cell, gap: Floats) -> tuple[Word, Floats]:
+        """Forces of the cell with the least merit against the (q, 3) gaps of a motion."""
+        on = np.flatnonzero(cell.status != UNLOADED)
+        n, d = len(on), gap[on]
+        fn = np.arange(n)
+        fu, fv, r, late = n + fn, 2 * n + fn, 3 * n + fn, 4 * n + fn
+        normal = np.maximum(d[:, 0] + 1.0, 0.0) + 1e-6  # a little more than it is worth: no idle compression
+        cost = np.concatenate([normal, d[:, 1], d[:, 2], np.hypot(d[:, 1], d[:, 2]), np.ones(n)])
+        lag = np.zeros((2 * n, 5 * n))
+        lag[fn, r], lag[fn, fu], lag[fn, fv] = 2.0 * self.bounds.beta, d[:, 1], d[:, 2]
+        lag[fn, late] = lag[n + fn, late] = -1.0
+        answer = self._solve([*self._force_rows(cell, on, 5 * n), ("nonnegative", 1, lag, np.zeros(2 * n))], cost)
+        return answer.word, self._spread(on, answer)
+
+    def motions(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
+        """Motions of the cell that do the most work.
+
+        Returns
+        -------
+        word : {"solved", "infeasible", "failed"}
+        dq : (6 m,)
+        w : (q, 3) multipliers with A w = p to rounding (A w = 0 where infeasible); None if there are none
+        """
+        system, (rows, faces) = self.system, self._motion_rows(cell)
+        disc = self.gaps.copy()
+        disc[:, 0] = 0.0
+        radius = np.zeros((system.points, 3))
+        radius[:, 0] = cell.hi
+        answer = self._solve([*rows, ("second-order", 3, -disc.reshape(-1, len(system.p)), radius.ravel())], -system.p)
+        if answer.word == "failed":
+            return answer.word, answer.x, None
+        w, row = np.zeros((system.points, 3)), 0
+        for points, direction in faces:
+            np.add.at(w, points, direction * answer.z[row : row + len(points), None])
+            row += len(points)
+        w[:, 1:] -= answer.z[row:].reshape(-1, 3)[:, 1:]
+        target = system.p if answer.word == "solved" else np.zeros(len(system.p))
+        for _ in range(2):
+            w = w + (self.lift @ (target - self.A @ w.ravel())).reshape(-1, 3)
+        return answer.word, answer.x, w
+
+    def fitted_motions(self, cell: Cell, force: Floats) -> tuple[Word, Floats]:
+        """Motions of the cell with the least merit against (q, 3) forces."""
+        q, m = self.system.points, len(self.system.p)
+        k = np.arange(q)
+        slide, late, columns = m + k, m + q + k, m + 2 * q
+        N, U, V = (self.gaps[:, j] for j in range(3))
+        tangent = np.hypot(force[:, 1], force[:, 2])
+        pull = np.maximum(force[:, 0], 0.0) @ N + force[:, 1] @ U + force[:, 2] @ V
+        cost = np.concatenate([pull, tangent + 1e-7, np.ones(q)])  # 1e-7: no idle sliding
+        lag = np.zeros((3 * q, columns))
+        lag[:q, :m] = force[:, 1, None] * U + force[:, 2, None] * V
+        lag[k, late] = lag[q + k, late] = -1.0
+        lag[2 * q + k, slide] = 1.0
+        rhs = np.concatenate([-2.0 * self.bounds.beta * tangent, np.zeros(q), cell.hi])
+        size = np.zeros((3 * q, columns))
+        size[3 * k, slide], size[1::3, :m], size[2::3, :m] = -1.0, -U, -V
+        rows: list[Rows] = [
+            (kind, n, np.hstack([M, np.zeros((len(M), 2 * q))]), b) for kind, n, M, b in self._motion_rows(cell)[0]
+        ]
+        rows += [("nonnegative", 1, lag, rhs), ("second-order", 3, size, np.zeros(3 * q))]
+        answer = self._solve(rows, cost)
+        return answer.word, answer.x[:m]
+
+    def _solve(self, rows: list[Rows], cost: Floats) -> ConicAnswer:
+        self.solves += 1
+        program = ConicProgram(
+            sp.csc_matrix((len(cost), len(cost))),
+            cost,
+            sp.csc_matrix(np.vstack([M for _, _, M, _ in rows])),
+            np.concatenate([b for *_, b in rows]),
+            tuple((kind, size, len(b) // size) for kind, size, _, b in rows if len(b)),
+        )
+        return solve(program, **OPTIONS)
+
+    def _spread(self, on: Ints, answer: ConicAnswer) -> Floats:
+        f = np.zeros((self.system.points, 3))
+        if answer.word == "solved":
+            f[on] = answer.x[: 3 * len(on)].reshape(3, -1).T
+        return f
+
+    def _force_rows(self, cell: Cell, on: Ints, columns: int) -> list[Rows]:
+        """Balance, friction cones and sectors, in the unknowns (fn, fu, fv, r >= |f_t|) of the points `on`."""
+        n, p = len(on), self.system.p
+        fn = np.arange(n)
+        fu, fv, r = n + fn, 2 * n + fn, 3 * n + fn
+        balance = np.zeros((len(p), columns))
+        balance[:, : 3 * n] = np.hstack([self.A[:, 3 * on + j] for j in range(3)])
+        cone = np.zeros((n, columns))
+        cone[fn, fn], cone[fn, r] = -self.system.mu[on], 1.0
+        size = np.zeros((3 * n, columns))
+        size[3 * fn, r] = size[3 * fn + 1, fu] = size[3 * fn + 2, fv] = -1.0
+        sign = np.zeros((n, columns))  # follows from the cones unless mu = 0
+        sign[fn, fn] = -1.0
+        rows: list[Rows] = [("zero", 1, balance, -p), ("nonnegative", 1, np.vstack([cone, sign]), np.zeros(2 * n))]
+        split = np.flatnonzero(cell.sector[on])
+        if len(split):  # -f_t lies between the rays
+            a, b, i = cell.ray_a[on[split]], cell.ray_b[on[split]], np.arange(len(split))
+            inside = np.zeros((2 * len(split), columns))
+            inside[i, fu[split]], inside[i, fv[split]] = -a[:, 1], a[:, 0]
+            inside[len(split) + i, fu[split]], inside[len(split) + i, fv[split]] = b[:, 1], -b[:, 0]
+            rows.append(("nonnegative", 1, inside, np.zeros(2 * len(split))))
+        return [*rows, ("second-order", 3, size, np.zeros(3 * n))]
+
+    def _motion_rows(self, cell: Cell) -> tuple[list[Rows], list[tuple[Ints, Floats]]]:
+        """Flat faces of the cell of motions: as rows, and as (points, direction in (n, u, v)) of each group of rows."""
+        pressed, loose = np.flatnonzero(cell.status == ENGAGED), np.flatnonzero(cell.status != ENGAGED)
+        split = np.flatnonzero(cell.sector)
+        a, b = cell.ray_a[split], cell.ray_b[split]
+        middle = a + b
+        middle = middle / np.linalg.norm(middle, axis=1)[:, None]
+        chord = cell.lo[split] * np.maximum(np.sum(middle * a, axis=1), 0.0)
+        ones, zero = np.ones(len(loose)), np.zeros(len(split))
+        plan: list[tuple[Literal["zero", "nonnegative"], Ints, Floats, Floats]] = [
+            ("zero", pressed, np.tile([1.0, 0.0, 0.0], (len(pressed), 1)), -np.ones(len(pressed))),
+            ("nonnegative", loose, np.tile([-1.0, 0.0, 0.0], (len(loose), 1)), ones),
+            ("nonnegative", loose, np.tile([1.0, 0.0, 0.0], (len(loose), 1)), self.bounds.eta * ones),
+            ("nonnegative", split, np.column_stack([zero, a[:, 1], -a[:, 0]]), zero),
+            ("nonnegative", split, np.column_stack([zero, -b[:, 1], b[:, 0]]), zero),
+            ("nonnegative", split, np.column_stack([zero, -middle]), -chord),
+        ]
+        rows: list[Rows] = [
+            (kind, 1, np.einsum("kj,kjm->km", c, self.gaps[points]), rhs) for kind, points, c, rhs in plan
+        ]
+        return rows, [(points, c) for _, points, c, _ in plan]

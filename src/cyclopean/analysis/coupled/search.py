@@ -1,0 +1,246 @@
+"""Coupled rigid-block analysis: the search for a state, and for a proof that there is none.
+
+In this order: equilibrium alone (where no forces balance the loads at all, a mechanism says so), friction that stiffens
+(route "A at scale"), the gap-shifted loop (route "A"), the alternation between forces and motion (route "B"), the
+simplex crossover, the gap-shifted loop within eta, the branching tree (route "D"), which can also prove that no state
+exists, and last hopping from start to start. Whatever a route claims is measured here at every contact point.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from cyclopean.analysis.coupled.alternation import alternation
+from cyclopean.analysis.coupled.at_scale import solve_at_scale
+from cyclopean.analysis.coupled.crossover import crossover
+from cyclopean.analysis.coupled.desaxce import desaxce
+from cyclopean.analysis.coupled.halves_qp import alternate_qp
+from cyclopean.analysis.coupled.hopping import hop
+from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
+from cyclopean.analysis.coupled.sliding import SlidingProgram
+from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.analysis.coupled.tree import Node, refute
+from cyclopean.analysis.rigid.rbe import solve_rbe
+from cyclopean.arrays import Floats
+from cyclopean.errors import SolverError
+from cyclopean.statics import EquilibriumSystem
+
+__all__ = ["CoupledOutcome", "solve_cra"]
+
+TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
+GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
+TREE_SHARE = 0.6  # of the time left for the tree; hopping takes the rest
+FEW = 4  # free blocks up to which conic programmes are the quickest from the start
+SMOOTH = 1e-6  # friction coefficient that the stiffening route needs at least
+STIFFENINGS = 10  # rounds of it; most models need one to seven
+SHARES = {"A at scale": 0.6, "A": 0.4, "B": 0.6, "crossover": 0.5, "A within eta": 0.5}  # of the time left
+
+Route = tuple[str, str, Callable[[float], Attempt]]  # name, solver, and what to run until a deadline
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoupledOutcome:
+    """What the search found, in scaled units; a claim until a certificate of it has been checked."""
+
+    word: Literal["coupled", "collapse", "refuted", "undecided"]  # state | mechanism | closed tree | none
+    f: Floats | None = None  # (q, 3): a state, or the best triple met
+    dq: Floats | None = None  # (6 m,)
+    y: Floats | None = None  # (6 m,) mechanism
+    tree: Node | None = None  # closed
+    merit: float = np.inf  # of the best triple
+    bound: float = 0.0  # share of the tree that is closed
+    route: str = ""  # "RBE", "A", "A at scale", "B", "crossover", "A within eta", "D", "hopping"
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+
+def solve_cra(
+    system: EquilibriumSystem,
+    bounds: Bounds = Bounds(),  # noqa: B008  frozen
+    solver: str = "auto",
+    seconds: float = 60.0,
+    nodes: int = 2000,
+    progress: Callable[[str], None] = lambda _: None,
+) -> CoupledOutcome:
+    """Find forces and a displacement that make a coupled state, or prove that none exists.
+
+    Parameters
+    ----------
+    system : EquilibriumSystem
+        Scaled.
+    bounds : Bounds
+        Of the displacement; only eta / eps and beta_min / eps matter.
+    solver : str
+        Of rigid-block equilibrium; "clarabel" keeps the large programmes to Clarabel as well, and "osqp" gives the
+        programmes of routes A and B to OSQP.
+    seconds : float
+        Budget of the whole search, shared out among the routes.
+    nodes : int
+        Budget of the tree.
+    progress : callable
+        Is told what begins.
+
+    Returns
+    -------
+    CoupledOutcome
+        Its provenance names every route tried, with its solves, rounds and factorisations.
+
+    Raises
+    ------
+    InputError
+        Unknown solver.
+    """
+    bounds = bounds.unit()
+    deadline = time.perf_counter() + seconds
+    began = time.perf_counter()
+    rigid = solve_rbe(system, solver)
+    factorisations = int(rigid.provenance.get("factorisations", 0))
+    tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=factorisations)]
+    if rigid.word == "collapse":
+        provenance = {**_provenance("RBE", tried), **rigid.provenance, "tried": tried}
+        return CoupledOutcome("collapse", y=rigid.y, merit=np.inf, route="RBE", provenance=provenance)
+    best = nothing(system, bounds)
+    if best.found:  # nothing loaded, or nothing free
+        return _coupled(best, "RBE", tried)
+    for name, by, run in _routes(system, bounds, [] if rigid.f is None else [rigid.f], solver):
+        left = deadline - time.perf_counter()
+        if left <= 0.0:
+            break
+        progress(f"searching a coupled state: {name}")
+        began = time.perf_counter()
+        try:
+            found = run(began + SHARES[name] * left)
+        except (SolverError, np.linalg.LinAlgError):  # numerically beyond this route; the next may do better
+            tried.append(_entry(name, by, "failed", began))
+            continue
+        word = "state" if found.found else "infeasible" if found.infeasible else "none"
+        tried.append(_entry(name, by, word, began, found.solves, found.rounds, factorisations=found.iterations))
+        best = better(best, found)
+        if best.found:
+            return _coupled(best, name, tried)
+    return _branched(system, bounds, best, tried, deadline, nodes, progress)
+
+
+def _routes(system: EquilibriumSystem, bounds: Bounds, given: list[Floats], solver: str) -> Iterator[Route]:
+    """The routes to a state in the order of their cost."""
+    seen: list[Attempt] = []
+
+    def kept(found: Attempt) -> Attempt:
+        seen.append(found)
+        return found
+
+    if solver not in ("clarabel", "osqp") and system.blocks > FEW:
+        yield "A at scale", "interior", lambda until: kept(_stiffened(system, bounds, until))
+    if solver == "osqp":
+        program = SlidingProgram(system, 2.0 * bounds.beta, solver=solver)
+        yield "A", solver, lambda until: kept(desaxce(system, bounds, program, deadline=until))
+        yield "B", solver, lambda until: kept(alternate_qp(system, bounds, next(iter(given), None), deadline=until))
+    else:
+        yield "A", "clarabel", lambda until: kept(desaxce(system, bounds, deadline=until))
+        yield "B", "clarabel", lambda until: kept(alternation(system, bounds, given, until))
+    near = min(seen, key=lambda one: one.merit, default=None)
+    if near is not None and np.isfinite(near.merit):
+        yield (
+            "crossover",
+            "highs",
+            lambda until: crossover(system, bounds, near.f, near.dq, until - time.perf_counter()),
+        )
+    within = SlidingProgram(system, 2.0 * bounds.beta, eta=bounds.eta)
+    yield "A within eta", "clarabel", lambda until: desaxce(system, bounds, within, 0.1, deadline=until)
+
+
+def _stiffened(system: EquilibriumSystem, bounds: Bounds, until: float) -> Attempt:
+    """Route "A at scale"; smooth joints get a trace of friction, which the polish takes away again."""
+    smooth = system.mu < SMOOTH
+    rough = replace(system, mu=np.where(smooth, SMOOTH, system.mu)) if smooth.any() else system
+    answer = solve_at_scale(rough, bounds, seconds=until - time.perf_counter(), rounds=STIFFENINGS)
+    f, dq = answer.f, answer.dq
+    if smooth.any() and answer.word == "coupled":
+        f = np.where(smooth[:, None] & np.array([False, True, True]), 0.0, f)
+        f, dq, _ = polish(system, bounds, f, dq)
+    found = attempt(system, bounds, f, dq)
+    return replace(found, solves=answer.solves, rounds=answer.rounds, iterations=answer.factorisations)
+
+
+def _branched(
+    system: EquilibriumSystem,
+    bounds: Bounds,
+    best: Attempt,
+    tried: list[dict[str, Any]],
+    deadline: float,
+    nodes: int,
+    progress: Callable[[str], None],
+) -> CoupledOutcome:
+    """The last resorts: refute by branching, or meet a state there; then hop from start to start until the deadline."""
+    began = time.perf_counter()
+    left = deadline - began
+    if left <= 0.0:
+        return _undecided(best, tried, 0.0, "the time was up before the refuting search began")
+    small = system.points <= TREE_POINTS
+    progress("refuting by branching")
+    answer = refute(system, bounds, TREE_SHARE * left, nodes if small else min(nodes, GLANCE), polish)
+    tried.append(_entry("D", "clarabel", answer.word, began, answer.solves, nodes=answer.nodes))
+    if answer.word == "refuted":
+        provenance = _provenance("D", tried) | {"leaves": answer.leaves}
+        return CoupledOutcome(
+            "refuted", best.f, best.dq, tree=answer.root, merit=best.merit, bound=1.0, route="D", provenance=provenance
+        )
+    best = better(best, attempt(system, bounds, answer.f, answer.dq))
+    if best.found:
+        return _coupled(best, "D", tried)
+    began = time.perf_counter()
+    progress("hopping")
+    (_, f, dq), _ = hop(system, bounds, polish, deadline - began)
+    best = better(best, attempt(system, bounds, f, dq))
+    tried.append(_entry("hopping", "clarabel", "state" if best.found else "none", began))
+    if best.found:
+        return _coupled(best, "hopping", tried)
+    why = f"after {answer.nodes} nodes and {time.perf_counter() - began:.0f} s of hopping from start to start"
+    if not small:
+        why += f"; the refuting search is exponential, so beyond {TREE_POINTS} contact points it is cut short"
+    elif answer.nodes < nodes and answer.seconds < TREE_SHARE * left:
+        why += "; a case of the refuting search is too narrow for floating point"
+    return _undecided(best, tried, answer.bound, why)
+
+
+def _coupled(best: Attempt, route: str, tried: list[dict[str, Any]]) -> CoupledOutcome:
+    return CoupledOutcome(
+        "coupled", best.f, best.dq, merit=best.merit, route=route, provenance=_provenance(route, tried)
+    )
+
+
+def _undecided(best: Attempt, tried: list[dict[str, Any]], bound: float, why: str) -> CoupledOutcome:
+    provenance = _provenance("", tried) | {"why": why}
+    return CoupledOutcome("undecided", best.f, best.dq, merit=best.merit, bound=bound, provenance=provenance)
+
+
+def _entry(
+    route: str,
+    solver: str,
+    word: str,
+    began: float,
+    solves: int = 1,
+    rounds: int = 1,
+    factorisations: int = 0,
+    nodes: int = 0,
+) -> dict[str, Any]:
+    """What one route did."""
+    return {
+        "route": route,
+        "solver": solver,
+        "word": word,
+        "solves": solves,
+        "rounds": rounds,
+        "factorisations": factorisations,
+        "nodes": nodes,
+        "seconds": round(time.perf_counter() - began, 6),
+    }
+
+
+def _provenance(route: str, tried: list[dict[str, Any]]) -> dict[str, Any]:
+    """How the answer was found: the last route's solver, the work of all."""
+    total = {key: sum(entry[key] for entry in tried) for key in ("solves", "rounds", "factorisations", "nodes")}
+    solver = tried[-1]["solver"]
+    return {"route": route, "solver": solver, "iterations": total["rounds"], **total, "tried": tried}

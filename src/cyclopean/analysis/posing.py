@@ -1,0 +1,123 @@
+"""A model made ready for analysis: meshes checked, supports chosen, contacts found, gaps filled in."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
+from cyclopean.arrays import Bools, Floats
+from cyclopean.assembly import Assembly, Contacts, check_contacts, detect, length_tolerance, supports
+from cyclopean.errors import InputError
+from cyclopean.geometry import mesh_faults
+from cyclopean.statics import turned_gravity
+
+__all__ = ["PosedModel", "pose"]
+
+LIBRARIES = ("clarabel", "rslab", "scipy.sparse.csgraph", "scipy.spatial", "shapely")  # loaded before the clock runs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PosedModel:
+    """A model ready for analysis, and what had to be assumed for it."""
+
+    assembly: Assembly
+    contacts: Contacts
+    fixed: Bools
+    gravity: Floats
+    density: float
+    tolerance: float
+    assumed: dict[str, Any]
+    warnings: tuple[str, ...]
+    idle: tuple[int, ...]  # free blocks that touch nothing
+
+
+def pose(
+    assembly: Assembly, settings: Settings, clock: dict[str, float], progress: Callable[[str], None]
+) -> PosedModel:
+    """Check the blocks, choose supports, find or check contacts, fill in what is not given.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The model; contacts are detected where it gives none.
+    settings : Settings
+        What the user said.
+    clock : dict of str to float
+        Is told when the libraries were loaded ("margin") and when the contacts were there ("contacts").
+    progress : callable
+        Is told the name of each stage as it begins.
+
+    Raises
+    ------
+    InputError
+        Blocks that are not closed solids, contacts off their blocks, supports that do not exist.
+    """
+    if not len(assembly):
+        raise InputError("the model has no blocks")
+    faults = mesh_faults(assembly.mesh)
+    if faults:
+        more = f" (and {len(faults) - 1} more blocks with faults)" if len(faults) > 1 else ""
+        raise InputError(f"block '{assembly.blocks[faults[0][0]].id}' {faults[0][1]}{more}; mend its mesh")
+    fixed, rule = supports(assembly, settings.supports, settings.tolerance)
+    progress("contacts")
+    for library in LIBRARIES:
+        import_module(library)
+    clock["margin"] = time.perf_counter()
+    if assembly.contacts is None:
+        found = detect(assembly, settings.tolerance)
+        contacts, warnings, margin = found.contacts, found.warnings, found.tolerance
+    else:
+        contacts, margin, warnings = check_contacts(assembly, assembly.contacts, settings.tolerance)
+    clock["contacts"] = time.perf_counter()
+    warnings = (*warnings, *_idle_options(assembly, contacts, settings))
+    assumed: dict[str, Any] = {}
+    if np.isnan(contacts.mu).any() and settings.mu is None:
+        assumed["mu"] = MU
+    if settings.density is None and any(b.density is None for b in assembly.blocks):
+        assumed["density"] = DENSITY
+    if rule == "lowest":
+        assumed["supports"] = "lowest"
+    if settings.gravity is None:
+        assumed["gravity"] = list(GRAVITY)
+    gravity = np.array(settings.gravity or GRAVITY, float)
+    if settings.tilt is not None:
+        gravity = turned_gravity(gravity, *settings.tilt)
+    touched = np.zeros(len(assembly), bool)
+    touched[contacts.a] = touched[contacts.b] = True
+    return PosedModel(
+        assembly,
+        contacts.with_mu(MU if settings.mu is None else settings.mu),
+        fixed,
+        gravity,
+        DENSITY if settings.density is None else settings.density,
+        _stated(assembly, fixed, margin),
+        assumed,
+        tuple(warnings),
+        tuple(int(i) for i in np.flatnonzero(~touched & ~fixed)),
+    )
+
+
+def _idle_options(assembly: Assembly, contacts: Contacts, settings: Settings) -> tuple[str, ...]:
+    """Options that fill in what the model already says everywhere: a user may think that they won."""
+    idle = []
+    if settings.mu is not None and len(contacts) and not np.isnan(contacts.mu).any():
+        idle.append(f"--mu {settings.mu:g} has no effect: every contact of the model gives its own mu")
+    if settings.density is not None and all(b.density is not None for b in assembly.blocks):
+        idle.append(f"--density {settings.density:g} has no effect: every block of the model gives its own density")
+    return tuple(idle)
+
+
+def _stated(assembly: Assembly, fixed: Bools, furthest: float) -> float:
+    """The tolerance (m) a certificate states, given how far the furthest contact point lies off the faces.
+
+    Twice that and at least the length tolerance, for the checker measures to the facets of faces that are not quite
+    flat; but no more than it accepts unless the contacts need it.
+    """
+    free = assembly.mesh.vertex[~fixed[assembly.mesh.vertex_body]]
+    share = 0.00499 * float(np.linalg.norm(np.ptp(free, axis=0))) if len(free) else np.inf
+    wide = 2.0 * max(furthest, length_tolerance(assembly))
+    return max(furthest * (1.0 + 1e-6), min(wide, share))

@@ -1,0 +1,221 @@
+"""From what the solvers claim to a result: write the certificate, have it checked, and only then say the word."""
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from cyclopean.analysis.certificates import certify, inner_forces, world_forces
+from cyclopean.analysis.coupled.search import CoupledOutcome
+from cyclopean.analysis.coupled.states import Bounds, measure
+from cyclopean.analysis.coupled.tree import tree_document
+from cyclopean.analysis.posing import PosedModel
+from cyclopean.analysis.reasons import reason_for
+from cyclopean.analysis.rigid.rbe import Outcome
+from cyclopean.analysis.settings import Settings
+from cyclopean.analysis.verdict import Result, Word
+from cyclopean.arrays import Floats
+from cyclopean.assembly import Contacts
+from cyclopean.proof import Report, verify
+from cyclopean.statics import EquilibriumSystem
+
+__all__ = ["Claim", "coupled_claim", "prove", "rigid_claim", "spread"]
+
+Kind = Literal["rbe-state", "rbe-mechanism", "cra-state", "cra-tree", ""]
+WORDS: dict[str, Word] = {
+    "rbe-state": "stable",
+    "rbe-mechanism": "unstable",
+    "cra-state": "stable",
+    "cra-tree": "unstable",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Claim:
+    """What the solvers found, in scaled units; kind "" = nothing that could be proved."""
+
+    kind: Kind
+    f: Floats | None = None  # (q, 3)
+    motion: Floats | None = None  # (6 m,): a mechanism, or the virtual displacement of a coupled state
+    tree: Any = None
+    figures: dict[str, float] = field(default_factory=dict)  # how near it came
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+
+def rigid_claim(outcome: Outcome) -> Claim:
+    """What rigid-block equilibrium found."""
+    kind: Kind = {"balanced": "rbe-state", "collapse": "rbe-mechanism", "undecided": ""}[outcome.word]  # type: ignore[assignment]
+    figures = {"balance": outcome.balance, "bound": outcome.bound}
+    return Claim(kind, outcome.f, outcome.y, None, figures, outcome.provenance)
+
+
+def coupled_claim(outcome: CoupledOutcome) -> Claim:
+    """What coupled analysis found."""
+    if outcome.word == "collapse":
+        return Claim("rbe-mechanism", None, outcome.y, None, {}, outcome.provenance)
+    kind: Kind = {"coupled": "cra-state", "refuted": "cra-tree", "undecided": ""}[outcome.word]  # type: ignore[assignment]
+    figures = {"merit": outcome.merit, "bound": outcome.bound}
+    return Claim(kind, outcome.f, outcome.dq, outcome.tree, figures, outcome.provenance)
+
+
+def prove(model: PosedModel, settings: Settings, system: EquilibriumSystem, claim: Claim) -> Result:
+    """Turn a claim into a result; "stable" and "unstable" only where a certificate has passed the independent checker.
+
+    Parameters
+    ----------
+    model : PosedModel
+        As it was analysed.
+    settings : Settings
+        What the user said.
+    system : EquilibriumSystem
+        Its equilibrium system.
+    claim : Claim
+        What the solvers found.
+    """
+    proof, residuals = _proof(model, settings.bounds(), system, claim)
+    certificate = None
+    if proof:
+        certificate = certify(
+            model.assembly,
+            model.contacts,
+            model.fixed,
+            model.gravity,
+            model.density,
+            system,
+            model.tolerance,
+            claim.kind,
+            proof,
+        )
+    report = verify(certificate) if certificate is not None else None
+    proved = report is not None and report.proved
+    word = WORDS[claim.kind] if proved else "undecided"
+    force = proof.get("force") if word == "stable" else None
+    shown = None if force is None else spread(system, model.contacts, force * system.force_unit)
+    rows = _rows(model, proof["motion"]) if proved and "motion" in proof else None
+    return Result(
+        assembly=model.assembly,
+        contacts=model.contacts,
+        fixed=model.fixed,
+        method=settings.chosen_method(),
+        verdict=word,
+        reason=_reason(model, settings, system, claim, report),
+        assumed=model.assumed,
+        gravity=model.gravity,
+        residuals=residuals,
+        force=shown,
+        frame=model.contacts.frame,
+        utilisation=None if shown is None else _utilisation(model.contacts, shown),
+        mechanism=rows if word == "unstable" else None,
+        displacement=rows if word == "stable" else None,
+        certificate=certificate if proved else None,
+        provenance={**claim.provenance, "settings": _said(settings)},
+        warnings=model.warnings,
+    )
+
+
+def spread(system: EquilibriumSystem, contacts: Contacts, values: Floats) -> Floats:
+    """Put values of the used points back among all contact points; points between fixed blocks carry nothing."""
+    full = np.zeros((len(contacts.point), *values.shape[1:]))
+    full[system.used] = values
+    return full
+
+
+def _proof(
+    model: PosedModel, bounds: Bounds, system: EquilibriumSystem, claim: Claim
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """What the certificate will hold beside the model, and the residuals, recomputed from what will stand there."""
+    if claim.kind in ("rbe-state", "cra-state") and claim.f is not None:
+        force = inner_forces(claim.f, system.mu, _blur(model.contacts)[model.contacts.patch[system.used]])
+        proof: dict[str, Any] = {"force": force, "world_force": world_forces(system, force)}
+        if claim.kind == "rbe-state" or claim.motion is None:
+            return proof, _state_residuals(system, force)
+        found = measure(system, bounds.unit(), force, claim.motion)
+        residuals = _state_residuals(system, force) | {
+            "gap": found.gap,
+            "complementarity": found.complementarity,
+            "alignment": found.alignment,
+            "reach": found.reach,
+            "sliding": found.sliding,
+        }
+        displacement = claim.motion.reshape(-1, 6) * bounds.eps
+        return proof | {"bounds": bounds, "motion": _turned(system, displacement)}, residuals
+    if claim.kind == "rbe-mechanism" and claim.motion is not None:
+        fastest = max(float(np.max(np.abs(claim.motion), initial=0.0)), 1e-300)
+        bound = {"bound": float(min(claim.figures["bound"], 1e300))} if "bound" in claim.figures else {}
+        return {"motion": _turned(system, claim.motion.reshape(-1, 6) / fastest)}, bound
+    if claim.kind == "cra-tree":
+        names = [block.id for block in model.assembly.blocks]
+        return {"bounds": bounds, "tree": tree_document(claim.tree, system, names, bounds.eps)}, {}
+    return {}, {name: float(value) for name, value in claim.figures.items() if np.isfinite(value)}
+
+
+def _turned(system: EquilibriumSystem, rows: Floats) -> Floats:
+    """(m, 6) with the scaled rotations turned into radians a metre of the displacement's own unit."""
+    turned = rows.copy()
+    turned[:, 3:] /= system.length_unit
+    return turned
+
+
+def _rows(model: PosedModel, motion: Floats) -> Floats:
+    """(n, 6): the motion of free blocks among all blocks."""
+    rows = np.zeros((len(model.assembly), 6))
+    rows[~model.fixed] = motion
+    return rows
+
+
+def _blur(contacts: Contacts) -> Floats:
+    """(c,) angle by which rounding may turn the normal of each patch: worse the thinner it is."""
+    if not len(contacts):
+        return np.zeros(0)
+    low = np.minimum.reduceat(contacts.point, contacts.start[:-1], axis=0)
+    high = np.maximum.reduceat(contacts.point, contacts.start[:-1], axis=0)
+    return np.asarray(4e-16 * np.sum((high - low) ** 2, 1) / contacts.area)
+
+
+def _state_residuals(system: EquilibriumSystem, f: Floats) -> dict[str, float]:
+    total = float(np.sum(np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1))) or 1.0
+    tangent = np.hypot(f[:, 1], f[:, 2])
+    beyond = np.max([np.max(tangent - system.mu * f[:, 0], initial=0.0), np.max(-f[:, 0], initial=0.0)])
+    return {"equilibrium": float(np.linalg.norm(system.residual(f))) / total, "cone": float(beyond) / total + 0.0}
+
+
+def _utilisation(contacts: Contacts, force: Floats) -> Floats:
+    """(c,) |sum f_t| / (mu sum fn): the share of its friction that each patch as a whole uses."""
+    if not len(contacts):
+        return np.zeros(0)
+    whole = np.add.reduceat(force, contacts.start[:-1], axis=0)
+    capacity = contacts.mu * whole[:, 0]
+    noise = 1e-12 * float(np.max(whole[:, 0], initial=0.0))
+    used = np.hypot(whole[:, 1], whole[:, 2])
+    loaded = (whole[:, 0] > noise) & (used > noise)
+    return np.where(loaded, used / np.where(loaded & (capacity > 0.0), capacity, 1.0), 0.0)
+
+
+def _said(settings: Settings) -> dict[str, Any]:
+    """The settings that bear on how the verdict was found."""
+    if settings.chosen_method() == "rbe":
+        return {"cone": settings.cone, "solver": settings.solver, "weights": list(settings.weights)}
+    bounds = settings.bounds()
+    return {
+        "solver": settings.solver,
+        "eps": bounds.eps,
+        "eta": bounds.eta,
+        "beta_min": bounds.beta,
+        "seconds": settings.seconds,
+        "nodes": settings.nodes,
+    }
+
+
+def _reason(
+    model: PosedModel, settings: Settings, system: EquilibriumSystem, claim: Claim, report: Report | None
+) -> str:
+    if report is not None and not report.proved:
+        return f"A solver's answer did not survive the independent check: {report.reason}"
+    return reason_for(
+        model,
+        settings.bounds(),
+        claim.kind,
+        None if claim.motion is None else claim.motion.reshape(-1, 6),
+        claim.figures | ({} if report is None else report.figures),
+        claim.provenance | {"method": settings.chosen_method()},
+    )

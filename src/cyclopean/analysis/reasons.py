@@ -1,0 +1,93 @@
+"""One sentence for each verdict that a person understands."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.analysis.posing import PosedModel
+from cyclopean.analysis.rigid.rbe import BALANCE, COLLAPSE
+from cyclopean.arrays import Floats
+
+__all__ = ["reason_for"]
+
+
+def reason_for(
+    model: PosedModel,
+    bounds: Bounds,
+    kind: str,
+    motion: Floats | None,
+    figures: Mapping[str, float],
+    provenance: Mapping[str, Any],
+) -> str:
+    """Say why.
+
+    Parameters
+    ----------
+    model : PosedModel
+        The model.
+    bounds : Bounds
+        Of the virtual displacement.
+    kind : str
+        Kind of certificate that proved the verdict; "" where nothing was proved.
+    motion : (m, 6), optional
+        The mechanism, where there is one.
+    figures : mapping of str to float
+        How near the search came, or what the checker counted.
+    provenance : mapping
+        How the verdict was found.
+    """
+    if kind in ("rbe-state", "cra-state") and model.fixed.all():
+        return "Every block is a support, so nothing can move."
+    if kind == "rbe-state":
+        return "Compression and friction at the contacts can balance every load on every block."
+    if kind == "cra-state":
+        return "Forces that a virtual motion of the blocks produces, pressing and rubbing, balance every load."
+    if kind == "rbe-mechanism" and motion is not None:
+        return _falls(model, motion, provenance)
+    if kind == "cra-tree":
+        cases = int(figures.get("leaves", 0))
+        each = f"{cases} cases, each" if cases != 1 else "the only case is"
+        return (
+            "Rigid-block equilibrium has forces for it, but no virtual motion produces them:"
+            f" {each} proved impossible (for {_named(bounds)})."
+        )
+    return _undecided(bounds, figures, provenance)
+
+
+def _named(bounds: Bounds) -> str:
+    return f"eta = {bounds.eta / bounds.eps:g} eps, beta_min = {bounds.beta / bounds.eps:g} eps"
+
+
+def _falls(model: PosedModel, motion: Floats, provenance: Mapping[str, Any]) -> str:
+    blocks = model.assembly.blocks
+    if model.idle:
+        names = ", ".join(f"'{blocks[i].id}'" for i in model.idle[:3])
+        more = f" and {len(model.idle) - 3} more" if len(model.idle) > 3 else ""
+        return f"Nothing holds block {names}{more}: it touches no other block and is no support."
+    if provenance.get("solver") == "connectivity":
+        return "A group of blocks is not connected to any support, so it falls."
+    speed = np.linalg.norm(motion[:, :3], axis=1)
+    moving = int(np.sum(np.abs(motion).max(axis=1) > 1e-6 * np.abs(motion).max(initial=0.0)))
+    fastest = blocks[int(np.flatnonzero(~model.fixed)[int(np.argmax(speed))])].id
+    return (
+        f"A collapse mechanism exists: {moving} of {len(motion)} free blocks move, '{fastest}' the fastest,"
+        " and the loads drive the motion."
+    )
+
+
+def _undecided(bounds: Bounds, figures: Mapping[str, float], provenance: Mapping[str, Any]) -> str:
+    if provenance["method"] == "rbe":
+        balance = f"best residual {figures['balance']:.1e} of the loads" if np.isfinite(figures["balance"]) else "none"
+        bound = f"best bound {figures['bound']:.1e}" if figures["bound"] > 0.0 else "none"
+        return (
+            f"Neither a state of equilibrium ({balance}, {BALANCE:.0e} wanted) nor a mechanism ({bound},"
+            f" {COLLAPSE:.0e} wanted) was found."
+        )
+    merit = f"best merit {figures['merit']:.1e}, 0 wanted" if np.isfinite(figures["merit"]) else "none at all"
+    why = provenance.get("why", "")
+    return (
+        f"Neither a coupled state ({merit}) nor a proof that there is none ({figures['bound']:.0%} of the cases"
+        f" closed) was found for {_named(bounds)}{': ' + why if why else ''}."
+    )
