@@ -1,8 +1,9 @@
-"""A verdict that needs a second thought: rigid-block equilibrium accepts a beam that hangs on nothing but friction.
+"""A beam that hangs on nothing but friction: rigid-block equilibrium accepts it, coupled analysis proves it unstable.
 
 A beam is held between the upright faces of two fixed columns, with nothing below it. Friction can carry it if the
 columns squeeze it hard enough. Rigid-block equilibrium asks only whether *some* forces balance, so it answers stable,
-even at mu = 0.01; but nothing in the model can produce that squeeze. See "How to read a verdict" in the README.
+even at mu = 0.01; but nothing in the model can produce that squeeze. Coupled analysis asks for a virtual displacement
+that brings the forces about, and proves case by case that there is none. See "How to read a verdict" in the README.
 """
 
 import numpy as np
@@ -28,13 +29,24 @@ frame = cyclopean.Assembly(
         cuboid("beam", (0.4, 0.0, 0.6), (1.0, 0.4, 0.9), False),
     )
 )
-result = cyclopean.check(frame, cyclopean.Settings(mu=0.01))
-assert result.verdict == "stable"
-assert result.force is not None
 
+# Equilibrium alone: by hand, each column must press with W / (2 mu).
+rbe = cyclopean.check(frame, cyclopean.Settings(method="rbe", mu=0.01))
+assert rbe.verdict == "stable"
+assert rbe.force is not None
 weight = 2400.0 * 0.6 * 0.4 * 0.3 * 9.80665
-squeeze = float(result.force[result.contacts.patch == 0, 0].sum())
-print(f"{result.verdict}, if something squeezes the beam with {squeeze / weight:.0f} times its weight")
-assert squeeze / weight > 49.9  # W / (2 mu)
+squeeze = float(rbe.force[rbe.contacts.patch == 0, 0].sum())
+print(f"RBE, mu 0.01: {rbe.verdict}, if something squeezes the beam with {squeeze / weight:.0f} times its weight")
+assert squeeze / weight > 49.9
 
-assert cyclopean.check(frame, cyclopean.Settings(mu=0.0)).verdict == "unstable"
+# Forces together with a displacement: none, at ordinary friction either.
+for mu in (0.01, 0.84):
+    cra = cyclopean.check(frame, cyclopean.Settings(mu=mu))
+    print(f"CRA, mu {mu:g}: {cra.verdict}. {cra.reason}")
+    assert cra.verdict == "unstable"
+    assert cra.certificate is not None
+    assert cra.certificate["kind"] == "cra-tree"
+    assert cyclopean.verify(cra.certificate).proved
+
+# Without friction not even forces balance.
+assert cyclopean.check(frame, cyclopean.Settings(mu=0.0, method="rbe")).verdict == "unstable"

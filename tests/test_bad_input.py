@@ -61,7 +61,7 @@ def check(run):
         assert status == {"stable": 0, "unstable": 1, "undecided": 3}[result["verdict"]]
         if status in (0, 1):
             assert run("verify", "c.json")[0] == 0
-            assert result["certificate"] == {"kind": ("rbe-state", "rbe-mechanism")[status], "file": "c.json"}
+            assert result["certificate"] == {"kind": ("cra-state", "rbe-mechanism")[status], "file": "c.json"}
         return status, result, err
 
     return command
@@ -263,11 +263,18 @@ def test_what_is_odd_is_warned_of(check, name):
     assert any(line.startswith("cyclopean: warning: ") and said in line for line in err.splitlines()), err
 
 
+STATE = {"equilibrium", "cone", "gap", "complementarity", "alignment", "reach", "sliding"}
+
+
 def test_the_result_holds_what_it_should(check):
     common = {"schema", "model", "method", "verdict", "reason", "blocks", "free", "contacts", "points", "assumed"}
     common |= {"residuals", "certificate", "provenance", "seconds"}
     _, result, _ = check(pair())
-    assert result.keys() == common | {"forces"}
+    assert result.keys() == common | {"forces", "displacement"}
+    assert result["displacement"]["b"] == pytest.approx(
+        [0, 0, -1, 0, 0, 0], abs=1e-9
+    )  # it overlaps by eps, and stays upright
+    assert result["residuals"].keys() == STATE
     assert result["assumed"].keys() == {"mu", "density", "gravity"}
     assert result["forces"][0].keys() == {"a", "b", "polygon", "force", "frame", "utilisation"}
     assert np.sum(result["forces"][0]["force"], axis=0) == pytest.approx([WEIGHT, 0, 0], abs=1e-6)

@@ -60,6 +60,11 @@ def test_unstable_and_its_proof(run):
         (["--supports", "ids=b01"], 1),  # the slab hangs on nothing
         (["--supports", "ids=b01", "--gravity", "0,0,9.8"], 0),  # and falls up against the cube
         (["--solver", "clarabel"], 0),
+        (["--method", "rbe", "--solver", "interior", "--tilt", "39"], 0),
+        (
+            ["--method", "cra", "--tilt", "39", "--eta", "20", "--beta-min", "1e-3", "--seconds", "30", "--nodes", "5"],
+            0,
+        ),
     ],
 )
 def test_cube_on_a_slope_by_hand(run, cube, options, status):
@@ -73,9 +78,9 @@ def test_json_on_stdout_and_nothing_else(run, cube):
     data = json.loads(out)
     assert (status, err) == (0, "")
     assert data["schema"] == "cyclopean.result/1"
-    assert (data["verdict"], data["method"]) == ("stable", "rbe")
+    assert (data["verdict"], data["method"]) == ("stable", "cra")
     assert (data["blocks"], data["free"], data["contacts"], data["points"]) == (2, 1, 1, 4)
-    assert data["certificate"] == {"kind": "rbe-state", "file": "proof.json"}
+    assert data["certificate"] == {"kind": "cra-state", "file": "proof.json"}
     assert {"read", "contacts", "solve", "verify", "total"} <= set(data["seconds"])
     assert sorted(os.listdir()) == ["cube.json", "proof.json"]
 
@@ -94,6 +99,10 @@ def test_the_penalty_form_names_where_it_pulls(run):
     status, out, _ = run("check", "over.json", "--penalty")
     assert status == 1
     assert "between b01 and b02" in out
+    run("make", "stack", 2, "--out", "stands.json")
+    status, out, _ = run("check", "stands.json", "--penalty")
+    assert status == 0
+    assert "tension  none is needed" in out
 
 
 def test_files_name_each_other_from_where_they_are(run, cube):
@@ -207,3 +216,79 @@ def test_units(run, cube):
     with open("mm.json") as file:
         assert json.load(file)["volume"]["least"] == pytest.approx(1e-9)
     assert run("check", "cube.obj", "--units", "furlong")[0] == 2
+
+
+@pytest.fixture
+def frame(tmp_path):
+    """A beam between two fixed columns that hangs on friction alone: by statics RBE accepts it and CRA does not."""
+    from cyclopean.cli.demo import _h_frame
+    from cyclopean.io import write_model
+
+    write_model(tmp_path / "frame.json", _h_frame())
+    return "frame.json"
+
+
+def test_a_beam_that_hangs_on_friction_is_refuted_by_cases(run, frame):
+    status, out, err = run("check", frame, "--mu", "0.3", "--certificate", "tree.json", "--json", "r.json")
+    assert (status, err) == (1, "")
+    assert out.startswith("unstable: Rigid-block equilibrium has forces for it")
+    assert "proof    cra-tree, checked in exact arithmetic; eta 10 eps, beta_min 0.01 eps" in out
+    status, out, _ = run("verify", "tree.json")
+    assert status == 0
+    assert out.startswith("proved: unstable under coupled rigid-block analysis (eta = 10 eps, beta_min = 0.01 eps")
+    with open("r.json") as file:
+        data = json.load(file)
+    assert data["certificate"]["kind"] == "cra-tree"
+    assert not {"mechanism", "displacement", "forces"} & data.keys()
+    status, out, _ = run("check", frame, "--mu", "0.3", "--penalty")
+    assert status == 1
+    assert "tension  none that would help was found" in out
+    status, out, _ = run("check", frame, "--mu", "0.3", "--method", "rbe")
+    assert status == 0
+    assert "method rbe" in out
+
+
+def test_a_budget_that_is_too_small_leaves_it_undecided(run, frame):
+    status, out, err = run("check", frame, "--nodes", "1", "--json", "r.json")
+    assert (status, err) == (3, "")
+    assert out.startswith("undecided: Neither a coupled state (best merit ")
+    with open("r.json") as file:
+        data = json.load(file)
+    assert data["residuals"].keys() == {"merit", "bound"}
+    assert 0.0 < data["residuals"]["merit"] < 100.0
+    assert 0.0 <= data["residuals"]["bound"] < 1.0
+
+
+def test_only_ratios_of_the_bounds_matter(run, cube):
+    """The verdict of a cube on a slope is that of statics for any eps; the displacement grows with it."""
+    sizes = []
+    for eps in ("1", "0.001", "250"):
+        status, out, _ = run("check", cube, "--tilt", "30", "--eps", eps, "--json", f"{eps}.json")
+        assert status == 0
+        assert "eta 10 eps, beta_min 0.01 eps" in out
+        with open(f"{eps}.json") as file:
+            sizes.append(max(abs(x) for x in json.load(file)["displacement"]["b01"]) / float(eps))
+    assert sizes == pytest.approx([sizes[0]] * 3, rel=1e-9)
+
+
+def test_an_option_of_rbe_chooses_it_and_says_so(run, cube):
+    status, out, err = run("check", cube, "--cone", "inscribed:8", "--eta", "5")
+    assert status == 0
+    assert "method rbe" in out
+    assert sorted(err.splitlines()) == [
+        "cyclopean: warning: --cone inscribed:8: only rigid-block equilibrium has it, so the method is rbe",
+        "cyclopean: warning: --eta: no effect, for only coupled analysis has it (--method cra)",
+    ]
+    status, _, err = run("check", cube, "--method", "cra", "--weights", "1,2")
+    assert status == 2
+    assert "--weights 1,2: only rigid-block equilibrium has it; use --method rbe" in err
+
+
+def test_the_words_of_the_command_are_those_of_the_analysis(run):
+    from cyclopean.analysis.settings import CRA_SOLVERS, METHODS, RBE_SOLVERS
+    from cyclopean.cli import check as room
+
+    assert room.METHODS == METHODS
+    _, out, _ = run("check", "--help")
+    for name in {*CRA_SOLVERS, *RBE_SOLVERS}:
+        assert name in out

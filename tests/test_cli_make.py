@@ -98,26 +98,33 @@ def test_every_mesh_format_can_be_written(run):
         assert run("info", f"m{ending}", "--units", "m")[0] == 0
 
 
+MODELS = ("arch", "wall", "stack", "frame")
+
+
 def test_demo_makes_its_own_folder_and_proves_everything(run):
     status, out, err = run("demo")
     assert (status, err) == (0, "")
-    assert out.count("certificate verified") == 3
-    made = {
-        f"{m}{e}" for m in ("arch", "wall", "stack") for e in (".json", ".result.json", ".certificate.json", ".html")
-    }
+    assert out.count("certificate verified") == 4
+    made = {f"{m}{e}" for m in MODELS for e in (".json", ".result.json", ".certificate.json", ".html")}
     assert set(os.listdir("demo")) == made | {"index.html"}
     assert run("verify", "demo/stack.certificate.json")[0] == 0
     assert run("check", "demo/stack.json")[0] == 1
     with open("demo/index.html") as page:
         links = [part.split('"')[0] for part in page.read().split('href="')[1:]]
-    assert set(links) == {"arch.html", "wall.html", "stack.html"}
+    assert set(links) == {f"{m}.html" for m in MODELS}
+    for name in MODELS:
+        with open(f"demo/{name}.result.json") as file:
+            assert json.load(file)["method"] == "cra"
+    assert (
+        run("check", "demo/frame.json", "--method", "rbe")[0] == 0
+    )  # the forces are there, and nothing brings them about
     assert run("demo")[0] == 0  # again, over the old files
 
 
 def test_demo_into_a_folder_that_is_there(run):
     os.mkdir("here")
     assert run("demo", "--out", "here")[0] == 0
-    assert len(os.listdir("here")) == 13
+    assert len(os.listdir("here")) == 17
     with open("file", "w"):
         pass
     assert run("demo", "--out", "file")[0] == 2

@@ -14,11 +14,11 @@ from cyclopean.assembly import Assembly, Contacts
 from cyclopean.geometry import mass_properties, mesh_faults, pack
 from cyclopean.view import elevation
 from cyclopean.view.colours import ACCENT, NEUTRAL, SCALE, classes, rgb, shaded
-from cyclopean.view.drawing import feature_edges, outlines, picture
+from cyclopean.view.drawing import displaced, feature_edges, outlines, picture, without_points
 from cyclopean.view.elevation import View, elevation_svg, front_view, project
-from cyclopean.view.figures import block_utilisation, fastest, number, resultants, worst
+from cyclopean.view.figures import block_utilisation, cases, fastest, glue, number, pressing, resultants, worst
 from cyclopean.view.motion import drawn_motion, moved, rotations
-from test_view_report import BOX, arch, collapsing_stack, hexahedron, square
+from test_view_report import BOX, TREE, arch, collapsing_stack, hexahedron, sinking, square
 
 CUBE = np.concatenate([square(0, 0), square(0, 1)])
 
@@ -219,3 +219,74 @@ def test_numbers_are_written_and_mean_what_they_say(value):
     assert not re.search("nan|inf", text, re.I)
     if np.isfinite(value) and 1e-3 <= abs(value) < 1e5:
         assert float(text.replace(",", "").replace("−", "-")) == pytest.approx(value, rel=1e-3)
+
+
+def test_points_that_press_and_friction_on_the_upper_block_by_hand():
+    """Three of four corners press. Friction on b, the upper cube, is -1 kN along u = x; seen upside down it is the
+    lower cube, so friction on the upper one is +1 kN."""
+    found = pressing(sinking())
+    assert found is not None
+    np.testing.assert_array_equal(found.point, square(0, 1)[[0, 1, 3]])
+    np.testing.assert_allclose(found.friction, [[-1000, 0, 0]] * 3)
+    assert sorted(found.rubbing.tolist()) == [0, 1, 2]
+    upended = pressing(replace(sinking(), gravity=np.array([0, 0, 9.8])))
+    assert upended is not None
+    np.testing.assert_allclose(upended.friction, [[1000, 0, 0]] * 3)
+    assert pressing(arch()) is None  # forces alone do not say what presses
+
+
+def test_a_coupled_state_is_drawn_where_it_stands_and_displaced_beside():
+    """The largest movement is a quarter of a block of 1 m, along (3, 0, -1); friction is drawn half a block long."""
+    drawn = picture(sinking())
+    assert drawn.quantity == "utilisation"
+    assert (len(drawn.press), len(drawn.arrow), drawn.rubbing) == (3, 1, pytest.approx(1000.0))
+    np.testing.assert_allclose(np.diff(drawn.rub, axis=1)[:, 0], [[-0.5, 0, 0]] * 3)
+    there = displaced(drawn)
+    assert there is not None
+    np.testing.assert_allclose(there.mesh.vertex[8:] - drawn.mesh.vertex[8:],
+                               np.tile(0.25 * np.array([3, 0, -1]) / 10**0.5, (8, 1)), atol=1e-12)  # fmt: skip
+    np.testing.assert_array_equal(there.mesh.vertex[:8], drawn.mesh.vertex[:8])
+    np.testing.assert_array_equal(there.ghost, drawn.edge)
+    assert displaced(picture(arch())) is None
+    flat = elevation_svg(without_points(drawn), "forces")
+    assert "<circle" not in flat
+    assert "<animate" not in flat
+    moving = elevation_svg(there, "displaced")
+    assert moving.count("<circle") == 2  # of three points, two lie behind each other
+    assert moving.count("<animate") == 1  # the front face of the upper cube; supports stay
+    assert 'id="moving"' in moving
+    assert 'begin="moving.click"' in moving
+
+
+def test_a_mechanism_moves_at_a_click_too_unless_it_is_large():
+    drawn = picture(collapsing_stack())
+    assert elevation_svg(drawn, "falls").count("<animate") >= 3
+    assert "<animate" not in elevation_svg(drawn, "falls", bare=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(elevation, "ANIMATED_FACES", 5)
+        assert "<animate" not in elevation_svg(drawn, "falls")
+
+
+def test_the_ways_in_which_cases_are_closed_are_counted():
+    assert cases(TREE) == {"forces": 2, "motion": 2, "work": 1, "depth": 3}
+    deep = {"forces": []}
+    for _ in range(5000):  # deeper than the interpreter's stack
+        deep = {"point": 0, "engaged": deep, "unloaded": {"mechanism": {}}}
+    assert cases(deep) == {"forces": 5000, "motion": 1, "work": 0, "depth": 5000}
+
+
+def test_glue_by_hand():
+    """1.5 and 0.5 kN at two contacts of three cubes, 2400 kg each at 9.81275 m/s2: 2 / 70.65 of the weight."""
+    pull = np.zeros(12)
+    pull[[2, 7]] = [1500.0, 500.0]
+    pull[5] = 0.7  # a trace: tension is dear, not forbidden
+    found = glue(replace(collapsing_stack(), tension=pull))
+    assert found is not None
+    assert found.pull.tolist() == [1500.0, 500.0, 0.0]
+    assert found.patches.tolist() == [0, 1]
+    assert found.point.tolist() == [2, 7]
+    assert found.share == pytest.approx(2000 / (3 * 2400 * np.hypot(0.5, 9.8)))
+    drawn = picture(replace(collapsing_stack(), tension=pull))
+    assert drawn.pull_share.tolist() == [1.0, pytest.approx(1 / 3)]
+    assert elevation_svg(drawn, "glue").count("<circle") == 2
+    assert glue(collapsing_stack()) is None

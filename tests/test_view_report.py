@@ -104,6 +104,49 @@ def undecided():
     return replace(arch(), verdict="undecided", force=None, utilisation=None, certificate=None, residuals={})
 
 
+def sinking():
+    """A cube of 1 m on a fixed one, that overlaps it by eps and slides by 3 eps along x; friction 1 kN a corner."""
+    blocks = (hexahedron("low", square(0, 0), square(0, 1), fixed=True), hexahedron("up", square(0, 1), square(0, 2)))
+    contacts = Contacts.of([(0, 1)], [square(0, 1)], [0.84])
+    frame = np.array([[[0, 0, 1.0], [1, 0, 0], [0, 1, 0]]])
+    return Result(
+        assembly=Assembly(blocks, name="sinking cube"),
+        contacts=contacts,
+        fixed=np.array([True, False]),
+        method="cra",
+        verdict="stable",
+        reason="Forces that a virtual motion produces.",
+        assumed={"mu": 0.84, "density": 2400.0},
+        gravity=np.array([0, 0, -9.8]),
+        residuals={"equilibrium": 1e-16, "gap": 2e-15, "complementarity": 0.0, "alignment": 0.0, "sliding": 0.0},
+        force=np.array([[6000.0, -1000.0, 0.0], [5880.0, -1000.0, 0.0], [0, 0, 0], [5880.0, -1000.0, 0.0]]),
+        frame=frame,
+        utilisation=np.array([0.2]),
+        displacement=np.array([[0, 0, 0, 0, 0, 0], [3.0, 0, -1.0, 0, 0, 0]]),
+        certificate={"kind": "cra-state", "eps": 1.0, "eta": 10.0, "beta_min": 0.01},
+        provenance={"route": "A", "settings": {"eps": 1.0, "eta": 20.0, "beta_min": 0.01}},
+    )
+
+
+TREE = {
+    "point": 0,
+    "engaged": {
+        "point": 1,
+        "rays": [[1, 0, 0], [0, 1, 0], [-1, -1, 0]],
+        "sectors": [{"mechanism": {}}, {"forces": []}, {"point": 1, "speed": 1, "slower": {"forces": []},
+                                                        "faster": {"mechanism": {}, "forces": []}}],
+    },
+    "unloaded": {"mechanism": {}},
+}  # fmt: skip
+
+
+def refuted():
+    certificate = {"kind": "cra-tree", "eps": 2.0, "eta": 20.0, "beta_min": 0.02, "tree": TREE}
+    tried = [{"route": "RBE", "word": "balanced"}]
+    return replace(sinking(), verdict="unstable", force=None, utilisation=None, displacement=None, residuals={},
+                   certificate=certificate, provenance={"route": "D", "tried": tried})  # fmt: skip
+
+
 class Page(HTMLParser):
     """What a browser would load, the text it would show, and the document in the frame."""
 
@@ -140,11 +183,13 @@ def pages():
         "arch": report_html(arch(), certificate_file="arch cert.json", model_file="arch.json"),
         "stack": report_html(collapsing_stack()),
         "undecided": report_html(undecided()),
+        "sinking": report_html(sinking()),
+        "refuted": report_html(refuted()),
     }
     return {name: (source, Page(source)) for name, source in made.items()}
 
 
-@pytest.mark.parametrize("name", ["arch", "stack", "undecided"])
+@pytest.mark.parametrize("name", ["arch", "stack", "undecided", "sinking", "refuted"])
 def test_asks_no_network_for_anything(pages, name):
     source, page = pages[name]
     inside = Page(page.frame)
@@ -160,7 +205,7 @@ def test_asks_no_network_for_anything(pages, name):
         assert set(rule.split()[1:]) <= {"'none'", "'unsafe-inline'", "'unsafe-eval'", "blob:", "data:"}
 
 
-@pytest.mark.parametrize("name", ["arch", "stack", "undecided"])
+@pytest.mark.parametrize("name", ["arch", "stack", "undecided", "sinking", "refuted"])
 def test_never_says_nan_and_stays_small(pages, name):
     source, _ = pages[name]
     outer = source[: source.index("srcdoc=")] + source[source.index("</iframe>") :]
@@ -189,6 +234,40 @@ def test_shows_every_field_of_a_stable_result(pages):
     _, page = pages["arch"]
     for words in STABLE.strip().replace("\n", "|").split("|"):
         assert words in page.words
+
+
+COUPLED = """
+coupled rigid-block analysis (CRA)|How it presses and rubs|3 of 4 contact points overlap and press, 3 of them rub
+bounds: eta = 20 eps, beta_min = 0.01 eps|friction on the upper block, the longest is 1 kN|Click the drawing
+complementarity 0|in eps times a mean block weight|route A: convex programmes, gap-shifted|brings them about
+"""
+REFUTED = """
+What was proved|Rigid-block equilibrium accepts this model|divided into 5 cases (3 decisions deep at most)
+bounds: eta = 10 eps, beta_min = 0.01 eps|No forces 2|No displacement 2|Not both together 1|virtual work
+what is proved is that none go together|with a larger eta or a smaller beta_min|route D: a tree of cases
+"""
+
+
+@pytest.mark.parametrize(("name", "said"), [("sinking", COUPLED), ("refuted", REFUTED)])
+def test_says_what_coupled_analysis_found(pages, name, said):
+    _, page = pages[name]
+    for words in said.strip().replace("\n", "|").split("|"):
+        assert words in page.words
+    assert ("How it presses and rubs" in page.words) == (name == "sinking")
+    assert "associated" not in page.words
+
+
+def test_says_how_near_an_undecided_coupled_analysis_came():
+    near = replace(refuted(), verdict="undecided", certificate=None, residuals={"merit": 0.25, "bound": 0.5},
+                   provenance={"route": "", "settings": {"eps": 1.0, "eta": 10.0, "beta_min": 0.01}})  # fmt: skip
+    words = Page(report_html(near)).words
+    assert "do work of 0.25 (in eps times a mean block weight)" in words
+    assert "closed 50 % of the cases" in words
+    assert "Rigid-block equilibrium accepts" not in words  # nobody found that out
+    tried = [{"route": "RBE", "word": "undecided"}, {"route": "A", "word": "balanced"}]
+    assert "Rigid-block equilibrium accepts" not in Page(report_html(replace(near, provenance={"tried": tried}))).words
+    assert "share of all cases that the refuting search has proved impossible" in words
+    assert "must exceed this many times the total load" not in words
 
 
 def test_shows_every_field_of_an_unstable_result(pages):
@@ -237,6 +316,11 @@ def test_the_scene_holds_blocks_by_colour_arrows_supports_and_gravity(pages):
     assert {"/where it stood", "/blocks/0.9 to 1.0", "/blocks/supports"} <= set(scenes["stack"])
     assert "/contact forces" not in scenes["stack"]
     assert "/blocks/no value" in scenes["undecided"]
+    layers = {"/pressing points", "/friction", "/virtual displacement"}
+    assert layers <= set(scenes["sinking"])
+    assert not layers & set(scenes["arch"])
+    hidden = [m["name"] for m in recorded(pages["sinking"][1]) if m.get("visible") is False]
+    assert hidden == ["/WorldAxes", "/virtual displacement"]
 
 
 def test_values_that_are_not_finite_become_a_dash():
@@ -252,9 +336,12 @@ def test_tension_is_summed_up_when_it_was_asked_for():
     pull = np.zeros(12)
     pull[[2, 7]] = [1500.0, 500.0]
     words = Page(report_html(replace(collapsing_stack(), tension=pull))).words
-    assert "2 contact points would have to, with at most 1.5 kN at one point and 2 kN in all" in words
+    assert "2 contact points would have to, with at most 1.5 kN at one point and 2 kN in all (2.83 % of" in words
+    assert "would have to pull" in words
+    assert "b0 – b1 1.5 2.12 % 1.5 0.65" in words  # by hand: 3 cubes of 2400 kg at 9.8128 m/s2 weigh 70.65 kN
     assert "compression and friction are enough" in Page(report_html(replace(arch(), tension=np.zeros(48)))).words
     assert "Dry joints cannot pull" not in Page(report_html(arch())).words
+    assert "None that would help" in Page(report_html(replace(refuted(), tension=np.zeros(4)))).words
 
 
 def test_empty_and_contactless_models_have_a_page():

@@ -10,20 +10,23 @@ import typer
 
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
-from cyclopean.cli.values import choice, optional_number, tilt, vector, weights
+from cyclopean.cli.values import choice, optional_number, tilt, vector, weights, whole
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Result
 
 __all__ = ["check", "verdict_lines", "write_result"]
 
-SOLVERS = ("auto", "newton", "interior", "clarabel")
+METHODS = ("cra", "rbe")
 STATUS = {"stable": 0, "unstable": 1, "undecided": 3}
 
 
 def check(
     model: Annotated[str, typer.Argument(metavar="MODEL", show_default=False, help="Model file.")],
-    method: Annotated[str, typer.Option(metavar="rbe|cra", help="Kind of analysis.")] = "rbe",
+    method: Annotated[
+        str | None,
+        typer.Option(metavar="|".join(METHODS), help="Coupled analysis or equilibrium alone [cra]."),
+    ] = None,
     mu: Annotated[str | None, typer.Option(metavar="M", help="Friction where the model gives none [0.84].")] = None,
     density: Annotated[str | None, typer.Option(metavar="D", help="kg/m3 where the model gives none [2400].")] = None,
     supports: Annotated[
@@ -39,13 +42,26 @@ def check(
     cone: Annotated[
         str, typer.Option(metavar="C", help="Friction cone: exact, inscribed:K or circumscribed:K.")
     ] = "exact",
-    solver: Annotated[str, typer.Option(metavar="|".join(SOLVERS), help="How to solve.")] = "auto",
+    solver: Annotated[
+        str, typer.Option(metavar="NAME", help="auto, clarabel or osqp; rbe also newton or interior.")
+    ] = "auto",
     weigh: Annotated[
         str | None, typer.Option("--weights", metavar="N,T", help="Weights of normal and tangential forces [1,1].")
     ] = None,
     penalty: Annotated[
         bool, typer.Option("--penalty", help="Let joints pull, at a price: shows where tension would be needed.")
     ] = False,
+    eps: Annotated[str | None, typer.Option(metavar="E", help="cra: overlap of points that press [1].")] = None,
+    eta: Annotated[
+        str | None, typer.Option(metavar="E", help="cra: largest virtual displacement of a point [10 eps].")
+    ] = None,
+    beta_min: Annotated[
+        str | None, typer.Option("--beta-min", metavar="B", help="cra: least sliding where friction acts [0.01 eps].")
+    ] = None,
+    seconds: Annotated[str | None, typer.Option(metavar="S", help="cra: time for the search [60].")] = None,
+    nodes: Annotated[
+        str | None, typer.Option(metavar="N", help="cra: cases the refuting search may open [2000].")
+    ] = None,
     json: Annotated[
         str | None, typer.Option(metavar="F|-", help="Write the result; - prints it and nothing else.")
     ] = None,
@@ -58,7 +74,7 @@ def check(
     """
     began = time.perf_counter()
     wanted: dict[str, Any] = {
-        "method": method,
+        "method": "" if method is None else choice("--method", method, METHODS),
         "mu": optional_number("--mu", mu, least=0.0),
         "density": optional_number("--density", density, above=0.0),
         "supports": supports,
@@ -66,15 +82,26 @@ def check(
         "tilt": tilt("--tilt", tilt_by),
         "tolerance": optional_number("--tolerance", tolerance, above=0.0),
         "cone": cone,
-        "solver": choice("--solver", solver, SOLVERS),
+        "solver": solver,
         "weights": weights("--weights", weigh),
         "penalty": penalty,
     }
+    search = {
+        "eps": optional_number("--eps", eps, above=0.0),
+        "eta": optional_number("--eta", eta, above=0.0),
+        "beta_min": optional_number("--beta-min", beta_min, above=0.0),
+        "seconds": optional_number("--seconds", seconds, above=0.0),
+        "nodes": whole("--nodes", nodes) if nodes is not None else None,
+    }
+    wanted |= {name: value for name, value in search.items() if value is not None}
     files = planned({"--json": json, "--certificate": certificate, "--report": report}, keep=model)
 
     from cyclopean import analysis, io
 
     settings = analysis.Settings(**wanted)
+    idle = tuple(f"--{name.replace('_', '-')}" for name, value in search.items() if value is not None)
+    if idle and settings.chosen_method() == "rbe":
+        warn(f"{', '.join(idle)}: no effect, for only coupled analysis has it (--method cra)")
     with long_work(f"checking {model}") as stage:
         started = time.perf_counter()
         assembly, warnings = io.read_model(model, units)
@@ -146,22 +173,35 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: dict[str, Path]
     if result.assumed:
         lines.append("  assumed  " + ", ".join(f"{name} {_plain(value)}" for name, value in result.assumed.items()))
     if result.certificate is not None:
-        lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic")
-    if result.tension is not None and len(result.tension):
-        at = int(result.tension.argmax())
-        ends = (
-            result.assembly.blocks[int(x[result.contacts.patch[at]])].id for x in (result.contacts.a, result.contacts.b)
-        )
-        # the price on tension is finite, so a trace of it is left where none is needed
-        trace = 1e-4 * float(abs(result.force[:, 0]).max(initial=0.0)) if result.force is not None else 0.0
-        if result.tension[at] > trace:
-            lines.append(f"  tension  at most {result.tension[at]:.3g} N at a point, between {' and '.join(ends)}")
-        else:
-            lines.append("  tension  none is needed")
+        lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic{_within(result)}")
+    lines += _tension_line(result)
     written = [str(path) for option, path in files.items() if option != "--certificate" or result.certificate]
     if written:
         lines.append(f"  written  {', '.join(written)}")
     return lines
+
+
+def _within(result: "Result") -> str:
+    """The bounds on which a proof by coupled analysis depends."""
+    proof = result.certificate
+    if proof is None or not {"eps", "eta", "beta_min"} <= proof.keys():
+        return ""
+    return f"; eta {proof['eta'] / proof['eps']:g} eps, beta_min {proof['beta_min'] / proof['eps']:g} eps"
+
+
+def _tension_line(result: "Result") -> list[str]:
+    """Say where joints would pull, when that was measured."""
+    if result.tension is None or not len(result.tension):
+        return []
+    at = int(result.tension.argmax())
+    ends = (
+        result.assembly.blocks[int(x[result.contacts.patch[at]])].id for x in (result.contacts.a, result.contacts.b)
+    )
+    # the price on tension is finite, so a trace of it is left where none is needed
+    trace = 1e-4 * float(abs(result.force[:, 0]).max(initial=0.0)) if result.force is not None else 0.0
+    if not (result.tension[at] > trace):
+        return [f"  tension  none {'is needed' if result.verdict == 'stable' else 'that would help was found'}"]
+    return [f"  tension  at most {result.tension[at]:.3g} N at a point, between {' and '.join(ends)}"]
 
 
 def _plain(value: Any) -> str:

@@ -1,6 +1,6 @@
-"""`demo`: three models from nothing to verdicts with proofs, in one folder."""
+"""`demo`: four models from nothing to verdicts with proofs, in one folder."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -8,9 +8,12 @@ from cyclopean.cli.check import write_result
 from cyclopean.cli.outputs import folder
 from cyclopean.cli.terminal import long_work, say
 
+if TYPE_CHECKING:
+    from cyclopean.assembly import Assembly
+
 __all__ = ["demo"]
 
-EXPECTED = {"arch": "stable", "wall": "stable", "stack": "unstable"}
+EXPECTED = {"arch": "stable", "wall": "stable", "stack": "unstable", "frame": "unstable"}
 
 
 def demo(
@@ -18,16 +21,22 @@ def demo(
         str | None, typer.Option(metavar="DIR", help="Folder to write to [demo, made if it is not there].")
     ] = None,
 ) -> int:
-    """Make three models, check and prove them.
+    """Make four models, check and prove them.
 
-    An arch, a wall and a leaning stack; models, results, certificates and pages go into one folder.
+    An arch, a wall, a leaning stack and a beam that hangs on friction; models, results, certificates and pages go into
+    one folder.
     """
     place = folder("--out", out, "demo")
 
     from cyclopean import analysis, design, io, view
     from cyclopean.proof import verify_file
 
-    models = {"arch": design.arch(20), "wall": design.wall(6, 8), "stack": design.stack(5, offset=0.3)}
+    models = {
+        "arch": design.arch(20),
+        "wall": design.wall(6, 8),
+        "stack": design.stack(5, offset=0.3),
+        "frame": _h_frame(),
+    }
     with long_work("demo"):
         results = {name: analysis.check(model) for name, model in models.items()}
         for name, result in results.items():
@@ -42,7 +51,7 @@ def demo(
                 str(place / f"{name}.json"),
             )
         entries = [view.index_entry(result, f"{name}.html") for name, result in results.items()]
-        io.write_text(place / "index.html", view.index_html(entries, "Three models, three proofs"))
+        io.write_text(place / "index.html", view.index_html(entries, "Four models, four proofs"))
     expected = True
     for name, result in results.items():
         proved = result.certificate is not None and verify_file(place / f"{name}.certificate.json").proved
@@ -51,3 +60,23 @@ def demo(
         say(f"{result.assembly.name:15} {result.verdict:9} {proof}")
     say(f"open {place / 'index.html'} in a browser; check again with: cyclopean check {place / 'arch.json'}")
     return 0 if expected else 1
+
+
+def _h_frame() -> "Assembly":
+    """A beam between the upright faces of two fixed columns, with nothing below it.
+
+    Friction would carry it if something squeezed it, and nothing does: rigid-block equilibrium alone accepts it.
+    """
+    import numpy as np
+
+    from cyclopean.assembly import Assembly, Block
+
+    faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+    corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+    boxes = {  # lowest corner and size, m
+        "left": ((0.0, 0.0, 0.0), (0.4, 0.4, 1.2)),
+        "right": ((1.0, 0.0, 0.0), (0.4, 0.4, 1.2)),
+        "beam": ((0.4, 0.0, 0.6), (0.6, 0.4, 0.3)),
+    }
+    blocks = tuple(Block(name, low + corner * size, faces, fixed=name != "beam") for name, (low, size) in boxes.items())
+    return Assembly(blocks, name="H frame")

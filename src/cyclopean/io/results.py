@@ -28,7 +28,8 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
     dict
         `forces` only where there are forces (N, in the frame of the patch, on `b`) or where tension was measured (then
         with `tension`, N at each point; `force` is null where no state was found), `mechanism` only when unstable (m/s
-        and rad/s of every free block, up to a common factor).
+        and rad/s of every free block, up to a common factor), `displacement` only when stable by coupled analysis (the
+        virtual one of every free block: lengths in the unit of eps, rotations in that unit per metre).
     """
     contacts, ids = result.contacts, [block.id for block in result.assembly.blocks]
     free = [i for i, held in enumerate(result.fixed.tolist()) if not held]
@@ -49,6 +50,8 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         document["forces"] = _forces(result, ids)
     if result.verdict == "unstable" and result.mechanism is not None:
         document["mechanism"] = {ids[i]: result.mechanism[i].tolist() for i in free}
+    if result.verdict == "stable" and result.displacement is not None:
+        document["displacement"] = {ids[i]: result.displacement[i].tolist() for i in free}
     kind = None if result.certificate is None else result.certificate.get("kind")
     document["certificate"] = None if result.certificate is None else {"kind": kind, "file": certificate_file}
     document["provenance"] = {"cyclopean": __version__} | result.provenance

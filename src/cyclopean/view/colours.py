@@ -13,6 +13,8 @@ __all__ = [
     "HELD",
     "INK",
     "NEUTRAL",
+    "PULL",
+    "RUB",
     "SCALE",
     "STEPS",
     "SUPPORT",
@@ -34,6 +36,8 @@ NEUTRAL = "#cfcbc2"  # a block with no value
 SUPPORT = "#5f6b76"
 HATCH = "#3b444c"
 FORCE = "#083f88"
+RUB = "#a3127e"  # friction at a point
+PULL = "#007a4d"  # tension that a joint would have to bear
 GRAVITY = "#1b1b1b"
 GHOST = "#8a8f94"
 INK = "#33302b"

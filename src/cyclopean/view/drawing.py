@@ -1,6 +1,6 @@
-"""What is drawn of a result, whoever draws it: bodies as shown, their colours, ghost lines and arrows."""
+"""What is drawn of a result, whoever draws it: bodies as shown, their colours, ghost lines, points and arrows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -9,16 +9,20 @@ from cyclopean.analysis import Result
 from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry import Polyhedra, face_normals, pack
 from cyclopean.view.colours import classes
-from cyclopean.view.figures import Resultants, block_utilisation, resultants
+from cyclopean.view.figures import Pressing, Resultants, block_utilisation, glue, pressing, resultants
 from cyclopean.view.motion import Motion, drawn_motion
 
-__all__ = ["Picture", "feature_edges", "outlines", "picture"]
+__all__ = ["Picture", "displaced", "feature_edges", "outlines", "picture", "without_points"]
 
 FACE_LIMIT = 200_000  # triangles; beyond it blocks with many faces are drawn as their convex outlines
 EDGE_LIMIT = 60_000  # line segments of one kind
 ARROW_LIMIT = 2_000
+SPECK = 0.04  # of the longest friction arrow: shorter ones would be all head
+POINT_LIMIT = 20_000  # dots of one kind
 BLOCK_LIMIT = 3_000  # beyond it neither arrows nor ghosts: they would be smaller than anyone can see
 SHARP = np.cos(np.radians(20.0))  # faces that turn less than this share no drawn edge
+
+NOWHERE, NOTHING, NOBODY = np.zeros((0, 3)), np.zeros((0, 2, 3)), np.zeros(0)
 
 Quantity = Literal["utilisation", "movement", "nothing"]
 
@@ -37,6 +41,16 @@ class Picture:
     gravity: Floats  # (3,) m/s2
     motion: Motion | None
     notes: tuple[str, ...]  # what was left out or simplified, for the reader
+    rest: Floats | None = None  # (V, 3) m, where the vertices stand, when the mesh is shown moved
+    press: Floats = field(default_factory=NOWHERE.copy)  # (k, 3) m, points of a coupled state that press
+    rub: Floats = field(default_factory=NOTHING.copy)  # (r, 2, 3) m, friction at them, largest first
+    rubbing: float = 0.0  # N, the friction of the longest of these
+    virtual: Motion | None = None  # of a coupled state, exaggerated
+    virtual_edge: Floats = field(default_factory=NOTHING.copy)  # (e, 2, 3) m, edges of the blocks displaced by it
+    pull: Floats = field(
+        default_factory=NOWHERE.copy
+    )  # (t, 3) m, points where a joint would have to pull, the most first
+    pull_share: Floats = field(default_factory=NOBODY.copy)  # (t,) of the largest tension
 
 
 def picture(result: Result) -> Picture:
@@ -44,12 +58,12 @@ def picture(result: Result) -> Picture:
     whole = result.assembly.mesh
     shown = outlines(whole, FACE_LIMIT)
     notes = [] if shown is whole else ["Blocks with many faces are drawn as their convex outlines."]
-    motion = _motion(result, shown)
+    motion = _motion(result, shown, result.mechanism)
     edge = feature_edges(shown)
     if len(edge) > EDGE_LIMIT:
         notes.append("Edges of blocks are left out: there are too many.")
     if motion is not None:
-        mesh = Polyhedra(motion.vertex, shown.vertex_start, shown.corner, shown.corner_start, shown.face_start)
+        mesh = replace(shown, vertex=motion.vertex)
         ghost, edge = edge, feature_edges(mesh)
     else:
         mesh, ghost = shown, np.zeros((0, 2, 3))
@@ -60,7 +74,7 @@ def picture(result: Result) -> Picture:
         ghost = ghost[:0]
     quantity, value = _quantity(result, motion)
     arrow, largest = _arrows(result, None if many else resultants(result), notes)
-    return Picture(
+    drawn = Picture(
         mesh,
         classes(value, result.fixed),
         quantity,
@@ -71,17 +85,76 @@ def picture(result: Result) -> Picture:
         result.gravity,
         motion,
         tuple(notes),
+        None if motion is None else shown.vertex,
+    )
+    return drawn if many else _with_points(drawn, result)
+
+
+def displaced(drawn: Picture) -> Picture | None:
+    """The same blocks displaced virtually, without the resultants; None where there is no coupled state."""
+    if drawn.virtual is None:
+        return None
+    return replace(
+        drawn,
+        mesh=replace(drawn.mesh, vertex=drawn.virtual.vertex),
+        rest=drawn.mesh.vertex,
+        ghost=drawn.edge,
+        edge=drawn.virtual_edge,
+        arrow=NOTHING,
     )
 
 
-def _motion(result: Result, mesh: Polyhedra) -> Motion | None:
-    """Follow the mechanism so far that the largest displacement is a quarter of the mean size of a free block."""
-    if result.mechanism is None or not np.any(result.mechanism):
-        return None
+def without_points(drawn: Picture) -> Picture:
+    """The same without the points that press and their friction: a flat drawing of the resultants is full enough."""
+    return replace(drawn, press=NOWHERE, rub=NOTHING)
+
+
+def _with_points(drawn: Picture, result: Result) -> Picture:
+    """Add what belongs to single points: where a coupled state presses and rubs, and where joints would pull."""
+    found, needed = pressing(result), glue(result)
+    if found is not None:
+        rub, rubbing = _friction(result, found)
+        motion = _motion(result, drawn.mesh, result.displacement)
+        edge = NOTHING if motion is None else feature_edges(replace(drawn.mesh, vertex=motion.vertex))
+        drawn = replace(
+            drawn,
+            press=found.point[:POINT_LIMIT],
+            rub=rub,
+            rubbing=rubbing,
+            virtual=motion,
+            virtual_edge=edge if len(drawn.edge) else NOTHING,
+        )
+    if needed is not None and result.tension is not None:
+        some = needed.point[:POINT_LIMIT]
+        pull = result.tension[some]
+        drawn = replace(drawn, pull=result.contacts.point[some], pull_share=pull / pull.max(initial=1e-300))
+    return drawn
+
+
+def _friction(result: Result, found: Pressing) -> tuple[Floats, float]:
+    """Arrows from the points; the largest is half a block size long."""
+    some = found.rubbing[:ARROW_LIMIT]
+    if not len(some):
+        return NOTHING, 0.0
+    size = np.linalg.norm(found.friction[some], axis=1)
+    some = some[size > SPECK * size[0]]
+    step = 0.5 * _size(result) / float(size[0]) * found.friction[some]
+    return np.stack([found.point[some], found.point[some] + step], 1), float(size[0])
+
+
+def _size(result: Result) -> float:
+    """Mean size (m) of a free block."""
     volume = np.abs(result.assembly.mass.volume)
     free = volume[~result.fixed] if not result.fixed.all() else volume
-    size = float(np.mean(free)) ** (1.0 / 3.0)
-    return drawn_motion(mesh.vertex, mesh.vertex_body, result.assembly.mass.centroid, result.mechanism, 0.25 * size)
+    return float(np.mean(free) ** (1.0 / 3.0))
+
+
+def _motion(result: Result, mesh: Polyhedra, velocity: Floats | None) -> Motion | None:
+    """Follow a motion so far that the largest displacement is a quarter of the mean size of a free block."""
+    if velocity is None or not np.any(velocity):
+        return None
+    centroid = result.assembly.mass.centroid
+    return drawn_motion(mesh.vertex, mesh.vertex_body, centroid, velocity, 0.25 * _size(result))
 
 
 def _quantity(result: Result, motion: Motion | None) -> tuple[Quantity, Floats]:

@@ -1,7 +1,8 @@
 """A static elevation as SVG: the picture in print, and where there is no WebGL.
 
 Orthographic, upright axis z, seen along the horizontal direction in which the model is least deep. Faces that look away
-are dropped, the rest are painted from the furthest to the nearest.
+are dropped, the rest are painted from the furthest to the nearest. A drawing of blocks that are moved, when it is not
+too large, shows the way there at a click: SVG's own animation, without a script.
 """
 
 from dataclasses import dataclass
@@ -11,15 +12,17 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry import face_normals
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, HELD, INK, fill, shaded
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, HELD, INK, PULL, RUB, fill, shaded
 from cyclopean.view.drawing import Picture
 from cyclopean.view.figures import number
 
-__all__ = ["View", "elevation_svg", "front_view", "project"]
+__all__ = ["View", "animated", "elevation_svg", "front_view", "project"]
 
 WIDTH, HEIGHT, MARGIN = 1000.0, 640.0, 40.0
 FACE_LIMIT = 20_000  # faces painted one by one; beyond it one silhouette a block
 ARROW_LIMIT = 1_000
+POINT_LIMIT = 5_000
+ANIMATED_FACES = 1_500  # beyond it the two shapes of every face would make the page heavy
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,14 +76,25 @@ def elevation_svg(drawn: Picture, title: str, *, bare: bool = False) -> str:
     """Draw the picture as one `<svg>` element; `bare` leaves out arrows, scale and gravity, for a thumbnail."""
     view = front_view(drawn.mesh.vertex)
     paper = _paper(drawn, view)
-    parts = [*_polygons(drawn, view, paper)]
+    moves = not bare and animated(drawn)
+    parts = [*_polygons(drawn, view, paper, moves)]
     if not bare:
-        parts += [_ghost(drawn, view, paper), *_arrows(drawn, view, paper), *_gravity(drawn, view, paper)]
-        parts += _scale_bar(paper)
+        parts.append(_ghost(drawn, view, paper))
+        parts += _arrows(drawn.arrow, view, paper, FORCE)
+        parts.append(_dots(drawn.press, np.full(len(drawn.press), 4.0), view, paper, FORCE))
+        parts += _arrows(drawn.rub, view, paper, RUB)
+        parts.append(_dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), view, paper, PULL))
+        parts += [*_gravity(drawn, view, paper), *_scale_bar(paper)]
+    name = ' id="moving"' if moves else ""
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {paper.width:.0f} {paper.height:.0f}" role="img">'
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {paper.width:.0f} {paper.height:.0f}" role="img"{name}>'
         f"<title>{escape(title)}</title>{_HATCH}{''.join(parts)}</svg>"
     )
+
+
+def animated(drawn: Picture) -> bool:
+    """Whether the elevation shows the motion at a click."""
+    return drawn.rest is not None and len(drawn.mesh.corner_start) - 1 <= ANIMATED_FACES
 
 
 _HATCH = (
@@ -112,7 +126,7 @@ def _path(points: Floats) -> str:
     return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in points.tolist()) + "Z"
 
 
-def _polygons(drawn: Picture, view: View, paper: _Paper) -> list[str]:
+def _polygons(drawn: Picture, view: View, paper: _Paper, moves: bool) -> list[str]:
     mesh = drawn.mesh
     if len(mesh.corner_start) - 1 > FACE_LIMIT:
         return _silhouettes(drawn, view, paper)
@@ -125,10 +139,13 @@ def _polygons(drawn: Picture, view: View, paper: _Paper) -> list[str]:
     far = np.add.reduceat(depth[mesh.corner], starts) / np.diff(mesh.corner_start) if len(starts) else np.zeros(0)
     light = np.clip(0.86 + 0.14 * facing + 0.08 * normal[:, 2] - 0.04 * (normal @ view.right), 0.0, 1.0)
     body = mesh.face_body
+    before = paper.of(project(drawn.rest, view)[0]) if moves and drawn.rest is not None else None
     painted = []
     for f in _painting_order(far, facing):
-        outline = _path(sheet[mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]]])
-        painted.append(_paint(outline, int(drawn.group[body[f]]), float(light[f]), bool(len(drawn.edge))))
+        corner = mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]]
+        outline = _path(sheet[corner])
+        way = "" if before is None or drawn.group[body[f]] == HELD else _way(_path(before[corner]), outline)
+        painted.append(_paint(outline, int(drawn.group[body[f]]), float(light[f]), bool(len(drawn.edge)), way))
     return [f'<g stroke="{INK}" stroke-width="0.9" stroke-linejoin="round">', *painted, "</g>"]
 
 
@@ -138,12 +155,21 @@ def _painting_order(far: Floats, facing: Floats) -> Ints:
     return np.asarray(seen[np.argsort(-far[seen], kind="stable")])
 
 
-def _paint(outline: str, group: int, light: float, edged: bool) -> str:
+def _way(rest: str, there: str) -> str:
+    """From rest to where it is drawn, twice, at a click on the drawing."""
+    return (
+        f'<animate attributeName="d" begin="moving.click" dur="2.4s" repeatCount="2"'
+        f' values="{rest};{rest};{there};{there}" keyTimes="0;.15;.75;1"/>'
+    )
+
+
+def _paint(outline: str, group: int, light: float, edged: bool, way: str = "") -> str:
     """One polygon; supports get a hatch over their colour, unedged faces a hairline of their own colour."""
     colour = shaded(fill(group), light)
     edge = "" if edged else f' stroke="{colour}"'
     hatch = f'<path d="{outline}" fill="url(#hatch)" stroke="none"/>' if group == HELD else ""
-    return f'<path d="{outline}" fill="{colour}"{edge}/>{hatch}'
+    end = f">{way}</path>" if way else "/>"
+    return f'<path d="{outline}" fill="{colour}"{edge}{end}{hatch}'
 
 
 def _silhouettes(drawn: Picture, view: View, paper: _Paper) -> list[str]:
@@ -186,17 +212,29 @@ def _ghost(drawn: Picture, view: View, paper: _Paper) -> str:
     return f'<path d="{lines}" fill="none" stroke="{GHOST}" stroke-width="1.1" stroke-dasharray="5 4"/>'
 
 
-def _arrows(drawn: Picture, view: View, paper: _Paper) -> list[str]:
-    """Contact forces: a white halo, the shaft, the head."""
-    ends = paper.of(project(drawn.arrow[:ARROW_LIMIT], view)[0])
+def _arrows(arrow: Floats, view: View, paper: _Paper, colour: str) -> list[str]:
+    """Forces: a white halo, the shaft, the head."""
+    ends = paper.of(project(arrow[:ARROW_LIMIT], view)[0])
     shafts = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in ends.tolist())
     if not shafts:
         return []
     heads = "".join(_head(tail, tip, 9.0) for tail, tip in ends)
     return [
         f'<path d="{shafts}" stroke="#fff" stroke-width="4" stroke-opacity="0.7" fill="none"/>',
-        f'<path d="{shafts}" stroke="{FORCE}" stroke-width="2" fill="none"/><path d="{heads}" fill="{FORCE}"/>',
+        f'<path d="{shafts}" stroke="{colour}" stroke-width="2" fill="none"/><path d="{heads}" fill="{colour}"/>',
     ]
+
+
+def _dots(point: Floats, radius: Floats, view: View, paper: _Paper, colour: str) -> str:
+    """Contact points, with a white rim; those that fall together on the sheet are drawn once, as the largest."""
+    if not len(point):
+        return ""
+    at = paper.of(project(point[:POINT_LIMIT], view)[0]).round(1)
+    drawn: dict[tuple[float, float], float] = {}
+    for (x, y), r in zip(at.tolist(), radius.tolist(), strict=False):
+        drawn[x, y] = max(r, drawn.get((x, y), 0.0))
+    circles = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}"/>' for (x, y), r in drawn.items())
+    return f'<g fill="{colour}" stroke="#fff" stroke-width="1.2">{circles}</g>'
 
 
 def _head(tail: Floats, tip: Floats, length: float) -> str:

@@ -1,6 +1,8 @@
 """Numbers of a report: resultants, worst contacts, fastest blocks, and how numbers are written."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -8,9 +10,27 @@ from cyclopean.analysis import Result
 from cyclopean.arrays import Floats, Ints
 from cyclopean.view.motion import Motion
 
-__all__ = ["Resultants", "block_utilisation", "fastest", "number", "resultants", "unit_of", "worst"]
+__all__ = [
+    "Glue",
+    "Pressing",
+    "Resultants",
+    "block_utilisation",
+    "cases",
+    "densities",
+    "fastest",
+    "free_weight",
+    "glue",
+    "number",
+    "pressing",
+    "resultants",
+    "unit_of",
+    "worst",
+]
 
 CARRIES = 1e-9  # of the largest normal force: below this a patch counts as unloaded
+RUBS = 1e-6  # likewise friction at a point
+TRACE = 1e-5  # of the weight: tension has a price and is not forbidden, so a trace of it is left where none is needed
+PULLS = 1e-3  # of the largest tension: below this a point is not shown
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,6 +66,105 @@ def resultants(result: Result) -> Resultants | None:
     centre = origin + np.add.reduceat(weight[:, None] * arm, first, axis=0) / np.where(total > 0.0, total, 1.0)[:, None]
     order = np.argsort(-size, kind="stable")
     return Resultants(world, normal, friction, centre, order[carries[order]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pressing:
+    """Contact points of a coupled state that press, and the friction at them."""
+
+    point: Floats  # (m, 3) m
+    friction: Floats  # (m, 3) N, world, on the upper of the two blocks
+    rubbing: Ints  # rows with friction, the largest first
+
+
+def pressing(result: Result) -> Pressing | None:
+    """Points that press and rub; None unless forces and a virtual displacement go together."""
+    contacts = result.contacts
+    if result.force is None or result.displacement is None:
+        return None
+    frame = contacts.frame if result.frame is None else result.frame
+    largest = float(np.max(result.force[:, 0], initial=0.0))
+    some = np.flatnonzero(result.force[:, 0] > CARRIES * largest)
+    patch = contacts.patch[some]
+    height = -result.assembly.mass.centroid @ result.gravity
+    up = np.where(height[contacts.b[patch]] >= height[contacts.a[patch]], 1.0, -1.0)
+    friction = up[:, None] * np.einsum("mk,mkj->mj", result.force[some, 1:], frame[patch, 1:])
+    size = np.linalg.norm(friction, axis=1)
+    order = np.argsort(-size, kind="stable")
+    return Pressing(contacts.point[some], friction, order[size[order] > RUBS * largest])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Glue:
+    """Tension that the contacts would have to bear."""
+
+    pull: Floats  # (c,) N, of each contact
+    peak: Floats  # (c,) N, at the worst point of each contact
+    patches: Ints  # contacts that would pull, the most first
+    point: Ints  # contact points that would pull, the most first
+    total: float  # N
+    share: float  # of the weight of all free blocks
+
+
+def glue(result: Result) -> Glue | None:
+    """Sum the tension of every contact; None where it was not measured."""
+    if result.tension is None:
+        return None
+    first = result.contacts.start[:-1]
+    pull = np.maximum(np.nan_to_num(result.tension), 0.0)
+    weight = free_weight(result)
+    least = max(PULLS * float(np.max(pull, initial=0.0)), TRACE * weight)
+    pull = np.where(pull > least, pull, 0.0)
+    whole = np.add.reduceat(pull, first) if len(first) else np.zeros(0)
+    peak = np.maximum.reduceat(pull, first) if len(first) else np.zeros(0)
+    total = float(np.sum(pull))
+    return Glue(whole, peak, _largest_first(whole), _largest_first(pull), total, total / weight if weight else np.nan)
+
+
+def _largest_first(value: Floats) -> Ints:
+    """Rows of what is above zero."""
+    order = np.argsort(-value, kind="stable")
+    return np.asarray(order[value[order] > 0.0])
+
+
+def densities(result: Result) -> Floats:
+    """(n,) kg/m3 as used: the certificate lists them; else those of the blocks, or the assumed one."""
+    if result.certificate is not None and result.certificate.get("blocks"):
+        return np.array([float(block["density"]) for block in result.certificate["blocks"]])
+    assumed = float(result.assumed.get("density", np.nan))
+    return np.array([assumed if b.density is None else b.density for b in result.assembly.blocks], float)
+
+
+def free_weight(result: Result) -> float:
+    """Weight (N) of all free blocks; 0 where a density is not known."""
+    mass = densities(result) * np.abs(result.assembly.mass.volume)
+    weight = float(np.sum(mass[~result.fixed])) * float(np.linalg.norm(result.gravity))
+    return weight if np.isfinite(weight) else 0.0
+
+
+def cases(tree: Mapping[str, Any]) -> dict[str, int]:
+    """How many leaves of a refuting tree are closed in each of the three ways, and how deep it goes.
+
+    Examples
+    --------
+    >>> cases({"point": 0, "engaged": {"forces": []}, "unloaded": {"mechanism": {}, "forces": []}})
+    {'forces': 0, 'motion': 1, 'work': 1, 'depth': 1}
+    """
+    found = {"forces": 0, "motion": 0, "work": 0, "depth": 0}
+    waiting: list[tuple[Mapping[str, Any], int]] = [(tree, 0)]
+    while waiting:
+        node, depth = waiting.pop()
+        found["depth"] = max(found["depth"], depth)
+        if "point" in node:
+            parts = [*node.get("sectors", ()), *(node[key] for key in _HALVES if key in node)]
+            waiting += [(part, depth + 1) for part in parts]
+        else:  # a motion alone refutes the forces, forces alone the motion, both together the work of both
+            found["work" if {"mechanism", "forces"} <= node.keys() else _REFUTES["mechanism" in node]] += 1
+    return found
+
+
+_HALVES = ("engaged", "unloaded", "slower", "faster")
+_REFUTES = {True: "forces", False: "motion"}
 
 
 def block_utilisation(result: Result) -> Floats:

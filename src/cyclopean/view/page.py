@@ -3,16 +3,23 @@
 import shlex
 from html import escape
 
-import numpy as np
-
 from cyclopean.analysis import Result
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, SCALE, SUPPORT
-from cyclopean.view.drawing import Picture, picture
+from cyclopean.view.colours import FORCE, GRAVITY, HATCH, PULL, SCALE, SUPPORT
+from cyclopean.view.coupling import coupled, near, refuted, tension
+from cyclopean.view.drawing import Picture, picture, without_points
 from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import number, unit_of
+from cyclopean.view.markup import DASHED, arrow, click_note, key, section
+from cyclopean.view.proofs import proves, proves_not
 from cyclopean.view.scene import scene_html
 from cyclopean.view.style import sheet
-from cyclopean.view.tables import assumptions, contacts_table, movement_table, provenance_table, residuals_table
+from cyclopean.view.tables import (
+    assumptions,
+    contacts_table,
+    movement_table,
+    provenance_table,
+    residuals_table,
+)
 
 __all__ = ["POLICY", "report_html"]
 
@@ -57,14 +64,17 @@ def report_html(result: Result, *, certificate_file: str | None = None, model_fi
     body = (
         _head(result, model_file),
         _pictures(result, drawn),
-        _section("What was assumed", assumptions(result), _ASSUMED if result.assumed else ""),
+        coupled(result, drawn),
+        refuted(result),
+        near(result),
+        section("What was assumed", assumptions(result), _ASSUMED if result.assumed else ""),
         _movement(result, drawn),
         _contacts(result),
-        _section("Tension it would need", _tension(result)),
-        _section("Warnings", _list(result.warnings)),
+        section("Tension it would need", tension(result)),
+        section("Warnings", _list(result.warnings)),
         _proof(result, certificate_file, model_file),
-        _section("How exact the answer is", residuals_table(result), _EXACT),
-        _section("How it was computed", provenance_table(result)),
+        section("How exact the answer is", residuals_table(result), _EXACT),
+        section("How it was computed", provenance_table(result)),
     )
     title = escape(f"{result.assembly.name}: {result.verdict}")
     return (
@@ -79,12 +89,6 @@ def report_html(result: Result, *, certificate_file: str | None = None, model_fi
 
 _ASSUMED = "Neither the model nor the command said what is marked as assumed. Check it before you rely on the verdict."
 _EXACT = "Recomputed from the model after the solver was done, and relative, so that units and size do not matter."
-
-
-def _section(title: str, content: str, lead: str = "") -> str:
-    if not content:
-        return ""
-    return f"<section><h2>{title}</h2>{f'<p>{lead}</p>' if lead else ''}{content}</section>"
 
 
 def _list(lines: tuple[str, ...]) -> str:
@@ -107,25 +111,28 @@ def _head(result: Result, model_file: str | None) -> str:
 
 def _pictures(result: Result, drawn: Picture) -> str:
     scene = escape(scene_html(drawn), quote=True)
+    flat = elevation_svg(without_points(drawn), f"Elevation of {result.assembly.name}")
+    caption = f"Elevation. {_caption(result, drawn)}{click_note(drawn)}{_notes(drawn)}"
     name = escape(f"{result.assembly.name}, {result.verdict}")
     return (
         f"<section><h2>{'How it moves' if drawn.motion else 'The model'}</h2>{_legend(drawn)}"
         f'<figure class="scene"><iframe title="3D scene: {name}" srcdoc="{scene}"></iframe>'
         "<figcaption>Drag to turn, scroll to zoom, right-drag to move. The button at the top right of the scene lists "
-        f"its layers.{_PALE if len(drawn.arrow) else ''}</figcaption></figure>"
-        f'<figure class="elevation">{elevation_svg(drawn, f"Elevation of {result.assembly.name}")}'
-        f"<figcaption>Elevation. {_caption(drawn)}{_notes(drawn)}</figcaption></figure></section>"
+        f"its layers.{_PALE if len(drawn.arrow) else ''}{_POINTS if len(drawn.press) else ''}</figcaption></figure>"
+        f'<figure class="elevation">{flat}<figcaption>{caption}</figcaption></figure></section>'
     )
 
 
 _PALE = " Blocks are drawn see-through for the forces inside them, hence paler than the scale; the elevation is exact."
+
+_POINTS = " Dots are points that press, the thin arrows at them their friction."
 
 
 def _notes(drawn: Picture) -> str:
     return "".join(f" {escape(note)}" for note in drawn.notes)
 
 
-def _caption(drawn: Picture) -> str:
+def _caption(result: Result, drawn: Picture) -> str:
     if drawn.quantity == "movement":
         return (
             "The mechanism is a direction of motion and has no size of its own: it is drawn so that the largest"
@@ -138,6 +145,10 @@ def _caption(drawn: Picture) -> str:
             " which the load passes on. They are one set of forces that keeps balance; in a structure that is"
             " statically indeterminate there are others."
         )
+    if len(drawn.pull):
+        return "Dots are points where joints would have to pull; the larger, the more."
+    if result.certificate is not None and "tree" in result.certificate:
+        return "There are no forces and no motion to show: what is proved is that none go together."
     return "" if drawn.notes else "There are no forces and no motion to show."
 
 
@@ -151,15 +162,16 @@ def _legend(drawn: Picture) -> str:
             f"<span><i>{low}</i><i>0.5</i><i>{high}</i></span></div>"
         )
     box = f'<rect width="32" height="16" fill="{SUPPORT}"/><path d="M2 18 18 0M12 18 28 0M22 18 38 0" stroke="{HATCH}"'
-    parts.append(_key(f'{box} stroke-width="3"/>', "support"))
+    parts.append(key(f'{box} stroke-width="3"/>', "support"))
     if len(drawn.arrow):
         divisor, unit = unit_of(drawn.largest)
         text = f"contact force, the longest is {number(drawn.largest / divisor)} {unit}"
-        parts.append(_key(_arrow(FORCE), text))
+        parts.append(key(arrow(FORCE), text))
     if len(drawn.ghost):
-        dash = f'<path d="M0 8H32" stroke="{GHOST}" stroke-width="2" stroke-dasharray="5 3"/>'
-        parts.append(_key(dash, "where it stands"))
-    parts.append(_key(_arrow(GRAVITY), "gravity"))
+        parts.append(key(DASHED, "where it stands"))
+    if len(drawn.pull):
+        parts.append(key(f'<circle cx="16" cy="8" r="6" fill="{PULL}"/>', "would have to pull"))
+    parts.append(key(arrow(GRAVITY), "gravity"))
     return f'<div class="legend">{"".join(parts)}</div>'
 
 
@@ -169,35 +181,10 @@ _SCALES = {
 }
 
 
-def _key(drawing: str, text: str) -> str:
-    return f'<div class="key"><svg viewBox="0 0 32 16" aria-hidden="true">{drawing}</svg>{text}</div>'
-
-
-def _arrow(colour: str) -> str:
-    return f'<path d="M1 8H20" stroke="{colour}" stroke-width="2.5"/><path d="M31 8 19 3.5V12.5Z" fill="{colour}"/>'
-
-
 def _movement(result: Result, drawn: Picture) -> str:
     if drawn.motion is None:
         return ""
-    return _section("Blocks that move most", movement_table(result, drawn.motion))
-
-
-def _tension(result: Result) -> str:
-    """Say how much pull the contacts would have to bear, when the analysis was asked for it."""
-    if result.tension is None:
-        return ""
-    pull = np.maximum(np.nan_to_num(result.tension), 0.0)
-    largest = float(np.max(pull, initial=0.0))
-    points = int(np.sum(pull > 1e-9 * largest))
-    if not (largest > 0.0):
-        return "<p>None: compression and friction are enough.</p>"
-    divisor, unit = unit_of(largest)
-    return (
-        f"<p>Dry joints cannot pull. For balance, {points:,} contact point{'' if points == 1 else 's'} would have to,"
-        f" with at most {number(largest / divisor)} {unit} at one point and"
-        f" {number(float(pull.sum()) / divisor)} {unit} in all.</p>"
-    )
+    return section("Blocks that move most", movement_table(result, drawn.motion))
 
 
 def _contacts(result: Result) -> str:
@@ -205,7 +192,7 @@ def _contacts(result: Result) -> str:
         "Utilisation is the friction a contact carries over the friction it could carry under the same compression, for"
         " the contact as a whole. It says nothing about how close a contact is to opening at an edge."
     )
-    return _section("Most used contacts", contacts_table(result), lead)
+    return section("Most used contacts", contacts_table(result), lead)
 
 
 def _proof(result: Result, certificate_file: str | None, model_file: str | None) -> str:
@@ -223,49 +210,13 @@ def _proof(result: Result, certificate_file: str | None, model_file: str | None)
         f"<pre>cyclopean verify {escape(name)}</pre><p>The checker also runs alone. It uses exact arithmetic and"
         f" Python's standard library, and shares no code with the solvers:</p>"
         f"<pre>python -m cyclopean.proof {escape(name)}</pre>"
-        f'<div class="proof"><div><h3>What it proves</h3><ul>{_items(_proves(result))}</ul></div>'
-        f"<div><h3>What it does not</h3><ul>{_items(_proves_not(result))}</ul></div></div></section>"
+        f'<div class="proof"><div><h3>What it proves</h3><ul>{_items(proves(result))}</ul></div>'
+        f"<div><h3>What it does not</h3><ul>{_items(proves_not(result))}</ul></div></div></section>"
     )
 
 
 def _items(lines: list[str]) -> str:
     return "".join(f"<li>{line}</li>" for line in lines)
-
-
-def _proves(result: Result) -> list[str]:
-    rebuilt = (
-        "Volumes, weights and contact normals are rebuilt from the geometry, and every contact lies on both blocks."
-    )
-    if result.verdict == "unstable":
-        return [
-            "A motion of the rigid blocks exists that the loads drive and that the contacts listed do not resist.",
-            "Any admissible forces that held the model up would have to exceed a million times its total weight.",
-            rebuilt,
-        ]
-    return [
-        "The listed forces push and never pull, stay within friction at every contact point, and balance every free"
-        " block to 10⁻⁹ of the total weight.",
-        rebuilt,
-    ]
-
-
-def _proves_not(result: Result) -> list[str]:
-    limits = [
-        "That the model is the structure: it is about the geometry, density, friction and supports in the file, not"
-        " about what was surveyed or will be built.",
-        "Anything about crushing, cracking, settlement of the ground or earthquakes.",
-    ]
-    if result.verdict == "unstable":
-        limits.append(
-            "Anything beyond the contacts listed: a contact that the model misses could still hold it. The motion"
-            " follows the associated (dilatant) flow that rigid-block equilibrium assumes: blocks that slide also rise."
-        )
-    elif result.method == "rbe":
-        limits.append(
-            "That these very forces will arise. Rigid-block equilibrium asks whether forces that keep balance exist,"
-            " not whether the blocks' contact brings them about."
-        )
-    return limits
 
 
 def _footer() -> str:

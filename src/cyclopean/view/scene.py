@@ -13,7 +13,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.geometry import triangles
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, STEPS, UNKNOWN, fill, rgb
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, PULL, RUB, STEPS, UNKNOWN, fill, rgb
 from cyclopean.view.drawing import Picture
 from cyclopean.view.elevation import View, front_view
 
@@ -42,6 +42,10 @@ def scene_html(drawn: Picture) -> str:
         _lines(scene, "/edges", place(drawn.edge), INK, 1.2)
         _lines(scene, "/where it stood", place(drawn.ghost), GHOST, 1.0)
         _arrows(scene, "/contact forces", place(drawn.arrow), FORCE, 0.006 * SPAN)
+        _dots(scene, "/pressing points", place(drawn.press), FORCE, 0.005 * SPAN)
+        _arrows(scene, "/friction", place(drawn.rub), RUB, 0.0035 * SPAN, 0.12)
+        _dots(scene, "/points that would pull", place(drawn.pull), PULL, 0.010 * SPAN)
+        _lines(scene, "/virtual displacement", place(drawn.virtual_edge), RUB, 1.6, shown=False)
         gravity = _gravity_arrow(drawn, view, place)
         _arrows(scene, "/gravity", gravity, GRAVITY, 0.003 * SPAN)
         shown = np.concatenate([place(drawn.mesh.vertex), gravity.reshape(-1, 3)])
@@ -116,17 +120,24 @@ def _blocks(scene: Any, drawn: Picture, place: Any) -> None:
         )
 
 
-def _lines(scene: Any, name: str, segment: Any, colour: str, pixels: float) -> None:
+def _lines(scene: Any, name: str, segment: Any, colour: str, pixels: float, shown: bool = True) -> None:
     if len(segment):
-        scene.add_line_segments(name, segment, rgb(colour), thickness=pixels, thickness_units="screen")
+        scene.add_line_segments(name, segment, rgb(colour), thickness=pixels, thickness_units="screen", visible=shown)
 
 
-def _arrows(scene: Any, name: str, arrow: Any, colour: str, radius: float) -> None:
-    """Arrows; a short one gets no longer head than itself, so thickness follows the median length."""
+def _dots(scene: Any, name: str, point: Any, colour: str, size: float) -> None:
+    if len(point):
+        scene.add_point_cloud(
+            name, point, rgb(colour), point_size=size, point_shape="circle", point_shading="flat", precision="float32"
+        )
+
+
+def _arrows(scene: Any, name: str, arrow: Any, colour: str, radius: float, slim: float = 0.05) -> None:
+    """Arrows; a short one gets no longer head than itself, so thickness follows the median length by `slim`."""
     if not len(arrow):
         return
     length = float(np.median(np.linalg.norm(arrow[:, 1] - arrow[:, 0], axis=1)))
-    shaft = min(radius, 0.05 * length)
+    shaft = min(radius, slim * length)
     scene.add_arrows(
         name, arrow, _linear(colour), shaft_radius=shaft, head_radius=2.6 * shaft, head_length=min(7.0 * shaft, length)
     )

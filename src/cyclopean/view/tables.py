@@ -9,10 +9,19 @@ import numpy as np
 from cyclopean.analysis import Result
 from cyclopean.arrays import Floats
 from cyclopean.view.colours import classes, fill
-from cyclopean.view.figures import fastest, number, resultants, unit_of, worst
+from cyclopean.view.figures import cases, densities, fastest, glue, number, resultants, unit_of, worst
 from cyclopean.view.motion import Motion
 
-__all__ = ["assumptions", "contacts_table", "movement_table", "provenance_table", "residuals_table", "table"]
+__all__ = [
+    "assumptions",
+    "cases_table",
+    "contacts_table",
+    "glue_table",
+    "movement_table",
+    "provenance_table",
+    "residuals_table",
+    "table",
+]
 
 ROWS = 12  # of the longer tables
 
@@ -21,11 +30,21 @@ Cell = str  # HTML, already escaped
 _RESIDUALS = {
     "equilibrium": "forces and moments left unbalanced, over all free blocks; as a share of the total load",
     "cone": "how far the worst contact force lies outside compression and friction; as a share of the total load",
-    "gap": "worst product of a contact force and the gap it would have to act across",
-    "alignment": "worst deviation of friction from the direction opposite to sliding",
+    "gap": "no point overlaps by more than eps: by how much the worst one does; in eps",
+    "complementarity": "what presses overlaps by eps exactly: worst product of a normal force and its distance from "
+    "that; in eps times a mean block weight, or times the force where that is larger",
+    "alignment": "friction acts against sliding: worst deviation from that; in the same unit",
+    "reach": "no point moves further than eta: by how much the worst one does; in eps",
+    "sliding": "where there is friction, a point slides by at least beta_min: by how much the worst one falls short; "
+    "in eps",
+    "balance": "loads that the best forces met leave unbalanced, as a share of the total load; 10⁻⁹ is enough for a "
+    "proof",
+    "merit": "work of the best forces and displacement met beyond that of a coupled state; 0 is wanted. In eps times a "
+    "mean block weight",
     "bound": "any set of admissible forces that held this up would have to exceed this many times the total load; "
     "10⁶ is enough for a proof",
 }
+_CLOSED = "share of all cases that the refuting search has proved impossible; 1 would be a proof that it is unstable"
 
 
 def table(head: Sequence[tuple[str, str]], rows: Iterable[Sequence[Cell]]) -> str:
@@ -103,10 +122,44 @@ def _signed(value: float) -> str:
     return f"{value:+.2f}".replace("-", "−") if value else "0"
 
 
+def glue_table(result: Result) -> str:
+    """The contacts that would have to pull most."""
+    found = glue(result)
+    if found is None or not len(found.patches):
+        return ""
+    contacts, blocks = result.contacts, result.assembly.blocks
+    divisor, unit = unit_of(float(np.max(found.pull)))
+    rows = [
+        (
+            escape(f"{blocks[contacts.a[k]].id} – {blocks[contacts.b[k]].id}"),
+            number(float(found.pull[k]) / divisor),
+            f"{number(100.0 * float(found.pull[k]) * found.share / found.total)} %",
+            number(float(found.peak[k]) / divisor),
+            number(float(contacts.area[k])),
+        )
+        for k in found.patches[:ROWS].tolist()
+    ]
+    head = [("Contact", ""), (f"Tension ({unit})", "n"), ("Share of the weight", "n"), (f"At one point ({unit})", "n")]
+    return table([*head, ("Area (m²)", "n")], rows)
+
+
+def cases_table(tree: Mapping[str, Any]) -> str:
+    """In which ways the cases of a refuting tree were proved impossible."""
+    found = cases(tree)
+    ways = (
+        ("forces", "No forces", "none that press and rub as the case says balance the loads"),
+        ("motion", "No displacement", "none within the bounds moves as the case says"),
+        ("work", "Not both together", "virtual work: the loads gain less than pressing and rubbing would take"),
+    )
+    rows = [(name, f"{found[key]:,}", why) for key, name, why in ways]
+    return table([("Why impossible", ""), ("Cases", "n"), ("In words", "")], rows)
+
+
 def residuals_table(result: Result) -> str:
     """What is left over in the answer, and what that means."""
+    meaning = _RESIDUALS | ({"bound": _CLOSED} if "merit" in result.residuals else {})
     rows = [
-        (escape(name), number(float(value)), _RESIDUALS.get(name, "as recomputed from the model"))
+        (escape(name), number(float(value)), meaning.get(name, "as recomputed from the model"))
         for name, value in result.residuals.items()
     ]
     return table([("Residual", ""), ("Value", "n"), ("Meaning", "")], rows) if rows else ""
@@ -121,7 +174,7 @@ def assumptions(result: Result) -> str:
     mu = result.contacts.mu
     rows = [
         _assumption(result, "mu", "Friction coefficient μ", _range(mu) + _angle(mu), "where the model gives none"),
-        _assumption(result, "density", "Density", _range(_densities(result)) + " kg/m³", "where the model gives none"),
+        _assumption(result, "density", "Density", _range(densities(result)) + " kg/m³", "where the model gives none"),
         _assumption(result, "supports", "Supports", supports, ""),
         _assumption(result, "gravity", "Gravity", _gravity(result.gravity), ""),
     ]
@@ -157,17 +210,23 @@ def _angle(mu: Floats) -> str:
     return f" ({np.degrees(np.arctan(known[0])):.1f}°)" if len(known) == 1 else ""
 
 
-def _densities(result: Result) -> Floats:
-    """Densities as used: the certificate lists them; else those of the blocks, or the assumed one."""
-    if result.certificate is not None and result.certificate.get("blocks"):
-        return np.array([float(block["density"]) for block in result.certificate["blocks"]])
-    assumed = float(result.assumed.get("density", np.nan))
-    return np.array([assumed if b.density is None else b.density for b in result.assembly.blocks], float)
+_ROUTES = {
+    "RBE": "rigid-block equilibrium, which settles it already",
+    "A": "A: convex programmes, gap-shifted",
+    "A within eta": "A: convex programmes, gap-shifted, within eta",
+    "A at scale": "A at scale: convex programmes on the structured system",
+    "B": "B: forces and displacement in turn",
+    "D": "D: a tree of cases",
+}
 
 
 def provenance_table(result: Result) -> str:
     """Who computed it, how, and how long it took."""
-    rows = [(escape(_words(name)), _value(value)) for name, value in result.provenance.items()]
+    rows = [
+        (escape(_words(name)), _value(_ROUTES.get(str(value), value) if name == "route" else value))
+        for name, value in result.provenance.items()
+        if not isinstance(value, str) or value
+    ]
     if result.seconds:
         rows.append(("seconds", _value(result.seconds)))
     return table([("", ""), ("", "")], rows) if rows else ""
