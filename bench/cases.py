@@ -1,8 +1,8 @@
 """Every one of compas_cra's own cases, by coupled analysis: verdict, route and effort, as a table in Markdown.
 
 Run `python bench/cases.py [--seconds 60]` with CYCLOPEAN_FIXTURES naming the folder above `compas_cra`. Wedges turned
-by 90 degrees and shelves are taken with eta = 100 eps as there, all others with 10. *Worst* is the largest residual of a
-state, over every equation and every point; *merit* is what the best triple misses where nothing was proved.
+by 90 degrees and shelves are taken with eta = 100 eps as there, all others with 10. *Worst* is the largest residual of
+a state, over every equation and every point; *merit* is what the best triple misses where nothing was proved.
 """
 
 import argparse
