@@ -69,6 +69,7 @@ def solve_at_scale(
     *,
     seconds: float = 60.0,
     rounds: int = ROUNDS,
+    schur: Schur | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> ScaleAnswer:
     """Find a coupled state of a system of any size by stiffening friction.
@@ -83,6 +84,8 @@ def solve_at_scale(
         Budget; looked at between rounds and before a second polish.
     rounds : int
         Most rounds.
+    schur : Schur, optional
+        Of the same system, where the caller has one already.
     progress : callable
         Is told of every round.
 
@@ -91,7 +94,7 @@ def solve_at_scale(
     ScaleAnswer
         "coupled" only if `measure` accepts it.
     """
-    search = _Search(system, bounds.unit(), seconds)
+    search = _Search(system, bounds.unit(), seconds, Schur(system) if schur is None else schur)
     for number in range(rounds):
         progress(f"stiffening friction, round {number + 1}")
         try:
@@ -106,9 +109,9 @@ def solve_at_scale(
 class _Search:
     """What goes from round to round."""
 
-    def __init__(self, system: EquilibriumSystem, bounds: Bounds, seconds: float) -> None:
+    def __init__(self, system: EquilibriumSystem, bounds: Bounds, seconds: float, schur: Schur) -> None:
         self.system, self.bounds, self.began, self.seconds = system, bounds, time.perf_counter(), seconds
-        self.schur = Schur(system)
+        self.schur, self.before = schur, schur.factorisations
         self.slide = 2.0 * bounds.beta
         self.stiff = np.ones(system.points)
         self.f, self.dq = np.zeros((system.points, 3)), np.zeros(self.schur.size)
@@ -263,7 +266,7 @@ class _Search:
             "" if residuals.accepted else self.reason or reason,
             len(self.history),
             self.solves,
-            self.schur.factorisations,
+            self.schur.factorisations - self.before,
             self.newton.factorisations if self.newton else 0,
             self.polishes,
             self.elapsed,

@@ -26,7 +26,7 @@ from cyclopean.analysis.coupled.tree import Node, refute
 from cyclopean.analysis.rigid.rbe import solve_rbe
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
-from cyclopean.statics import EquilibriumSystem
+from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["CoupledOutcome", "solve_cra"]
 
@@ -95,7 +95,8 @@ def solve_cra(
     bounds = bounds.unit()
     deadline = time.perf_counter() + seconds
     began = time.perf_counter()
-    rigid = solve_rbe(system, solver)
+    schur = Schur(system) if solver == "auto" else None
+    rigid = solve_rbe(system, solver, schur=schur)
     factorisations = int(rigid.provenance.get("factorisations", 0))
     tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=factorisations)]
     if rigid.word == "collapse":
@@ -104,7 +105,7 @@ def solve_cra(
     best = nothing(system, bounds)
     if best.found:  # nothing loaded, or nothing free
         return _coupled(best, "RBE", tried)
-    for name, by, run in _routes(system, bounds, [] if rigid.f is None else [rigid.f], solver):
+    for name, by, run in _routes(system, bounds, [] if rigid.f is None else [rigid.f], solver, schur):
         left = deadline - time.perf_counter()
         if left <= 0.0:
             break
@@ -123,7 +124,9 @@ def solve_cra(
     return _branched(system, bounds, best, tried, deadline, nodes, progress)
 
 
-def _routes(system: EquilibriumSystem, bounds: Bounds, given: list[Floats], solver: str) -> Iterator[Route]:
+def _routes(
+    system: EquilibriumSystem, bounds: Bounds, given: list[Floats], solver: str, schur: Schur | None
+) -> Iterator[Route]:
     """The routes to a state in the order of their cost."""
     seen: list[Attempt] = []
 
@@ -132,7 +135,7 @@ def _routes(system: EquilibriumSystem, bounds: Bounds, given: list[Floats], solv
         return found
 
     if solver not in ("clarabel", "osqp") and system.blocks > FEW:
-        yield "A at scale", "interior", lambda until: kept(_stiffened(system, bounds, until))
+        yield "A at scale", "interior", lambda until: kept(_stiffened(system, bounds, until, schur))
     if solver == "osqp":
         program = SlidingProgram(system, 2.0 * bounds.beta, solver=solver)
         yield "A", solver, lambda until: kept(desaxce(system, bounds, program, deadline=until))
@@ -151,11 +154,11 @@ def _routes(system: EquilibriumSystem, bounds: Bounds, given: list[Floats], solv
     yield "A within eta", "clarabel", lambda until: desaxce(system, bounds, within, 0.1, deadline=until)
 
 
-def _stiffened(system: EquilibriumSystem, bounds: Bounds, until: float) -> Attempt:
+def _stiffened(system: EquilibriumSystem, bounds: Bounds, until: float, schur: Schur | None) -> Attempt:
     """Route "A at scale"; smooth joints get a trace of friction, which the polish takes away again."""
     smooth = system.mu < SMOOTH
     rough = replace(system, mu=np.where(smooth, SMOOTH, system.mu)) if smooth.any() else system
-    answer = solve_at_scale(rough, bounds, seconds=until - time.perf_counter(), rounds=STIFFENINGS)
+    answer = solve_at_scale(rough, bounds, seconds=until - time.perf_counter(), rounds=STIFFENINGS, schur=schur)
     f, dq = answer.f, answer.dq
     if smooth.any() and answer.word == "coupled":
         f = np.where(smooth[:, None] & np.array([False, True, True]), 0.0, f)

@@ -63,6 +63,7 @@ def solve_rbe(
     solver: str = "auto",
     cone: Cone = Cone(),  # noqa: B008  frozen
     weights: tuple[float, float] = (1.0, 1.0),
+    schur: Schur | None = None,
 ) -> Outcome:
     """Find min 1/2 f'Hf subject to A f = -p and friction, or a mechanism that shows that no such f exists.
 
@@ -80,6 +81,8 @@ def solve_rbe(
         A pyramid is for comparison: what it finds still has to pass the exact cone to become a verdict.
     weights : (normal, tangential)
         Diagonal of H.
+    schur : Schur, optional
+        Of the same system, where the caller has one already; ordering it is a good part of a small model's time.
 
     Raises
     ------
@@ -105,7 +108,8 @@ def solve_rbe(
     if cone.kind != "exact" or solver == "clarabel":
         return _by_clarabel(system, cone, weights, [])
     chain = {"auto": ("newton", "interior"), "newton": ("newton",), "interior": ("interior",)}[solver]
-    schur = Schur(scaled)
+    if schur is None or weights != (1.0, 1.0):
+        schur = Schur(scaled)
     lost = (LOST + 20.0 / system.blocks) * float(np.max(1.0 / stretch))
     tried: list[dict[str, Any]] = []
     outcome = Outcome("undecided")
