@@ -467,3 +467,15 @@ def test_word_depends_on_neither_units_place_direction_nor_order(seed, scale, de
     now = solve_cra(system)
     assert now.word == was.word != "undecided"
     assert now.word != "coupled" or accepted(system, now)
+
+
+def test_sliding_is_measured_as_the_checker_measures_it() -> None:
+    """A shortfall of 1e-8 of beta_min is 1e-10 eps: too little to see in eps, too much for the checker."""
+    model = stack(1, size=(1.0, 1.0, 1.0))
+    system = posed(model, 0.84, np.array([0.2 * 9.80665, 0.0, -9.80665]))
+    outcome = solve_cra(system, Bounds())
+    assert outcome.f is not None
+    assert outcome.dq is not None
+    slide = float(np.min(np.hypot(*system.gap(outcome.dq)[:, 1:].T)))
+    assert measure(system, Bounds(beta=slide), outcome.f, outcome.dq).accepted
+    assert not measure(system, Bounds(beta=slide * (1.0 + 1e-8)), outcome.f, outcome.dq).accepted

@@ -30,13 +30,13 @@ Cell = str  # HTML, already escaped
 _RESIDUALS = {
     "equilibrium": "forces and moments left unbalanced, over all free blocks; as a share of the total load",
     "cone": "how far the worst contact force lies outside compression and friction; as a share of the total load",
-    "gap": "no point overlaps by more than eps: by how much the worst one does; in eps",
+    "gap": "no point overlaps by more than eps: by how much the worst one does; in eta",
     "complementarity": "what presses overlaps by eps exactly: worst product of a normal force and its distance from "
     "that; in eps times a mean block weight, or times the force where that is larger",
     "alignment": "friction acts against sliding: worst deviation from that; in the same unit",
-    "reach": "no point moves further than eta: by how much the worst one does; in eps",
+    "reach": "no point moves further than eta: by how much the worst one does; in eta",
     "sliding": "where there is friction, a point slides by at least beta_min: by how much the worst one falls short; "
-    "in eps",
+    "in beta_min",
     "balance": "loads that the best forces met leave unbalanced, as a share of the total load; 10⁻⁹ is enough for a "
     "proof",
     "merit": "work of the best forces and displacement met beyond that of a coupled state; 0 is wanted. In eps times a "

@@ -63,8 +63,8 @@ class Residuals:
     gap: float  # dn below -1
     complementarity: float  # fn (dn + 1)
     alignment: float  # |f_t x dd_t|, and f_t . dd_t where positive
-    reach: float  # beyond eta
-    sliding: float  # beta_min - |dd_t| where friction acts
+    reach: float  # beyond eta, in eta
+    sliding: float  # below beta_min where friction acts, in beta_min
 
     @property
     def worst(self) -> float:
@@ -93,8 +93,8 @@ def measure(system: EquilibriumSystem, bounds: Bounds, f: Floats, dq: Floats) ->
         gap=_most(-1.0 - d[:, 0]),
         complementarity=_most(np.abs(f[:, 0] * (d[:, 0] + 1.0)) / size),
         alignment=_most(np.maximum(across, along) / size),
-        reach=_most(np.maximum(d[:, 0], slide) - bounds.eta),
-        sliding=_most((bounds.beta - slide)[rubbing]),
+        reach=_most(np.maximum(d[:, 0], slide) / bounds.eta - 1.0),
+        sliding=_most((1.0 - slide / bounds.beta)[rubbing]),
     )
 
 
