@@ -1,5 +1,6 @@
 """Geometry that knows nothing of stone: frames, polygon meshes, mass properties, planar regions and their overlaps."""
 
+from cyclopean.geometry.arrangement import arrangement
 from cyclopean.geometry.coplanar import PlanarRegions, planar_regions
 from cyclopean.geometry.frames import frames_from_normals, newell_normals
 from cyclopean.geometry.overlap import Overlaps, box_pairs, facing_regions, region_overlaps
@@ -14,25 +15,35 @@ from cyclopean.geometry.polyhedra import (
     pack,
     triangles,
 )
+from cyclopean.geometry.power_diagram import hidden_sites, power_diagram
+from cyclopean.geometry.subdivision import Subdivision, dissolved, faults, merged, subdivide
 
 __all__ = [
     "MassProperties",
     "Overlaps",
     "PlanarRegions",
     "Polyhedra",
+    "Subdivision",
+    "arrangement",
     "box_pairs",
     "convex_bodies",
+    "dissolved",
     "face_normals",
     "facing_regions",
+    "faults",
     "frames_from_normals",
+    "hidden_sites",
     "mass_properties",
+    "merged",
     "mesh_faults",
     "newell_normals",
     "pack",
     "penetration_depths",
     "planar_regions",
+    "power_diagram",
     "ragged",
     "ragged_batches",
     "region_overlaps",
+    "subdivide",
     "triangles",
 ]
