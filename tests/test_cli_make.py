@@ -7,6 +7,12 @@ import pytest
 
 from cyclopean import design
 from cyclopean.cli.files import MESHES
+from cyclopean.design.dressing import Coping, Quoins
+from cyclopean.design.interlock import interlock
+from cyclopean.design.openings import Opening
+from cyclopean.design.pattern import PatternSettings
+from cyclopean.design.polygonal import polygonal_wall
+from cyclopean.design.surfaces import Cone, Cylinder, Sphere
 from cyclopean.io import MESH_SUFFIXES, read_model
 
 MADE = [
@@ -98,6 +104,99 @@ def test_every_mesh_format_can_be_written(run):
         assert run("info", f"m{ending}", "--units", "m")[0] == 0
 
 
+POLYGONAL = [
+    ([], {}, {}),
+    (["--width", "2", "--height", "1.5", "--columns", "5", "--rows", "4", "--seed", "3", "--jitter", "0.2",
+      "--lloyd", "1", "--coursing", "0.7", "--courses", "4", "--size-grade", "0.2", "--sliver", "0.1", "--depth", "0.3",
+      "--batter", "0.05", "--mu", "0.6", "--density", "2000"],
+     {"width": 2.0, "height": 1.5, "columns": 5, "rows": 4, "seed": 3, "jitter": 0.2, "lloyd": 1, "coursing": 0.7,
+      "courses": 4, "size_grade": 0.2, "sliver": 0.1},
+     {"depth": 0.3, "batter": 0.05, "mu": 0.6, "density": 2000.0}),
+    (["--opening", "0.6,0.5,0.5,0.6", "--opening", "1.9,0,0.6,1.2,arch", "--surface", "cylinder:-5",
+      "--coping", "0.1,0.4"],
+     {"openings": (Opening(0.6, 0.5, 0.6, 0.5), Opening(1.9, 0.6, 1.2, 0.0, "arch")), "coping": Coping(0.1, 0.4)},
+     {"surface": Cylinder(-5.0, 1.5)}),
+    (["--quoins", "0.6,0.3", "--base", "0:0,1.5:0.2,3:0", "--surface", "cone:4,5", "--warped", "triangles"],
+     {"quoins": Quoins(0.6, 0.3), "base": ((0, 0), (1.5, 0.2), (3, 0))},
+     {"surface": Cone(4.0, 5.0, 1.5), "warped": "triangles"}),
+    (["--quoins", "auto", "--coping", "auto", "--base", "radius:6", "--surface", "sphere:7"],
+     {"quoins": Quoins(), "coping": Coping(), "base_radius": 6.0}, {"surface": Sphere(7.0, 0.0, 1.5)}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("argv", "pattern", "options"), POLYGONAL)
+def test_every_option_of_a_polygonal_wall_reaches_it(run, argv, pattern, options):
+    status, out, err = run("make", "polygonal", *argv, "--out", "m.json")
+    assert (status, err) == (0, "")
+    wanted = polygonal_wall(PatternSettings(**pattern), **options)
+    readout = wanted.pattern.readout
+    said = dict(line.split(maxsplit=1) for line in out.splitlines()[1:])
+    assert (int(said["cells"]), int(said["culled"]), int(said["crossings"])) == (
+        readout.cells, readout.culled, readout.crossings)  # fmt: skip
+    assert float(said["coverage"]) == pytest.approx(1.0, abs=1e-9)
+    assert float(said["J"].split()[0]) == pytest.approx(interlock(wanted.pattern).score, abs=1e-3)
+    assert said["written"] == "m.json"
+    model, warnings = read_model("m.json")
+    assert warnings == ()
+    assert [(b.id, b.fixed, b.group, b.density, b.faces) for b in model.blocks] == [
+        (b.id, b.fixed, b.group, b.density, b.faces) for b in wanted.assembly.blocks
+    ]
+    assert model.mesh.vertex.tolist() == wanted.assembly.mesh.vertex.tolist()
+    assert model.contacts.point.tolist() == wanted.assembly.contacts.point.tolist()
+    assert model.contacts.mu.tolist() == pytest.approx(wanted.assembly.contacts.mu.tolist(), nan_ok=True)
+
+
+def test_a_twisted_wall_and_its_stones_with_open_joints(run):
+    status, out, _ = run(
+        "make", "polygonal", "--surface", "twist:12", "--out", "m.json", "--display", "d.json", "--chamfer", "0.01"
+    )
+    assert status == 0
+    assert "of a plane" in out
+    wall, apart = read_model("m.json")[0], read_model("d.json")[0]
+    assert [b.id for b in apart.blocks] == [b.id for b in wall.blocks[1:]]
+    assert len(apart.contacts) == 0
+    assert (apart.mass.volume < wall.mass.volume[1:]).all()
+    top = max(wall.blocks, key=lambda b: b.vertices[:, 2].max()).vertices
+    assert abs(top[:, 1]).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (["--width", "0"], "width"),
+        (["--columns", "-3"], "columns"),
+        (["--columns", "100000"], "ask for fewer"),
+        (["--depth", "0"], "depth"),
+        (["--coursing", "1.2"], "coursing"),
+        (["--sliver", "1"], "sliver"),
+        (["--opening", "5,0,1,1"], "outside the wall"),
+        (["--opening", "1,0,1"], "--opening: '1,0,1' should be"),
+        (["--opening", "1,0,1,1,vault"], "--opening"),
+        (["--surface", "ball:3"], "--surface"),
+        (["--surface", "cylinder"], "--surface: cylinder takes one number"),
+        (["--surface", "plane:1"], "--surface: plane takes no number"),
+        (["--surface", "cone:1,2,3"], "--surface: cone takes one or two numbers"),
+        (["--surface", "twist:90"], "--surface: a twist of 90"),
+        (["--surface", "cylinder:0"], "cylinder radius"),
+        (["--surface", "cylinder:0.15", "--width", "0.4", "--columns", "3"], "bends with a radius of 0.15 m"),
+        (["--surface", "cylinder:0.4"], "closes on itself"),
+        (["--batter", "0.2"], "batter"),
+        (["--quoins", "1"], "--quoins: '1' should be LONG,SHORT"),
+        (["--coping", "x"], "--coping"),
+        (["--base", "1,2"], "--base: '1,2' should be"),
+        (["--base", "0:1,x:2"], "--base"),
+        (["--warped", "flat"], "--warped"),
+        (["--display", "d.json", "--gap", "1"], "gap"),
+        (["--display", "w.json"], "the same file"),
+    ],
+)
+def test_a_polygonal_wall_that_cannot_be_made(run, argv, says):
+    status, out, err = run("make", "polygonal", *argv, "--out", "w.json")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert says in err
+    assert os.listdir() == []
+
+
 MODELS = ("arch", "wall", "stack", "frame")
 
 
@@ -142,3 +241,16 @@ def test_info_detects_contacts_and_names_outliers(run):
     assert data["supports"] == "lowest"
     assert data["outliers"] == ["ground", "c02-b01", "c02-b04"]
     assert data["volume"]["quartiles"][1] == pytest.approx(0.4 * 0.2 * 0.2)
+
+
+def test_improve_raises_the_interlock_score(run):
+    scores = []
+    for more in ((), ("--improve", "J")):
+        status, out, _ = run("make", "polygonal", "--out", "wall.json", *more)
+        assert status == 0
+        scores.append(float(out.split("\nJ ")[1].split()[0]))
+    assert scores[0] >= 0.75
+    assert scores[1] >= max(0.9, scores[0])
+    assert run("check", "wall.json")[0] == 0
+    status, _, err = run("make", "polygonal", "--out", "other.json", "--improve", "K")
+    assert (status, err) == (2, "cyclopean: error: --improve: 'K' is not one of J\n")

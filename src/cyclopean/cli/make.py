@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cyclopean.cli import wall_options
 from cyclopean.cli.outputs import planned
 from cyclopean.cli.plain import PlainCommand, PlainGroup
 from cyclopean.cli.terminal import say
@@ -13,10 +14,15 @@ from cyclopean.cli.values import choice, number, numbers, optional_number, vecto
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from cyclopean.assembly import Assembly
+    from cyclopean.design.interlock import Interlock
+    from cyclopean.design.polygonal import PolygonalWall
 
 __all__ = ["commands"]
 
+MOST_STONES = 50_000  # of a polygonal wall, which are drawn one by one
 MOST = 1_000_000  # blocks, or facets of them, in a model that is made: more do not fit into a common memory
 
 Out = Annotated[str, typer.Option(metavar="MODEL", show_default=False, help="Model file to write.")]
@@ -27,7 +33,7 @@ Thickness = Annotated[str, typer.Option(metavar="L", help="Radial thickness (m).
 
 commands = typer.Typer(
     cls=PlainGroup,
-    help="Make a stack, wall, arch, vault or dome.",
+    help="Make a stack, wall, arch, vault, dome or polygonal wall.",
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -156,6 +162,137 @@ def dome(
         "oculus": number("--oculus", oculus),
     }
     return _make("dome", (whole("COURSES", courses), whole("SEGMENTS", segments)), options, out, density, mu)
+
+
+@commands.command(cls=PlainCommand)
+def polygonal(
+    out: Out,
+    width: Annotated[str, typer.Option(metavar="L", help="Along the foot (m).")] = "3",
+    height: Annotated[str, typer.Option(metavar="L", help="Up the face (m).")] = "1.8",
+    columns: Annotated[str, typer.Option(metavar="N", help="Stones in a row, before culling.")] = "8",
+    rows: Annotated[str, typer.Option(metavar="N", help="Rows of stones.")] = "5",
+    depth: Annotated[str, typer.Option(metavar="L", help="Thickness at the foot (m).")] = "0.2",
+    batter: Annotated[str, typer.Option(metavar="B", help="How far the front recedes, m a metre.")] = "0",
+    seed: Annotated[str, typer.Option(metavar="N", help="Another seed, another wall.")] = "7",
+    jitter: Annotated[str, typer.Option(metavar="S", help="Irregularity of the seeds, 0 to 0.5.")] = "0.25",
+    lloyd: Annotated[str, typer.Option(metavar="N", help="Rounds of evening out.")] = "2",
+    coursing: Annotated[str, typer.Option(metavar="C", help="0 irregular to 1 level courses.")] = "0.4",
+    courses: Annotated[str | None, typer.Option(metavar="N", help="Number of courses [as many as rows].")] = None,
+    size_grade: Annotated[str, typer.Option(metavar="S", help="Spread of the stones' sizes.")] = "0.3",
+    sliver: Annotated[str, typer.Option(metavar="S", help="Stones thinner than this share are culled.")] = "0.18",
+    opening: Annotated[
+        list[str] | None,
+        typer.Option(metavar="X,Z,W,H[,lintel|arch]", help="Left jamb, sill, clear width and height (m); repeatable."),
+    ] = None,
+    quoins: Annotated[
+        str | None, typer.Option(metavar="LONG,SHORT[,H]|auto", help="Corner stones at both ends (m).")
+    ] = None,
+    coping: Annotated[str | None, typer.Option(metavar="H[,L]|auto", help="A row of stones on top (m).")] = None,
+    base: Annotated[
+        str | None, typer.Option(metavar="U:V,...|radius:R", help="Line of the ground (m), or its radius.")
+    ] = None,
+    surface: Annotated[
+        str,
+        typer.Option(
+            metavar="plane|cylinder:R|cone:R[,DEG]|sphere:R[,DEG]|twist:DEG",
+            help="What the wall lies on; R < 0 is hollow. DEG: lean of a cone, latitude of a sphere's foot.",
+        ),
+    ] = "plane",
+    warped: Annotated[
+        str, typer.Option(metavar="auto|triangles|plane", help="What becomes of joints that are not flat.")
+    ] = "auto",
+    improve: Annotated[
+        str | None, typer.Option(metavar="J", help="J: move stones until they interlock better.")
+    ] = None,
+    display: Annotated[
+        str | None, typer.Option(metavar="MODEL", help="Also write the stones with open joints, for pictures.")
+    ] = None,
+    gap: Annotated[str, typer.Option(metavar="L", help="Width of those open joints (m).")] = "0.01",
+    chamfer: Annotated[str, typer.Option(metavar="L", help="Bevel along the front edges of those stones (m).")] = "0",
+    density: Density = None,
+    mu: Mu = None,
+) -> int:
+    """Make a wall of polygonal stones, flat or curved."""
+    paths = planned({"--out": out, "--display": display})
+    line, radius = wall_options.base("--base", base)
+    pattern: dict[str, Any] = {
+        "width": number("--width", width),
+        "height": number("--height", height),
+        "columns": whole("--columns", columns),
+        "rows": whole("--rows", rows),
+        "seed": whole("--seed", seed),
+        "jitter": number("--jitter", jitter),
+        "lloyd": whole("--lloyd", lloyd),
+        "coursing": number("--coursing", coursing),
+        "courses": whole("--rows", rows) if courses is None else whole("--courses", courses),
+        "size_grade": number("--size-grade", size_grade),
+        "sliver": number("--sliver", sliver),
+        "openings": tuple(wall_options.opening("--opening", text) for text in opening or ()),
+        "quoins": wall_options.quoins("--quoins", quoins),
+        "coping": wall_options.coping("--coping", coping),
+        "base": line,
+        "base_radius": radius,
+    }
+    if abs(pattern["columns"] * pattern["rows"]) > MOST_STONES or abs(pattern["courses"]) > MOST_STONES:
+        raise InputError(f"make polygonal: more than {MOST_STONES:,} stones or courses; ask for fewer")
+
+    from cyclopean.design.pattern import PatternSettings
+    from cyclopean.design.polygonal import polygonal_wall
+
+    made = polygonal_wall(
+        PatternSettings(**pattern),
+        surface=wall_options.surface("--surface", surface, pattern["width"], pattern["height"]),
+        depth=number("--depth", depth),
+        batter=number("--batter", batter),
+        density=optional_number("--density", density, above=0.0),
+        mu=optional_number("--mu", mu, least=0.0),
+        warped=choice("--warped", warped, ("auto", "triangles", "plane")),  # type: ignore[arg-type]
+        improve=improve is not None and choice("--improve", improve, ("J",)) == "J",
+    )
+    return _written_wall(made, paths, number("--gap", gap), number("--chamfer", chamfer))
+
+
+def _written_wall(made: "PolygonalWall", paths: "dict[str, Path]", gap: float, chamfer: float) -> int:
+    """Write the wall, and what it looks like with open joints; say what came out."""
+    from cyclopean import io
+    from cyclopean.assembly import Assembly, Contacts
+    from cyclopean.design.interlock import interlock
+    from cyclopean.design.joints import with_open_joints
+
+    model, readout, joints = made.assembly, made.pattern.readout, made.joints
+    shown = None
+    if "--display" in paths:
+        stones = with_open_joints(made.pattern, made.surface, made.thickness, gap=gap, chamfer=chamfer)
+        shown = Assembly(stones, Contacts.of([], []), name=f"{model.name}, open joints")
+    io.write_model(paths["--out"], model)
+    if shown is not None:
+        io.write_model(paths["--display"], shown)
+    contacts = 0 if model.contacts is None else len(model.contacts)
+    flat = f"{joints.joints} flat"
+    if joints.warped:
+        planes = joints.warped - joints.folded
+        flat = f"{joints.joints - joints.warped} flat, {planes} within {joints.deviation:.2g} m of a plane"
+        flat += f", {joints.folded} folded into triangles (warp up to {joints.warp:.2g} m)" if joints.folded else ""
+    say(f"{model.name}: {len(model)} blocks, {len(model) - 1} of them free, {contacts} contacts")
+    say(f"cells      {readout.cells}")
+    say(f"coverage   {readout.coverage:.12g}")
+    say(f"area CV    {readout.area_cv:.3f}")
+    say(f"culled     {readout.culled}")
+    say(f"crossings  {readout.crossings}")
+    say(f"J          {_rated(interlock(made.pattern, depth=made.thickness.depth))}")
+    say(f"joints     {flat}")
+    for path in paths.values():
+        say(f"written {path}")
+    return 0
+
+
+def _rated(found: "Interlock") -> str:
+    """The score, and the running joints that it lost by."""
+    running = len(found.running)
+    worst = (
+        f", the longest {found.running[0].length:.2g} m through {found.running[0].courses} courses" if running else ""
+    )
+    return f"{found.score:.3f} ({running} running joint{'' if running == 1 else 's'}{worst})"
 
 
 def _make(

@@ -1,0 +1,117 @@
+"""Generated walls and what coupled analysis says of them: flat, curved, pierced, coursing 0 to 1, 15 to 2,000 stones.
+
+Run `python bench/polygonal.py [--only seed] [--seconds 60] [--large] [--save DIR]`; prints one row a wall: stones,
+contacts, points, joints that are not flat, processor seconds to draw and to check (verification included), the verdict
+and the route that found it; then how many of the walls got which verdict. `--large` adds walls of 300 to 2,000 stones;
+`--save` writes the models that stay undecided.
+
+One thread: set RAYON_NUM_THREADS=1 and OMP_NUM_THREADS=1 before.
+"""
+
+import argparse
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from cyclopean.analysis import Settings, check
+from cyclopean.design.dressing import Coping, Quoins
+from cyclopean.design.openings import Opening
+from cyclopean.design.pattern import PatternSettings
+from cyclopean.design.polygonal import polygonal_wall
+from cyclopean.design.surfaces import Cone, Cylinder, Free, Ruled, Sphere
+from cyclopean.io import write_model
+
+Case = tuple[str, dict[str, Any], Any]
+DOOR = (Opening(1.1, 0.8, 1.15),)
+ARCH = (Opening(1.0, 0.9, 1.25, 0.0, "arch"),)
+WINDOWS = (Opening(0.5, 0.5, 0.6, 0.6), Opening(1.9, 0.5, 0.6, 0.6, "arch"))
+
+
+def twisted(u: np.ndarray) -> tuple[Any, ...]:
+    """Top edge of a wall that is turned by 10 degrees from foot to top."""
+    turn = np.radians(10.0)
+    return 1.5 + (u - 1.5) * np.cos(turn), (u - 1.5) * np.sin(turn), 1.8
+
+
+SURFACES = {
+    "cylinder 4": Cylinder(4.0, 1.5),
+    "hollow 4": Cylinder(-4.0, 1.5),
+    "cylinder 8": Cylinder(8.0, 1.5),
+    "cone 4, 8 deg": Cone(4.0, 8.0, 1.5),
+    "sphere 6": Sphere(6.0, 0.0, 1.5),
+    "hollow sphere 9": Sphere(-9.0, 0.0, 1.5),
+    "twist 10 deg": Ruled(lambda u: (u, 0.0, 0.0), twisted, 3.0, 1.8),
+    "wavy": Free(lambda u, v: (u, 0.08 * np.sin(2.0 * u) * np.cos(v), v), 3.0, 1.8),
+}
+
+
+def sized(columns: int, rows: int) -> dict[str, Any]:
+    """A wall of stones as large as those of the default, and as many courses as rows."""
+    return {"columns": columns, "rows": rows, "courses": rows, "width": 0.375 * columns, "height": 0.36 * rows}
+
+
+def cases(large: bool) -> Iterator[Case]:
+    """Name, pattern and surface of every wall."""
+    yield "default", {}, None
+    for seed in range(6):
+        yield f"seed {seed}", {"seed": seed}, None
+    for coursing in (0.0, 0.25, 0.5, 0.75, 1.0):
+        yield f"coursing {coursing:g}", {"coursing": coursing}, None
+    for name, surface in SURFACES.items():
+        for coursing in (0.4, 1.0):
+            yield f"{name}, c {coursing:g}", {"coursing": coursing}, surface
+    for name, openings in (("door", DOOR), ("arch", ARCH), ("windows", WINDOWS)):
+        yield name, {"openings": openings}, None
+        for kind in ("cylinder 8", "sphere 6"):
+            yield f"{name}, {kind}", {"openings": openings}, SURFACES[kind]
+    yield "quoins and coping", {"quoins": Quoins(), "coping": Coping()}, None
+    yield "all, cylinder 8", {"quoins": Quoins(), "coping": Coping(), "openings": ARCH}, SURFACES["cylinder 8"]
+    yield "hill", {"base_radius": 6.0}, None
+    yield "slope", {"base": ((0.0, 0.0), (3.0, 0.5))}, None
+    for columns, rows in ((5, 3), (12, 8)) + (((25, 12), (40, 25), (56, 36)) if large else ()):
+        for coursing in (0.0, 0.4, 1.0):
+            size = sized(columns, rows)
+            yield f"{columns} x {rows}, c {coursing:g}", {**size, "coursing": coursing}, None
+        yield f"{columns} x {rows}, curved", size, Cylinder(1.5 * size["width"], size["width"] / 2.0)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--large", action="store_true")
+    parser.add_argument("--save", type=Path)
+    chosen = parser.parse_args()
+    check(polygonal_wall(PatternSettings(columns=3, rows=2)).assembly, Settings(method="cra"))  # imports are not timed
+    print(
+        f"{'wall':>22} {'stones':>6} {'contacts':>8} {'points':>6} {'warped':>6} {'folded':>6} {'off mm':>6} |"
+        f" {'draw s':>6} {'check s':>7} {'verdict':>9} {'route':>10}"
+    )
+    verdicts: Counter[str] = Counter()
+    for name, options, surface in cases(chosen.large):
+        if chosen.only not in name:
+            continue
+        began = process_time()
+        made = polygonal_wall(PatternSettings(**options), surface=surface)
+        drawn = process_time()
+        result = check(made.assembly, Settings(method="cra", seconds=chosen.seconds))
+        ended = process_time()
+        contacts, joints = made.assembly.contacts, made.joints
+        verdicts[result.verdict] += 1
+        print(
+            f"{name:>22} {len(made.assembly) - 1:>6} {len(contacts):>8} {len(contacts.point):>6} {joints.warped:>6}"
+            f" {joints.folded:>6} {1e3 * joints.deviation:>6.2f} | {drawn - began:>6.2f} {ended - drawn:>7.2f}"
+            f" {result.verdict:>9} {result.provenance.get('route', ''):>10}",
+            flush=True,
+        )
+        if result.verdict == "undecided" and chosen.save:
+            write_model(chosen.save / f"{name.replace(' ', '-').replace(',', '')}.json", made.assembly)
+    print(", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,120 @@
+"""Options of `make polygonal` whose text says more than one number."""
+
+from typing import TYPE_CHECKING
+
+from cyclopean.cli.values import choice, number, numbers
+from cyclopean.errors import InputError
+
+if TYPE_CHECKING:
+    from cyclopean.design.dressing import Coping, Quoins
+    from cyclopean.design.openings import Opening
+    from cyclopean.design.surfaces import Surface
+
+__all__ = ["base", "coping", "opening", "quoins", "surface"]
+
+AUTO = "auto"
+LEAN = 10.0  # degrees, of a cone
+
+
+def surface(option: str, text: str, width: float, height: float) -> "Surface":
+    """Read plane, cylinder:R, cone:R[,LEAN], sphere:R[,LATITUDE] or twist:DEG.
+
+    Raises
+    ------
+    InputError
+        Another word, or numbers that do not fit it.
+    """
+    from cyclopean.design.surfaces import Cone, Cylinder, Plane, Sphere
+
+    kind, colon, rest = text.partition(":")
+    takes = {"plane": (0, 0), "cylinder": (1, 1), "cone": (1, 2), "sphere": (1, 2), "twist": (1, 1)}
+    least, most = takes[choice(option, kind, tuple(takes))]
+    given = numbers(option, rest) if colon else ()
+    if not least <= len(given) <= most:
+        wanted = "no number" if not most else "one number" if most == 1 else "one or two numbers"
+        raise InputError(f"{option}: {kind} takes {wanted} after a colon, got '{text}'")
+    middle = width / 2.0
+    if kind == "cylinder":
+        return Cylinder(given[0], middle)
+    if kind == "cone":
+        return Cone(given[0], given[1] if len(given) == 2 else LEAN, middle)
+    if kind == "sphere":
+        return Sphere(given[0], given[1] if len(given) == 2 else 0.0, middle)
+    return _twist(option, given[0], width, height) if kind == "twist" else Plane()
+
+
+def opening(option: str, text: str) -> "Opening":
+    """Read X,Z,W,H[,lintel|arch]: left jamb, sill, clear width and height."""
+    from cyclopean.design.openings import Opening
+
+    first, comma, last = text.rpartition(",")
+    head = last if comma and last.isalpha() else "lintel"
+    values = numbers(option, first if comma and last.isalpha() else text)
+    if len(values) != 4:
+        raise InputError(f"{option}: '{text}' should be X,Z,W,H or X,Z,W,H,arch")
+    left, sill, width, height = values
+    arched = choice(option, head, ("lintel", "arch")) == "arch"
+    return Opening(left, width, height, sill, "arch" if arched else "lintel")
+
+
+def quoins(option: str, text: str | None) -> "Quoins | None":
+    """Read LONG,SHORT[,HEIGHT] or auto; None where the option was not given."""
+    from cyclopean.design.dressing import Quoins
+
+    if text is None:
+        return None
+    if text == AUTO:
+        return Quoins()
+    long, short, *high = _some(option, text, "LONG,SHORT[,HEIGHT] or auto", 2, 3)
+    return Quoins(long, short, high[0] if high else None)
+
+
+def coping(option: str, text: str | None) -> "Coping | None":
+    """Read HEIGHT[,LENGTH] or auto; None where the option was not given."""
+    from cyclopean.design.dressing import Coping
+
+    if text is None:
+        return None
+    return Coping() if text == AUTO else Coping(*_some(option, text, "HEIGHT[,LENGTH] or auto", 1, 2))
+
+
+def base(option: str, text: str | None) -> tuple[tuple[tuple[float, float], ...] | None, float | None]:
+    """Read U:V,U:V,... (a line of heights) or radius:R: the line, and the radius of round ground."""
+    if text is None:
+        return None, None
+    if text.startswith("radius:"):
+        return None, number(option, text.removeprefix("radius:"))
+    points = []
+    for part in text.split(","):
+        u, colon, v = part.partition(":")
+        if not colon:
+            raise InputError(f"{option}: '{text}' should be U:V,U:V,... or radius:R")
+        points.append((number(option, u), number(option, v)))
+    return tuple(points), None
+
+
+def _some(option: str, text: str, form: str, least: int, most: int) -> tuple[float, ...]:
+    values = numbers(option, text)
+    if not least <= len(values) <= most:
+        raise InputError(f"{option}: '{text}' should be {form}")
+    return values
+
+
+def _twist(option: str, degrees: float, width: float, height: float) -> "Surface":
+    """Straight foot, and a straight top turned in plan about the middle."""
+    import numpy as np
+
+    from cyclopean.arrays import Floats
+    from cyclopean.design.surfaces import Ruled
+
+    if not abs(degrees) <= 80.0:
+        raise InputError(f"{option}: a twist of {degrees:g} degrees is too much; at most 80")
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+
+    def foot(u: Floats) -> tuple[Floats, float, float]:
+        return u, 0.0, 0.0
+
+    def top(u: Floats) -> tuple[Floats, Floats, float]:
+        return width / 2.0 + (u - width / 2.0) * cos, (u - width / 2.0) * sin, height
+
+    return Ruled(foot, top, width, height)

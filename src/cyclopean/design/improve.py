@@ -1,0 +1,225 @@
+"""A better interlock: move seeds and weights near joints that run on, and keep what raises the score J.
+
+In each round one seed beside each offending place (an aligned pair of head joints, a crossing) is shaken: mostly along
+the wall, a little up and down, or its weight is changed. Seeds shaken in one round are so far apart that each can be
+judged by the offences near it; those that made things worse go back. What remains is kept if the whole pattern is
+better, or, as in simulated annealing, a little worse now and then while the search is young. A pattern that loses a
+stone, gains a thinner one or a crossing, or becomes less even than it was is never kept.
+
+Besides the score the search sees how far pairs are from being aligned, and joints that meet end to end though their
+midpoints differ: so it is led out of a plateau, keeps a margin, and does not please the score alone. All chance comes
+from the settings' seed: the same rounds give the same wall. A time limit breaks that promise.
+
+Builds on relaxation by moving seeds, Lloyd (1982), and on the score of `design.interlock`; local search as such is old.
+
+>>> found = improve_interlock(PatternSettings(seed=3), rounds=5)
+>>> interlock(found).score >= interlock(draw_pattern(found.settings)).score
+True
+"""
+
+from dataclasses import dataclass
+from time import monotonic
+
+import numpy as np
+
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.design.interlock import Interlock, course_lines, interlock, joint_gaps
+from cyclopean.design.options import at_least, positive
+from cyclopean.design.pattern import Pattern, PatternSettings, Readout, Seeds, draw_from, draw_pattern, seed_grid
+from cyclopean.errors import InputError
+
+__all__ = ["improve_interlock"]
+
+MARGIN = 1.5  # of the tolerance: pairs nearer than this weigh on the search, the more the nearer they are
+PULL = 0.3  # what the margin weighs beside an offence
+NEAR = 2.1  # spacings within which an offence is put down to a seed
+APART = 4.5  # spacings between two seeds that are shaken in one round
+BESIDE = 4  # seeds beside an offence, of which one is shaken
+GRADED = 0.25  # of the shakes change the weight
+STEP = (0.22, 0.1, 0.25)  # standard deviations along u and v (spacings) and of the weight (mean cells)
+STRAY = 0.6  # spacings that a seed may go from where it began
+THIN = 0.9  # of the thinnest stone's inradius proxy: no stone becomes thinner than this
+UNEVEN = 1.1  # area CV may grow to this times what it was ...
+EVEN = 0.33  # ... or to this, if that is more
+PATIENCE = 80  # rounds without a better wall after which the search ends
+HEAT = 0.01  # of the energy, that a young search may lose in a round
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _State:
+    """A pattern, its score, and where what is wrong with it lies."""
+
+    pattern: Pattern
+    seeds: Seeds
+    found: Interlock
+    place: Floats  # (k, 2) spacings
+    offence: Floats  # (k,) share of J that is lost there, margin included
+
+    @property
+    def energy(self) -> float:
+        return float(self.offence.sum())
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        return self.found.score, -self.energy
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Start:
+    """What the search began with, which bounds where it may go."""
+
+    settings: PatternSettings
+    tolerance: float | None  # m
+    seeds: Seeds
+    readout: Readout
+    origin: Floats  # (2,) m, of the grid of seeds
+    spacing: Floats  # (2,) m
+    thinnest: float  # m, least inradius proxy that a stone may have
+
+
+def improve_interlock(
+    wall: Pattern | PatternSettings,
+    *,
+    rounds: int = 300,
+    seconds: float | None = None,
+    tolerance: float | None = None,
+) -> Pattern:
+    """Move seeds and weights of a wall to raise its interlock score.
+
+    Parameters
+    ----------
+    wall : Pattern or PatternSettings
+        A pattern drawn from seeds, or what to draw one from.
+    rounds : int
+        At most; each draws the pattern once or twice.
+    seconds : float, optional
+        Stop after this time (s) with the best so far; the result then depends on the machine. None = no limit.
+    tolerance : float, optional
+        m, as for `interlock`.
+
+    Returns
+    -------
+    Pattern
+        With a score no lower than that of the wall given, as many stones, and no more crossings. Whether it stands is
+        for the caller to check.
+
+    Raises
+    ------
+    InputError
+        A pattern that was not drawn from seeds, a number of rounds below 0, or a time that is not positive.
+    """
+    at_least("rounds", rounds, 0)
+    if seconds is not None:
+        positive("seconds", seconds)
+    pattern = draw_pattern(wall) if isinstance(wall, PatternSettings) else wall
+    if pattern.seeds is None:
+        raise InputError("wall: the pattern was not drawn from seeds, so there are none to move; give its settings")
+    until = np.inf if seconds is None else monotonic() + seconds
+    origin, spacing = seed_grid(pattern.settings)
+    thinnest = THIN * float(pattern.subdivision.inradii().min())
+    start = _Start(pattern.settings, tolerance, pattern.seeds, pattern.readout, origin, spacing, thinnest)
+    state = best = _state(pattern, pattern.seeds, start)
+    draw = np.random.Generator(np.random.PCG64([pattern.settings.seed, 1]))
+    since = 0
+    for k in range(rounds):
+        if not len(state.place) or since >= PATIENCE or monotonic() > until:
+            break
+        since += 1
+        trial = _round(state, start, draw)
+        if trial is None:
+            continue
+        warmth = HEAT * (1.0 - (k + 1) / rounds)
+        if trial.energy < state.energy + warmth * draw.exponential():
+            state = trial
+        if trial.rank > best.rank:
+            best, since = trial, 0
+    return best.pattern
+
+
+def _round(state: _State, start: _Start, draw: np.random.Generator) -> _State | None:
+    """Shake some seeds, take back those that made things worse nearby; None where nothing valid came out."""
+    old = state.seeds
+    chosen = _chosen(state, draw)
+    point, weight = old.point.copy(), old.weight.copy()
+    move = draw.normal(size=(len(chosen), 3)) * STEP
+    graded = draw.random(len(chosen)) < GRADED
+    point[chosen] += np.where(graded[:, None], 0.0, move[:, :2])
+    point[chosen] = np.clip(point[chosen], start.seeds.point[chosen] - STRAY, start.seeds.point[chosen] + STRAY)
+    weight[chosen] += np.where(graded, move[:, 2], 0.0)
+    trial = _drawn(Seeds(point, weight), start)
+    if len(chosen) == 1:
+        return trial
+    if trial is None:  # one of them spoilt it: go on with half
+        back = chosen[: (len(chosen) + 1) // 2]
+    else:
+        back = chosen[_nearby(trial, old.point[chosen]) > _nearby(state, old.point[chosen])]
+    if len(back) in (0, len(chosen)):
+        return trial
+    point[back], weight[back] = old.point[back], old.weight[back]
+    return _drawn(Seeds(point, weight), start)
+
+
+def _chosen(state: _State, draw: np.random.Generator) -> Ints:
+    """Seeds to shake: one of those nearest to each offending place, in random order, as many as are far apart."""
+    from scipy.spatial import cKDTree
+
+    point = state.seeds.point
+    order = np.argsort(-state.offence * draw.random(len(state.place)), kind="stable")
+    count = min(BESIDE, len(point))
+    near = cKDTree(point).query(state.place[order], k=np.arange(1, count + 1))[1]
+    pick = near[np.arange(len(order)), draw.integers(count, size=len(order))]
+    taken: list[int] = []
+    free: Bools = np.ones(len(point), bool)
+    for k in pick.tolist():
+        if free[k]:
+            taken.append(k)
+            free &= np.hypot(*(point - point[k]).T) > APART
+    return np.array(taken, np.int64)
+
+
+def _nearby(state: _State, point: Floats) -> Floats:
+    """Offence within reach of each point, (m,)."""
+    if not len(state.place):
+        return np.zeros(len(point))
+    far = np.hypot(*(state.place[None] - point[:, None]).transpose(2, 0, 1))
+    total: Floats = np.where(far <= NEAR, state.offence, 0.0).sum(axis=1)
+    return total
+
+
+def _drawn(seeds: Seeds, start: _Start) -> _State | None:
+    """The pattern of these seeds, if it is as sound as the one that the search began with."""
+    was = start.readout
+    try:
+        pattern = draw_from(seeds, start.settings)
+    except InputError:  # too many slivers
+        return None
+    now = pattern.readout
+    sound = now.cells >= was.cells and now.culled <= was.culled and now.merged <= was.merged
+    even = now.area_cv <= max(UNEVEN * was.area_cv, EVEN)
+    even = even and float(pattern.subdivision.inradii().min()) >= start.thinnest
+    whole = abs(now.coverage - 1.0) <= 1e-9
+    if not (sound and even and whole and now.crossings <= was.crossings):
+        return None
+    return _state(pattern, seeds, start)
+
+
+def _state(pattern: Pattern, seeds: Seeds, start: _Start) -> _State:
+    """Score, and what takes from it: head joints by their nearest fellow in the next course, and crossings."""
+    cells, found = pattern.subdivision, interlock(pattern, tolerance=start.tolerance)
+    tolerance, reach = found.tolerance, MARGIN * found.tolerance
+    low, high, gap = joint_gaps(cells, course_lines(pattern), found.head, reach + 0.5 * float(start.spacing[0]))
+    ends = cells.vertex[cells.edge[found.head]]
+    rows, v = np.arange(len(ends)), ends[..., 1]
+    foot, top = ends[rows, v.argmin(axis=1), 0], ends[rows, v.argmax(axis=1), 0]
+    nearest, meeting = np.full(len(ends), np.inf), np.full(len(ends), np.inf)
+    for joint in (low, high):
+        np.minimum.at(nearest, joint, gap)
+        np.minimum.at(meeting, joint, np.abs(top[low] - foot[high]))
+    cost = (nearest <= tolerance) + PULL * np.maximum(reach - nearest, 0.0) / max(reach, 1e-300)
+    cost += PULL * np.maximum(tolerance - meeting, 0.0) / max(tolerance, 1e-300)
+    joint = np.flatnonzero(cost > 0.0)
+    share = cells.lengths()[found.head[joint]] / max(found.head_length, 1e-300)
+    middle = cells.vertex[cells.edge[found.head[joint]]].mean(axis=1)
+    place = (np.concatenate([middle, cells.vertex[found.crossings]]) - start.origin) / start.spacing
+    offence = np.concatenate([cost[joint] * share, np.full(len(found.crossings), 0.5 / len(cells))])
+    return _State(pattern, seeds, found, place, offence)

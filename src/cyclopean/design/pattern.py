@@ -1,0 +1,413 @@
+"""The pattern of a polygonal wall: which stone lies where in the (u, v) rectangle, u along the wall and v up.
+
+Seeds on a jittered grid, odd rows shifted by half a column so that head joints are staggered, own the cells of a power
+diagram (`geometry.power_diagram`) whose weights grade the sizes. Lloyd's relaxation moves each seed to the centroid of
+what is free of its cell. Openings, dressed stones and the foot are laid over the cells (`geometry.arrangement`),
+coursing levels the corners (`design.coursing`), and cells whose inradius proxy 2 A / P is below `sliver` sqrt(area /
+seeds) lose their seed and everything is drawn again; pieces that are still too thin join a neighbour, and joints far
+shorter than a stone are taken out (`design.short_joints`).
+
+The diagram is drawn in units of the grid's spacing, so a wall that is stretched stretches its stones.
+
+Sources: power diagrams, Aurenhammer (1987); relaxation, Lloyd (1982); the reading of interlock in Inca walls, Clifford
+and McGee (2018); generated masonry, Legakis, Dorsey & Gortler (2001).
+
+>>> pattern = draw_pattern(PatternSettings(seed=7))
+>>> pattern.readout.cells == len(pattern.subdivision) == len(pattern.kind)
+True
+>>> abs(pattern.readout.coverage - 1.0) < 1e-9
+True
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cyclopean.arrays import Bools, Floats, Ints, sealed
+from cyclopean.design.coursing import coursed
+from cyclopean.design.dressing import Coping, Foot, Quoins, coping_stones, foot_line, quoin_stones
+from cyclopean.design.openings import Kind, Opening, clear_shape, fitting, head_stones
+from cyclopean.design.options import at_least, not_negative, positive, within
+from cyclopean.design.short_joints import without_short_joints
+from cyclopean.errors import InputError
+from cyclopean.geometry import Subdivision, arrangement, dissolved, merged, power_diagram, subdivide
+
+__all__ = [
+    "Kind",
+    "Pattern",
+    "PatternSettings",
+    "Readout",
+    "Seeds",
+    "draw_from",
+    "draw_pattern",
+    "drawing_seeds",
+    "seed_grid",
+]
+
+LEAST_SEEDS = 3
+PASSES = 12  # of culling; a cull makes its neighbours larger, so few are needed
+RIM = 0.15  # of the spacing: no seed starts nearer to the end of a row than this
+
+
+@dataclass(frozen=True, slots=True)
+class PatternSettings:
+    """What a pattern is drawn from; lengths in m."""
+
+    width: float = 3.0
+    height: float = 1.8
+    columns: int = 8  # seeds in a row
+    rows: int = 5
+    seed: int = 7
+    jitter: float = 0.25  # of the spacing, each way
+    lloyd: int = 2  # rounds of relaxation
+    coursing: float = 0.4  # 0 = irregular .. 1 = level courses
+    courses: int = 5
+    size_grade: float = 0.3  # weights are spread by this share of a mean cell's area, each way
+    sliver: float = 0.18  # 2 A / P below this share of a mean cell's size is culled
+    openings: tuple[Opening, ...] = ()
+    quoins: Quoins | None = None
+    coping: Coping | None = None
+    base: Foot = None  # heights of the ground: a function of u, or points from end to end
+    base_radius: float | None = None  # of circular ground: positive = highest in the middle
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height"):
+            positive(name, getattr(self, name))
+        for name, least in (("columns", 1), ("rows", 1), ("courses", 1), ("lloyd", 0), ("seed", 0)):
+            at_least(name, getattr(self, name), least)
+        within("coursing", self.coursing, 0.0, 1.0)
+        within("jitter", self.jitter, 0.0, 0.5)
+        within("sliver", self.sliver, 0.0, 1.0)
+        not_negative("size_grade", self.size_grade)
+        object.__setattr__(self, "openings", tuple(self.openings))
+        if self.columns * self.rows < LEAST_SEEDS:
+            raise InputError(
+                f"columns: {self.columns} x {self.rows} rows makes {self.columns * self.rows} seeds; "
+                f"give at least {LEAST_SEEDS}"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Readout:
+    """What a pattern is judged by at a glance."""
+
+    cells: int
+    coverage: float  # area of the cells / area of the wall less its openings
+    area_cv: float  # standard deviation / mean of the field stones' areas
+    culled: int  # seeds removed because their cell was a sliver, or had vanished
+    merged: int  # thin pieces that joined a neighbour
+    crossings: int  # corners at which four or more stones meet
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seeds:
+    """What the cells grow from, in units of the grid: a spacing along u, a spacing along v, and a mean cell."""
+
+    point: Floats  # (s, 2); (0, 0) is the lower left corner of the grid, (columns, rows) the upper right one
+    weight: Floats  # (s,)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", sealed("point", self.point, None, 2))
+        object.__setattr__(self, "weight", sealed("weight", self.weight, len(self.point)))
+
+    def __len__(self) -> int:
+        return len(self.weight)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pattern:
+    """A drawn pattern: cells (n), what each is, and the lines it was drawn to."""
+
+    subdivision: Subdivision
+    kind: tuple[Kind, ...]  # (n,)
+    course: Ints  # (n,) course in which the cell's centroid lies, from 0
+    lines: Floats  # (courses + 1,) heights of the course lines (m)
+    openings: tuple[Floats, ...]  # (k, 2) m each: clear shapes
+    foot: Floats | None  # (k, 2) m: line on which the wall stands, None where that is v = 0
+    readout: Readout
+    settings: PatternSettings
+    seeds: Seeds | None = None  # what it was drawn from, those that were culled included; None = not from seeds
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Frame:
+    """Everything in the rectangle that is not field stone."""
+
+    lines: Floats  # (courses + 1,) m
+    low: float  # u at which the grid of seeds begins (m)
+    high: float  # and ends
+    foot: Floats | None
+    openings: tuple[Floats, ...]
+    dressed: tuple[Floats, ...]
+    kind: tuple[Kind, ...]  # of the dressed stones
+    void: tuple[Floats, ...]  # openings and ground
+    area: float  # of the wall without voids (m2)
+    field: float  # of that, without dressed stones (m2)
+
+
+def draw_pattern(settings: PatternSettings | None = None) -> Pattern:
+    """Draw the pattern of a polygonal wall; the same settings give the same pattern to the bit.
+
+    Parameters
+    ----------
+    settings : PatternSettings, optional
+        The defaults of `PatternSettings` otherwise.
+
+    Returns
+    -------
+    Pattern
+        Field stones in the order of their seeds, then the dressed stones.
+
+    Raises
+    ------
+    InputError
+        Openings that do not fit, no field left for seeds, or more slivers than stones.
+    """
+    settings = settings or PatternSettings()
+    return draw_from(drawing_seeds(settings), settings)
+
+
+def drawing_seeds(settings: PatternSettings) -> Seeds:
+    """Seeds as `draw_pattern` uses them: on the jittered grid, clear of openings and dressed stones, and relaxed.
+
+    Raises
+    ------
+    InputError
+        As `draw_pattern`.
+    """
+    frame = _frame(settings)
+    site, weight = _seeds(settings, frame)
+    for _ in range(settings.lloyd):
+        site = _relaxed(settings, frame, site, weight)
+    return Seeds(site, weight)
+
+
+def seed_grid(settings: PatternSettings) -> tuple[Floats, Floats]:
+    """Origin and spacing (m), (2,) each, of the grid in whose units the seeds are given."""
+    return _spacing(settings, _frame(settings))
+
+
+def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
+    """Draw the pattern that grows from these seeds; `columns` and `rows` of the settings are the grid's.
+
+    Parameters
+    ----------
+    seeds : Seeds
+        At least one.
+    settings : PatternSettings
+        All that is not the seeds; `seed`, `jitter`, `lloyd` and `size_grade` have no say.
+
+    Returns
+    -------
+    Pattern
+
+    Raises
+    ------
+    InputError
+        As `draw_pattern`.
+    """
+    frame = _frame(settings)
+    site, weight = seeds.point, seeds.weight
+    least = settings.sliver * float(np.sqrt(frame.field / len(seeds)))
+    live = np.ones(len(seeds), bool)
+    for _ in range(PASSES):
+        found = _drawn(settings, frame, site[live], weight[live])
+        number = np.flatnonzero(live)
+        keep = _worth_keeping(found, int(live.sum()), least)
+        live[number[~keep]] = False
+        if 2 * int(live.sum()) < len(seeds) or int(live.sum()) < min(LEAST_SEEDS, len(seeds)):
+            raise InputError(_too_many(settings, len(seeds), int((~live).sum())))
+        if keep.all():
+            break
+    else:
+        found = _drawn(settings, frame, site[live], weight[live])
+    before = len(found)
+    found = _without_thin_pieces(found, least)
+    joined = before - len(found)
+    found, _ = without_short_joints(found, _spacing(settings, frame)[1], least)
+    return _pattern(frame, found, (int((~live).sum()), joined), settings, seeds)
+
+
+def _frame(settings: PatternSettings) -> _Frame:
+    """Course lines, voids and dressed stones, checked against each other."""
+    import shapely
+
+    width, height = settings.width, settings.height
+    top = height - (settings.coping.height if settings.coping else 0.0)
+    if not top > 0.0:
+        raise InputError(f"coping height: {settings.coping.height if settings.coping else 0:g} m leaves no wall below")
+    lines = np.linspace(0.0, top, settings.courses + 1)
+    foot = foot_line(settings.base, settings.base_radius, width, max(8, 3 * settings.columns))
+    peak = 0.0 if foot is None else float(foot[:, 1].max())
+    if not peak < top:
+        raise InputError(f"base: the ground rises to {peak:g} m, above the wall's {top:g} m; make the wall higher")
+    fitting(settings.openings, width, peak, top)
+    clear = tuple(clear_shape(opening) for opening in settings.openings)
+    ground = () if foot is None else (np.concatenate([[[0.0, -height], [width, -height]], foot[::-1]]),)
+    heads = [stone for opening in settings.openings for stone in head_stones(opening)]
+    named = list(heads)
+    if settings.coping:
+        tie = (settings.quoins.long, settings.quoins.short) if settings.quoins else ()
+        avoid = np.array([*tie, *(width - t for t in tie)])
+        named += [("coping", stone) for stone in coping_stones(settings.coping, width, height, avoid)]
+    low, high = 0.0, width
+    if settings.quoins:
+        mean = (settings.quoins.long + settings.quoins.short) / 2.0
+        low, high = mean * settings.quoins.left, width - mean * settings.quoins.right
+        if not settings.quoins.long * (settings.quoins.left + settings.quoins.right) < width:
+            raise InputError(f"quoins long: {settings.quoins.long:g} m leaves no field in a wall of {width:g} m")
+        taken = [*clear, *ground, *(stone for _, stone in heads)]
+        named += [("quoin", stone) for stone in quoin_stones(settings.quoins, lines, width, foot, taken)]
+    wall = shapely.box(0.0, 0.0, width, height)
+    hole = shapely.union_all([shapely.polygons(v) for v in (*clear, *ground)])
+    area = width * height - float(shapely.area(shapely.intersection(hole, wall)))
+    dressed = tuple(stone for _, stone in named)
+    field_ = area - float(sum(shapely.area(shapely.polygons(stone)) for stone in dressed))
+    return _Frame(lines, low, high, foot, clear, dressed, tuple(k for k, _ in named), (*clear, *ground), area, field_)
+
+
+def _seeds(settings: PatternSettings, frame: _Frame) -> tuple[Floats, Floats]:
+    """Seeds (n, 2) in grid units and weights (n,) in mean cells: drawn row by row, u, v and weight for each."""
+    draw = np.random.Generator(np.random.PCG64(settings.seed))
+    rows, columns = settings.rows, settings.columns
+    shake = draw.uniform(-1.0, 1.0, (rows, columns, 3))
+    u = np.arange(columns) + 0.5 + np.where(np.arange(rows) % 2, 0.25, -0.25)[:, None] + settings.jitter * shake[..., 0]
+    v = np.arange(rows)[:, None] + 0.5 + settings.jitter * shake[..., 1]
+    site = np.stack([np.clip(u, RIM, columns - RIM), np.clip(v, RIM, rows - RIM)], -1).reshape(-1, 2)
+    weight = settings.size_grade * shake[..., 2].ravel()
+    free = _free(_metric(settings, frame, site), frame)
+    if int(free.sum()) < LEAST_SEEDS:
+        raise InputError(
+            f"columns: openings and dressed stones leave {int(free.sum())} of {len(site)} seeds; "
+            f"give more columns and rows (at least {LEAST_SEEDS} seeds are needed)"
+        )
+    return site[free], weight[free]
+
+
+def _spacing(settings: PatternSettings, frame: _Frame) -> tuple[Floats, Floats]:
+    """Origin and spacing of the grid of seeds (m)."""
+    foot = 0.0 if frame.foot is None else float(frame.foot[:, 1].min())
+    span = np.array([frame.high - frame.low, float(frame.lines[-1]) - foot])
+    return np.array([frame.low, foot]), span / np.array([settings.columns, settings.rows])
+
+
+def _metric(settings: PatternSettings, frame: _Frame, grid: Floats) -> Floats:
+    origin, spacing = _spacing(settings, frame)
+    return origin + grid * spacing
+
+
+def _free(point: Floats, frame: _Frame) -> Bools:
+    """Points that lie in no void and no dressed stone."""
+    import shapely
+
+    taken = [shapely.polygons(p) for p in (*frame.void, *frame.dressed)]
+    if not taken:
+        return np.ones(len(point), bool)
+    cover = shapely.union_all(taken)
+    shapely.prepare(cover)
+    free: Bools = ~shapely.intersects(cover, shapely.points(point))
+    return free
+
+
+def _diagram(settings: PatternSettings, frame: _Frame, site: Floats, weight: Floats) -> Subdivision:
+    """Power diagram over the whole rectangle (m), drawn in grid units."""
+    origin, spacing = _spacing(settings, frame)
+    size = np.array([settings.width, settings.height])
+    low, high = -origin / spacing, (size - origin) / spacing
+    cells = power_diagram(site, weight, low, high)
+    vertex = np.clip(origin + cells.vertex * spacing, 0.0, size)
+    vertex = np.where(cells.vertex == low, 0.0, np.where(cells.vertex == high, size, vertex))
+    return Subdivision(vertex, cells.start, cells.index, cells.site)
+
+
+def _relaxed(settings: PatternSettings, frame: _Frame, site: Floats, weight: Floats) -> Floats:
+    """Seeds moved to the centroids of what is free of their cells (the largest piece of it)."""
+    import shapely
+
+    cells = _diagram(settings, frame, site, weight)
+    centre = cells.centroids()
+    taken = [shapely.polygons(p) for p in (*frame.void, *frame.dressed)]
+    if taken:
+        cover, polygon = shapely.union_all(taken), cells.polygons()
+        shapely.prepare(cover)
+        cut = np.flatnonzero(shapely.intersects(cover, polygon))
+        piece, owner = shapely.get_parts(shapely.difference(polygon[cut], cover), return_index=True)
+        order = np.lexsort((-shapely.area(piece), owner))
+        first = order[np.unique(owner[order], return_index=True)[1]]
+        middle = shapely.centroid(piece[first])
+        some = ~shapely.is_empty(middle)
+        centre[cut[owner[first][some]]] = shapely.get_coordinates(middle[some])
+    origin, spacing = _spacing(settings, frame)
+    moved = site.copy()
+    moved[cells.site] = (centre - origin) / spacing
+    return moved
+
+
+def _drawn(settings: PatternSettings, frame: _Frame, site: Floats, weight: Floats) -> Subdivision:
+    """Cells, overlaid and coursed; dressed stones have site -1 and come last, in the order of the frame."""
+    cells, given = arrangement(_diagram(settings, frame, site, weight), frame.dressed, frame.void)
+    return coursed(cells, frame.lines, settings.coursing, given >= 0)
+
+
+def _worth_keeping(found: Subdivision, seeds: int, least: float) -> Bools:
+    """Seeds that have a cell with a piece that is not a sliver."""
+    keep = np.zeros(seeds, bool)
+    if least == 0.0:
+        return ~keep
+    stone = (found.site >= 0) & (found.inradii() >= least)
+    keep[found.site[stone]] = True
+    return keep
+
+
+def _too_many(settings: PatternSettings, seeds: int, culled: int) -> str:
+    what = f"sliver: {settings.sliver:g} would cull {culled} of {seeds} stones"
+    if settings.coursing > 0.5 and settings.courses < settings.rows:
+        return f"{what}; {settings.rows} rows do not fit into {settings.courses} level courses: make them equal"
+    return f"{what}; lower it (0.18 is usual) or change the seeds"
+
+
+def _without_thin_pieces(found: Subdivision, least: float) -> Subdivision:
+    """Pieces of field stones below the least inradius joined to the stone with which they share most."""
+    for _ in range(PASSES):
+        inradius = found.inradii()
+        stone = found.site >= 0
+        thin = np.flatnonzero(stone & (inradius < least))
+        both = stone[found.side].all(axis=1) & (found.side >= 0).all(axis=1)
+        side, length = found.side[both], found.lengths()[both]
+        rings, site, gone, busy = found.rings(), found.site.copy(), set[int](), set[int]()
+        for c in thin[np.argsort(inradius[thin], kind="stable")].tolist():
+            mine = (side == c).any(axis=1)
+            shared = np.bincount(side[mine].sum(axis=1) - c, length[mine], minlength=len(found))
+            for other in np.argsort(-shared, kind="stable")[: int((shared > 0.0).sum())].tolist():
+                ring = None if busy & {c, other} else merged(found, c, other)
+                if ring is not None:
+                    rings[other] = ring
+                    gone.add(c)
+                    # a neighbour's ring is read from `found`: leave all that touch for the next round
+                    busy |= {c, other}
+                    break
+        if not gone:
+            break
+        left = [k for k in range(len(found)) if k not in gone]
+        found = dissolved(subdivide(found.vertex, [rings[k] for k in left], site[left]))
+    return found
+
+
+def _pattern(
+    frame: _Frame, found: Subdivision, lost: tuple[int, int], settings: PatternSettings, seeds: Seeds
+) -> Pattern:
+    """The drawing with its readout; `lost` are the seeds culled and the pieces that joined a neighbour."""
+    areas = found.areas()
+    stone = found.site >= 0
+    field: list[Kind] = ["stone"] * int(stone.sum())
+    course = np.searchsorted(frame.lines[1:-1], found.centroids()[:, 1])
+    readout = Readout(
+        cells=len(found),
+        coverage=float(areas.sum()) / frame.area,
+        area_cv=float(areas[stone].std() / areas[stone].mean()),
+        culled=lost[0],
+        merged=lost[1],
+        crossings=len(found.crossings()),
+    )
+    kind = (*field, *frame.kind)
+    return Pattern(found, kind, course, frame.lines, frame.openings, frame.foot, readout, settings, seeds)

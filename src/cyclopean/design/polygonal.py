@@ -1,0 +1,80 @@
+"""The polygonal wall: a pattern (`pattern`) on a surface (`surfaces`) with exact joints (`joints`).
+
+>>> made = polygonal_wall()
+>>> made.assembly.blocks[0].id, len(made.assembly) == made.pattern.readout.cells + 1
+('ground', True)
+"""
+
+from dataclasses import dataclass
+
+from cyclopean.assembly import Assembly
+from cyclopean.design.improve import improve_interlock
+from cyclopean.design.joints import JointReadout, Warped, jointed
+from cyclopean.design.pattern import Pattern, PatternSettings, draw_pattern
+from cyclopean.design.surfaces import Plane, Surface, Thickness, refuse_folds
+
+__all__ = ["PolygonalWall", "polygonal_wall"]
+
+IMPROVING = 15.0  # s; walls of up to several hundred stones are done long before, and so the same each time
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PolygonalWall:
+    """A drawn wall, what it was drawn from, and how its joints came out."""
+
+    assembly: Assembly  # block 0 is the fixed ground, block k + 1 is cell k of the pattern
+    pattern: Pattern
+    surface: Surface
+    thickness: Thickness
+    joints: JointReadout
+
+
+def polygonal_wall(
+    settings: PatternSettings | None = None,
+    *,
+    surface: Surface | None = None,
+    depth: float = 0.2,
+    batter: float = 0.0,
+    density: float | None = None,
+    mu: float | None = None,
+    warped: Warped = "auto",
+    improve: bool = False,
+) -> PolygonalWall:
+    """Draw a wall of polygonal stones that stands on a fixed ground block.
+
+    Parameters
+    ----------
+    settings : PatternSettings, optional
+        The pattern: 3.0 x 1.8 m from 8 x 5 seeds where not given.
+    surface : Surface, optional
+        The face of the wall; an upright plane where not given.
+    depth : float
+        Thickness along the normal (m), at the foot.
+    batter : float
+        By how much the front recedes (m a metre of height).
+    density : float, optional
+        kg/m3; None = not said.
+    mu : float, optional
+        Friction coefficient of every joint; None = not said.
+    warped : {"auto", "triangles", "plane"}
+        What a contact becomes whose corners lie in no plane, see `design.joints`.
+    improve : bool
+        Move and weight the seeds until the stones interlock better, see `design.improve`.
+
+    Returns
+    -------
+    PolygonalWall
+
+    Raises
+    ------
+    InputError
+        An option that cannot be built, a pattern that cannot be drawn, a surface that bends more than the depth allows.
+    """
+    settings = settings or PatternSettings()
+    surface = surface if surface is not None else Plane()
+    thickness = Thickness(depth, batter)
+    refuse_folds(surface, thickness, settings.width, settings.height)
+    pattern = improve_interlock(settings, seconds=IMPROVING) if improve else draw_pattern(settings)
+    name = f"polygonal wall of {pattern.readout.cells}"
+    assembly, joints = jointed(pattern, surface, thickness, density=density, mu=mu, warped=warped, name=name)
+    return PolygonalWall(assembly, pattern, surface, thickness, joints)
