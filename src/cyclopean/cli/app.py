@@ -13,6 +13,7 @@ from cyclopean.cli.check import check
 from cyclopean.cli.demo import demo
 from cyclopean.cli.info import info
 from cyclopean.cli.plain import PlainCommand, PlainGroup
+from cyclopean.cli.sequence import sequence
 from cyclopean.cli.terminal import ClosedPipeError, complain, say
 from cyclopean.errors import CyclopeanError, InputError, SolverError
 
@@ -46,7 +47,7 @@ def start(
     return 0
 
 
-for command in (demo, check, files.verify, info, files.convert):
+for command in (demo, check, files.verify, info, files.convert, sequence):
     app.command(cls=PlainCommand)(command)
 app.add_typer(make.commands, name="make")
 

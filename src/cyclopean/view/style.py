@@ -51,7 +51,7 @@ table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 th,td{text-align:left;padding:.42rem .9rem .42rem 0;border-bottom:1px solid var(--line);vertical-align:top}
 th{font-weight:600;font-size:.88rem;color:var(--soft)}
 thead th{border-bottom:1.5px solid #a9a59b;vertical-align:bottom}
-tbody th{font-weight:500;color:var(--ink);font-size:1rem;overflow-wrap:anywhere;min-width:7rem}
+tbody th{font-weight:500;color:var(--ink);font-size:1rem;overflow-wrap:anywhere;min-width:8rem}
 .n{text-align:right;white-space:nowrap}
 .bar{display:inline-block;width:4.2rem;height:.6rem;margin-left:.6rem;background:#eceae4;vertical-align:middle}
 .bar i{display:block;height:100%}

@@ -1,0 +1,132 @@
+"""`sequence`: in which order is it built, and does every stage stand?"""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
+from cyclopean.cli.terminal import long_work, say, say_json, warn
+from cyclopean.cli.values import choice, optional_number, vector, whole
+
+if TYPE_CHECKING:
+    from cyclopean.design.sequence import BuildSequence
+
+__all__ = ["sequence"]
+
+METHODS = ("cra", "rbe")
+
+
+def sequence(
+    model: Annotated[str, typer.Argument(metavar="MODEL", show_default=False, help="Model file.")],
+    out: Annotated[str, typer.Option(metavar="F", show_default=False, help="Sequence file to write.")],
+    method: Annotated[
+        str, typer.Option(metavar="|".join(METHODS), help="Coupled analysis or equilibrium alone.")
+    ] = "cra",
+    mu: Annotated[str | None, typer.Option(metavar="M", help="Friction where the model gives none [0.84].")] = None,
+    density: Annotated[str | None, typer.Option(metavar="D", help="kg/m3 where the model gives none [2400].")] = None,
+    supports: Annotated[
+        str, typer.Option(metavar="S", show_default=False, help="below=Z or ids=a,b instead of what the model says.")
+    ] = "",
+    gravity: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="m/s2 [0,0,-9.80665].")] = None,
+    units: Annotated[str | None, typer.Option(metavar="U", help="Unit of the model's lengths, such as mm.")] = None,
+    tolerance: Annotated[str | None, typer.Option(metavar="L", help="Length (m) within which faces touch.")] = None,
+    lean: Annotated[
+        str | None,
+        typer.Option(
+            metavar="C", help="Share of a joint's normal along gravity that makes one rest on the other [0.1]."
+        ),
+    ] = None,
+    clearance: Annotated[
+        str | None, typer.Option(metavar="L", help="Length (m) of approach and retreat [0.1].")
+    ] = None,
+    props: Annotated[
+        str | None,
+        typer.Option(metavar="N", help="Props beyond the least possible, up to which all sets are tried [4]."),
+    ] = None,
+    seconds: Annotated[str | None, typer.Option(metavar="S", help="Time for the search of one stage [10].")] = None,
+    json: Annotated[
+        str | None, typer.Option(metavar="F|-", help="Write the sequence here too; - prints it and nothing else.")
+    ] = None,
+    dot: Annotated[str | None, typer.Option(metavar="F", help="Write the dependency graph for Graphviz.")] = None,
+    report: Annotated[str | None, typer.Option(metavar="F", help="Write a page that shows the building.")] = None,
+) -> int:
+    """Find the order in which a model is built, and check every stage.
+
+    Exit status: 0 done, whatever the verdicts in the file are; 2 bad input.
+    """
+    wanted: dict[str, Any] = {
+        "method": choice("--method", method, METHODS),
+        "mu": optional_number("--mu", mu, least=0.0),
+        "density": optional_number("--density", density, above=0.0),
+        "supports": supports,
+        "gravity": vector("--gravity", gravity),
+        "tolerance": optional_number("--tolerance", tolerance, above=0.0),
+    }
+    budget = optional_number("--seconds", seconds, above=0.0)
+    chosen: dict[str, Any] = {
+        "lean": optional_number("--lean", lean, least=0.0),
+        "clearance": optional_number("--clearance", clearance, above=0.0),
+        "most_props": None if props is None else whole("--props", props),
+    }
+    files = planned({"--out": out, "--json": json, "--dot": dot, "--report": report}, keep=model)
+
+    from cyclopean import analysis, io
+    from cyclopean.design.sequence import SECONDS, build_sequence, dot_text
+
+    settings = analysis.Settings(**wanted, seconds=SECONDS if budget is None else budget)
+    options = {name: value for name, value in chosen.items() if value is not None}
+    with long_work(f"sequencing {model}") as stage:
+        assembly, warnings = io.read_model(model, units)
+        found = build_sequence(assembly, settings, **options, progress=stage)
+    for warning in (*warnings, *found.warnings):
+        warn(warning)
+    graph = dot_text(found)
+    data = io.sequence_dict(found, graph)
+    page = None
+    if "--report" in files:
+        from cyclopean.view import building_html
+
+        page = building_html(found)
+    for option in ("--out", "--json"):
+        if option in files:
+            io.write_json(files[option], data)
+    if "--dot" in files:
+        io.write_text(files["--dot"], graph)
+    if page is not None:
+        io.write_text(files["--report"], page)
+    if json == STANDARD_OUTPUT:
+        say_json(data)
+    else:
+        say("\n".join([*_lines(found, data), f"  written  {', '.join(map(str, files.values()))}"]))
+    return 0
+
+
+def _lines(found: "BuildSequence", data: dict[str, Any]) -> list[str]:
+    """Say what was found."""
+    stages = data["stages"]
+    said = ", ".join(f"{count} {word}" for word, count in stages.items() if count) or "none"
+    lines = [
+        f"sequence: {data['free']} stones in {len(data['layers'])} layers; stages: {said}",
+        f"  model    {data['model']}: {data['blocks']} blocks, method {data['method']}",
+    ]
+    for cycle in data["cycles"]:
+        broken = ", ".join(f"'{e['upper']}' on '{e['lower']}'" for e in cycle["broken"])
+        lines.append(f"  cycle    {_some(cycle['blocks'])} rest on each other; set aside: {broken}")
+    for step in found.steps:
+        if step.free is None:
+            names = [found.assembly.blocks[i].id for i in step.blocked_by]
+            lines.append(f"  trapped  '{found.assembly.blocks[step.block].id}' by {_some(names)}")
+    first = data["first_unstable"]
+    if first is not None:
+        lines.append(f"  first    {first['verdict']} at step {first['step']}, with '{first['block']}'")
+        if first["props"]:
+            kind = "the fewest props that help" if first["smallest"] else "props that help"
+            lines.append(f"  props    {_some(first['props'])}: {kind}; with them {first['with_props']}")
+        else:
+            lines.append("  props    none were found that help")
+    return lines
+
+
+def _some(names: list[str], most: int = 6) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(f"'{name}'" for name in names[:most]) + more

@@ -1,0 +1,271 @@
+"""How a structure is built: the order, what each stone rests on, how it comes in, and whether every stage stands.
+
+One sequencer for walls and for anything else: all of it follows from the joints. See `ordering` for the dependency
+graph, its layers and its cycles, `blocking` for the way in, `stages` and `props` for the verdicts, `yard` for frames.
+"""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cyclopean.analysis import Result, Settings, Word
+from cyclopean.analysis.posing import PosedModel, pose
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.assembly import Assembly, Contacts
+from cyclopean.design.blocking import blockers, insertion, neighbours
+from cyclopean.design.colouring import colouring
+from cyclopean.design.ordering import (
+    LEAN,
+    SupportGraph,
+    along_and_across,
+    layers,
+    support_graph,
+    take_apart,
+    upwards,
+)
+from cyclopean.design.props import EXHAUSTIVE, Props, smallest_props
+from cyclopean.design.stages import CONTINUED, Stage, stage_of, verdict
+from cyclopean.design.yard import Frames, frames_of, yard_places
+from cyclopean.errors import InputError
+
+__all__ = ["BuildSequence", "Step", "build_sequence", "dot_text"]
+
+SECONDS = 10.0  # for the coupled search of one stage
+CLEARANCE = 0.1  # m, of approach and retreat
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One stone is laid; the verdict is of everything that stands then."""
+
+    block: int
+    layer: int
+    rests_on: tuple[int, ...]  # broken edges included
+    free: Floats | None  # (3,) unit: it can be taken away like this, and comes in the other way; None = trapped
+    blocked_by: tuple[int, ...]  # the stones that trap it
+    frames: Frames
+    verdict: Word
+    proof: str  # kind of the certificate; "" where nothing was proved
+    seal: str  # of the certificate
+    reason: str
+    warm: bool  # the state of the stage before led to this one
+    props: tuple[int, ...] = ()  # to be held at this stage
+    propped: Word | None = None  # the verdict with them; None = no props needed or none found
+    smallest: bool = False  # no smaller set of props would do
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BuildSequence:
+    """A structure and how it is built."""
+
+    assembly: Assembly
+    contacts: Contacts
+    fixed: Bools  # (n,)
+    method: str
+    graph: SupportGraph
+    layer: Ints  # (n,) 0 = support
+    steps: tuple[Step, ...]
+    colour: Ints  # (n,) no two blocks that touch share one
+    yard: Floats  # (n, 3) m, from its place to the yard
+    along: Floats  # (3,) unit, along the wall
+    up: Floats  # (3,) unit, against gravity
+    gravity: Floats  # (3,) m/s2
+    lean: float
+    assumed: dict[str, Any]
+    warnings: tuple[str, ...]
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def order(self) -> tuple[int, ...]:
+        """Free blocks, the first to be laid first."""
+        return tuple(step.block for step in self.steps)
+
+    @property
+    def first_unstable(self) -> int | None:
+        """Index of the first step after which the structure was not proved to stand by itself."""
+        return next((k for k, step in enumerate(self.steps) if step.verdict != "stable"), None)
+
+
+def build_sequence(
+    assembly: Assembly,
+    settings: Settings | None = None,
+    *,
+    lean: float = LEAN,
+    clearance: float = CLEARANCE,
+    most_props: int = EXHAUSTIVE,
+    progress: Callable[[str], None] = lambda _: None,
+    watch: Callable[[int, Result], None] = lambda _, __: None,
+) -> BuildSequence:
+    """Find the order in which a structure is built, and check every stage of it.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The finished structure; contacts are detected where it gives none.
+    settings : Settings
+        As for a check; the defaults where not given, with 10 s for the coupled search of one stage.
+    lean : float
+        Least share of a joint's normal along gravity from which one stone rests on the other.
+    clearance : float
+        m, of approach and retreat.
+    most_props : int
+        Size up to which all sets of props are gone through.
+    progress : callable
+        Is told what begins.
+    watch : callable
+        Is given the number of each stage (from 0) and its verdict without props, certificate included.
+
+    Returns
+    -------
+    BuildSequence
+        Every verdict in it has passed the independent checker.
+
+    Raises
+    ------
+    InputError
+        As `check`, and where gravity is zero or `lean` or `clearance` are out of range.
+    """
+    began = time.perf_counter()
+    settings = Settings(seconds=SECONDS) if settings is None else settings
+    if not (most_props >= 0):
+        raise InputError(f"--props {most_props}: expected a whole number >= 0")
+    whole = pose(assembly, settings, {}, progress)
+    progress("ordering")
+    plan = _planned(whole, lean, clearance)
+    ordered = time.perf_counter()
+    steps = []
+    for number, (alone, props) in enumerate(_staged(whole, settings, plan.order, most_props, progress)):
+        watch(number, alone)
+        steps.append(_step(plan, number, alone, props))
+    done = time.perf_counter()
+    return BuildSequence(
+        assembly,
+        whole.contacts,
+        whole.fixed,
+        settings.chosen_method(),
+        plan.graph,
+        plan.layer,
+        tuple(steps),
+        colouring(whole.contacts, len(assembly)),
+        plan.yard,
+        plan.along,
+        plan.up,
+        whole.gravity,
+        lean,
+        whole.assumed,
+        whole.warnings,
+        {"order": ordered - began, "stages": done - ordered, "total": done - began},
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Plan:
+    """What follows from geometry alone."""
+
+    graph: SupportGraph
+    layer: Ints
+    rests_on: list[tuple[int, ...]]  # of each block
+    order: list[int]
+    free: list[Floats | None]  # of each stone in the order
+    blocked_by: list[tuple[int, ...]]
+    frames: list[Frames]
+    yard: Floats
+    along: Floats
+    up: Floats
+
+
+def _planned(whole: PosedModel, lean: float, clearance: float) -> _Plan:
+    assembly, up = whole.assembly, upwards(whole.gravity)
+    graph = support_graph(whole.contacts, whole.fixed, up, lean)
+    layer = layers(graph, whole.fixed)
+    along, across = along_and_across(assembly.mass.centroid[~whole.fixed], up)
+    around = neighbours(whole.contacts, len(assembly))
+    place = assembly.mass.centroid @ np.stack([along, across], 1) / max(assembly.size, 1e-300)
+    rank = [(float(layer[i]), *np.round(place[i], 9).tolist(), float(i)) for i in range(len(assembly))]
+    order = take_apart(graph, whole.fixed, rank, lambda i, there: insertion(around[i], there, up) is None)
+    yard = yard_places(assembly, order, along, up)
+    standing = set(np.flatnonzero(whole.fixed).tolist())
+    below: list[tuple[int, ...]] = [()] * len(assembly)
+    for edge in graph.edges:
+        below[edge.upper] += (edge.lower,)
+    plan = _Plan(graph, layer, below, order, [], [], [], yard, along, up)
+    top = float((assembly.mesh.vertex @ up).max())
+    for block in order:
+        plan.free.append(insertion(around[block], standing, up))
+        plan.blocked_by.append(blockers(around[block], standing, up) if plan.free[-1] is None else ())
+        plan.frames.append(frames_of(assembly, block, yard[block], plan.free[-1], up, clearance, top))
+        standing.add(block)
+    return plan
+
+
+def _staged(
+    whole: PosedModel, settings: Settings, order: Sequence[int], most: int, progress: Callable[[str], None]
+) -> Iterator[tuple[Result, Props | None]]:
+    """The verdict of every stage, and props where it does not stand by itself."""
+    standing = whole.fixed.copy()
+    before: tuple[Stage, Result] | None = None
+    held: tuple[int, ...] = ()
+    for number, block in enumerate(order):
+        progress(f"stage {number + 1} of {len(order)}")
+        standing[block] = True
+        stage = stage_of(whole, standing)
+        alone = verdict(stage, settings, before)
+        props = None
+        if alone.verdict != "stable":
+            progress(f"stage {number + 1} of {len(order)}: props")
+            latest = [i for i in reversed(order[: number + 1]) if i not in held]
+            props = smallest_props(stage, alone, settings, [*held, *latest], most)
+        held = () if props is None else props.blocks
+        before = (stage, alone) if alone.verdict == "stable" else None
+        yield alone, props
+
+
+def _step(plan: _Plan, number: int, alone: Result, props: Props | None) -> Step:
+    block = plan.order[number]
+    certificate = alone.certificate or {}
+    return Step(
+        block,
+        int(plan.layer[block]),
+        plan.rests_on[block],
+        plan.free[number],
+        plan.blocked_by[number],
+        plan.frames[number],
+        alone.verdict,
+        str(certificate.get("kind", "")),
+        str(certificate.get("seal", "")),
+        alone.reason,
+        alone.provenance.get("route") == CONTINUED,
+        () if props is None else props.blocks,
+        None if props is None else props.result.verdict,
+        props is not None and props.smallest,
+        alone.seconds["total"],
+    )
+
+
+def dot_text(sequence: BuildSequence) -> str:
+    """The dependency graph in the DOT language of Graphviz: an arrow from each stone to what it rests on.
+
+    Supports are boxes, layers rows, broken edges dashed.
+    """
+    names = [_quoted(block.id) for block in sequence.assembly.blocks]
+    number = {step.block: k for k, step in enumerate(sequence.steps, 1)}
+    kept = {(e.upper, e.lower) for e in sequence.graph.kept}
+    used = sorted(number.keys() | {e.lower for e in sequence.graph.edges})
+    lines = ["digraph building {", "  rankdir=BT;"]
+    for i in used:
+        lines.append(f"  {names[i]}" + (f' [xlabel="{number[i]}"];' if i in number else " [shape=box];"))
+    for edge in sequence.graph.edges:
+        style = "" if (edge.upper, edge.lower) in kept else ", style=dashed"
+        lines.append(f'  {names[edge.upper]} -> {names[edge.lower]} [label="{edge.support:.3g}"{style}];')
+    for level in sorted(set(sequence.layer[used].tolist())):
+        row = "; ".join(names[i] for i in used if sequence.layer[i] == level)
+        lines.append(f"  {{ rank=same; {row} }}")
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'

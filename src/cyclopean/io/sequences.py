@@ -1,0 +1,101 @@
+"""The sequence file `cyclopean.sequence/1`."""
+
+from typing import TYPE_CHECKING, Any
+
+from cyclopean import __version__
+
+if TYPE_CHECKING:  # only a name here: converting a file must not load the solvers
+    from cyclopean.design.ordering import Cycle, Edge
+    from cyclopean.design.sequence import BuildSequence, Step
+
+__all__ = ["sequence_dict"]
+
+SCHEMA = "cyclopean.sequence/1"
+FRAMES = ("yard", "lift", "approach", "place", "retract")
+
+
+def sequence_dict(sequence: "BuildSequence", dot: str) -> dict[str, Any]:
+    """Return a building sequence as plain lists, numbers and text, ready for JSON; keys as in `docs/sequence.md`.
+
+    Parameters
+    ----------
+    sequence : BuildSequence
+        The sequence.
+    dot : str
+        Its graph in the DOT language.
+    """
+    ids = [block.id for block in sequence.assembly.blocks]
+    first = sequence.first_unstable
+    kept = {(e.upper, e.lower) for e in sequence.graph.kept}
+    top = max(sequence.layer.tolist(), default=0)
+    words = [step.verdict for step in sequence.steps]
+    return {
+        "schema": SCHEMA,
+        "model": sequence.assembly.name,
+        "method": sequence.method,
+        "blocks": len(ids),
+        "free": len(sequence.steps),
+        "assumed": sequence.assumed,
+        "lean": sequence.lean,
+        "order": [ids[i] for i in sequence.order],
+        "supports": [name for name, held in zip(ids, sequence.fixed.tolist(), strict=True) if held],
+        "layers": [[ids[i] for i in sequence.order if sequence.layer[i] == level] for level in range(1, top + 1)],
+        "stages": {word: words.count(word) for word in ("stable", "unstable", "undecided")},
+        "first_unstable": None if first is None else _first(sequence.steps[first], first, ids),
+        "trapped": [ids[step.block] for step in sequence.steps if step.free is None],
+        "steps": [_step(step, number, sequence, ids) for number, step in enumerate(sequence.steps, 1)],
+        "graph": [{**_edge(e, ids), "broken": (e.upper, e.lower) not in kept} for e in sequence.graph.edges],
+        "cycles": [_cycle(cycle, ids) for cycle in sequence.graph.cycles],
+        "dot": dot,
+        "colours": {name: colour for name, colour in zip(ids, sequence.colour.tolist(), strict=True)},
+        "along": sequence.along.tolist(),
+        "up": sequence.up.tolist(),
+        "provenance": {"cyclopean": __version__},
+        "seconds": sequence.seconds,
+    }
+
+
+def _step(step: "Step", number: int, sequence: "BuildSequence", ids: list[str]) -> dict[str, Any]:
+    return {
+        "step": number,
+        "block": ids[step.block],
+        "layer": step.layer,
+        "rests_on": [ids[i] for i in step.rests_on],
+        "free": None if step.free is None else step.free.tolist(),
+        "blocked_by": [ids[i] for i in step.blocked_by],
+        "verdict": step.verdict,
+        "reason": step.reason,
+        "proof": {"kind": step.proof, "seal": step.seal} if step.proof else None,
+        "continued": step.warm,
+        "props": [ids[i] for i in step.props],
+        "with_props": step.propped,
+        "smallest": step.smallest if step.props else None,
+        "colour": int(sequence.colour[step.block]),
+        "frames": {name: getattr(step.frames, name).tolist() for name in FRAMES},
+        "seconds": step.seconds,
+    }
+
+
+def _first(step: "Step", index: int, ids: list[str]) -> dict[str, Any]:
+    return {
+        "step": index + 1,
+        "block": ids[step.block],
+        "verdict": step.verdict,
+        "props": [ids[i] for i in step.props],
+        "with_props": step.propped,
+        "smallest": step.smallest if step.props else None,
+    }
+
+
+def _edge(edge: "Edge", ids: list[str]) -> dict[str, Any]:
+    return {"upper": ids[edge.upper], "lower": ids[edge.lower], "support": edge.support}
+
+
+def _cycle(cycle: "Cycle", ids: list[str]) -> dict[str, Any]:
+    return {
+        "blocks": [ids[i] for i in cycle.blocks],
+        "broken": [_edge(edge, ids) for edge in cycle.broken],
+        "alternatives": [
+            {"break": _edge(edge, ids), "order": [ids[i] for i in order]} for edge, order in cycle.alternatives
+        ],
+    }
