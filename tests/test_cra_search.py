@@ -479,3 +479,18 @@ def test_sliding_is_measured_as_the_checker_measures_it() -> None:
     slide = float(np.min(np.hypot(*system.gap(outcome.dq)[:, 1:].T)))
     assert measure(system, Bounds(beta=slide), outcome.f, outcome.dq).accepted
     assert not measure(system, Bounds(beta=slide * (1.0 + 1e-8)), outcome.f, outcome.dq).accepted
+
+
+def test_friction_that_pushes_on_is_refused_however_small() -> None:
+    """The checker takes |f_t| above 1e-9 of the force as friction, and friction must act against sliding."""
+    model = stack(1, size=(1.0, 1.0, 1.0))
+    system = posed(model, 0.84, np.array([0.2 * 9.80665, 0.0, -9.80665]))
+    outcome = solve_cra(system, Bounds())
+    assert outcome.f is not None
+    assert outcome.dq is not None
+    d = system.gap(outcome.dq)[0, 1:]
+    turned = outcome.f.copy()
+    turned[0, 1:] = 5e-9 * d / np.hypot(*d)
+    assert measure(system, Bounds(), turned, outcome.dq).alignment >= 4e-9
+    turned[0, 1:] *= -1.0
+    assert measure(system, Bounds(), turned, outcome.dq).alignment <= 2e-10

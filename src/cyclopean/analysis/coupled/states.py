@@ -62,7 +62,7 @@ class Residuals:
     cone: float
     gap: float  # dn below -1
     complementarity: float  # fn (dn + 1)
-    alignment: float  # |f_t x dd_t|, and f_t . dd_t where positive
+    alignment: float  # |f_t x dd_t|, and |f_t| where it does not act against sliding
     reach: float  # beyond eta, in eta
     sliding: float  # below beta_min where friction acts, in beta_min
 
@@ -87,12 +87,13 @@ def measure(system: EquilibriumSystem, bounds: Bounds, f: Floats, dq: Floats) ->
     across = np.abs(f[:, 1] * d[:, 2] - f[:, 2] * d[:, 1])
     along = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2]
     rubbing = tangent > 0.0
+    forward = rubbing & (along >= 0.0) & (tangent > ACCEPT * size)  # the checker takes no friction that pushes on
     return Residuals(
         equilibrium=float(np.linalg.norm(system.residual(f))) / total,
         cone=_most(np.maximum(tangent - system.mu * f[:, 0], -f[:, 0]) / size),
         gap=_most(-1.0 - d[:, 0]),
         complementarity=_most(np.abs(f[:, 0] * (d[:, 0] + 1.0)) / size),
-        alignment=_most(np.maximum(across, along) / size),
+        alignment=_most(np.where(forward, tangent, np.maximum(across, along)) / size),
         reach=_most(np.maximum(d[:, 0], slide) / bounds.eta - 1.0),
         sliding=_most((1.0 - slide / bounds.beta)[rubbing]),
     )
