@@ -51,7 +51,7 @@ def wall_svg(pattern: Pattern, found: Interlock, title: str, *, tints: Sequence[
     tints = tints if tints is not None else [FIELD if kind == "stone" else DRESSED for kind in pattern.kind]
     parts = [_stone(point[ring], tint) for ring, tint in zip(cells.rings(), tints, strict=True)]
     parts += [_line(MARGIN, y, WIDTH - MARGIN, y, GHOST, 1.0, "2 6") for y in MARGIN + wall - pattern.lines * scale]
-    parts += [_stone(MARGIN + ([0.0, wall] + hole * [scale, -scale]), PAPER) for hole in pattern.openings]
+    parts += [_hole(MARGIN + ([0.0, wall] + hole * [scale, -scale])) for hole in pattern.openings]
     parts.append(_ground(pattern, MARGIN + wall, scale))
     aligned = np.unique(found.aligned)
     parts += [_joint(ends[e], INK, 3.0) for e in np.setdiff1d(found.head, aligned)]
@@ -76,13 +76,21 @@ def _stone(ring: Floats, colour: str) -> str:
     return f'<polygon points="{corners}" fill="{colour}" stroke="{EDGE}" stroke-width="1.5" stroke-linejoin="round"/>'
 
 
+def _way(point: Floats) -> str:
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in point.tolist())
+
+
+def _hole(ring: Floats) -> str:
+    return f'<path d="{_way(ring)}Z" fill="{PAPER}" stroke="{EDGE}" stroke-width="1.5" stroke-linejoin="round"/>'
+
+
 def _ground(pattern: Pattern, foot: float, scale: float) -> str:
     """The line on which the wall stands, a little beyond its ends."""
     line = np.array([[0.0, 0.0], [pattern.settings.width, 0.0]]) if pattern.foot is None else pattern.foot
     line = [MARGIN, foot] + line * [scale, -scale]
-    line = np.concatenate([line[:1] - [MARGIN / 2.0, 0.0], line, line[-1:] + [MARGIN / 2.0, 0.0]])
-    way = " ".join(f"{x:.1f},{y:.1f}" for x, y in line.tolist())
-    return f'<polyline points="{way}" fill="none" stroke="{EDGE}" stroke-width="4" stroke-linejoin="round"/>'
+    beyond = np.array([[MARGIN / 2.0, 0.0]])
+    line = np.concatenate([line[:1] - beyond, line, line[-1:] + beyond])
+    return f'<path d="{_way(line)}" fill="none" stroke="{EDGE}" stroke-width="4" stroke-linejoin="round"/>'
 
 
 def _line(a: float, b: float, c: float, d: float, colour: str, width: float, dashes: str = "") -> str:
