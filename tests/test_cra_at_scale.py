@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cyclopean.analysis import quadratic_cones as q3
-from cyclopean.analysis.coupled.at_scale import solve_at_scale
+from cyclopean.analysis.coupled.at_scale import Plan, _Search, solve_at_scale
 from cyclopean.analysis.coupled.block_newton import BlockNewton
 from cyclopean.analysis.coupled.polish import Sets
 from cyclopean.analysis.coupled.proximal import Prices, prox, prox_jacobian, proximal_newton
@@ -329,3 +329,19 @@ def test_units_do_not_matter() -> None:
     one, ten = (solve_at_scale(system, Bounds(k, 10.0 * k, 0.01 * k)) for k in (1.0, 10.0))
     assert np.array_equal(one.dq, ten.dq)
     assert replace(one.residuals) == ten.residuals
+
+
+def test_what_a_plan_makes_of_the_prices_by_hand() -> None:
+    system = system_of(stack(2))
+    search = _Search(system, BOUNDS, 1.0, Schur(system))
+    search.begin(Plan(1.0, 0.5, tiny=0.02, shift=0.5))
+    over = np.zeros(system.points)
+    over[:3] = 0.1, 0.1, 6.0
+    search.f[:, 1] = 0.5
+    search.f[1, 1] = 0.01  # next to no force: 0.02 mu is 0.014
+    search.stiffen(over)
+    assert search.stiff[:4] == pytest.approx([0.6 / 0.25, 1.0, 1.0, 1.0])  # (alpha |f_t| + lambda) / (ease |f_t|)
+    assert search.slide[:4] == pytest.approx([0.02, 1.0, 4.0, 0.02])  # a tenth of eta at least, 0.4 eta at most
+    assert search.normal[:4] == pytest.approx([1.035, 1.035, 3.1, 1.0])  # halfway to 1 + mu lambda
+    search.stiffen(np.zeros(system.points))
+    assert search.normal[:4] == pytest.approx([1.0175, 1.0175, 2.05, 1.0])

@@ -11,7 +11,13 @@ presses. It is closed in one of three ways, tried in every round.
 * The same without those points: many of them carry forces that decay from round to round.
 
 Else the next round stiffens friction: wherever lambda > 0, alpha_k is raised to what makes the observed sliding cost a
-share `EASE` of the observed friction. Each round starts from the last one's answer, on the same S.
+share `ease` of the observed friction. Each round starts from the last one's answer, on the same S.
+
+Sloping joints mobilise friction at hundreds of points, and many of these end with no force at all, which no finite
+alpha brings about. So there a plan (see `Plan`) may also raise the price beta of a point: friction of next to no force,
+and friction whose point slides far already, begins only after a longer slide, yet short of eta, so that nothing slides
+away for want of friction. And it may shift the gap by s, the price of fn being 1 + s, which follows mu lambda and
+so takes back the gap that lambda opens. Where one plan leads nowhere, the next one starts afresh.
 
 By hand: friction r = 0.5 at its bound, sliding 0.37, beta 0.02: alpha = 0.35 / (0.7 0.5) = 1 asks for r = 0.35.
 """
@@ -34,15 +40,43 @@ from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["ScaleAnswer", "solve_at_scale"]
 
-EASE = 0.7  # share of the friction at its bound that the stiffened price asks for
+FAR = 0.4  # of eta: sliding beyond which friction is not stiffened any more
+LOST = 5.0  # etas of sliding beyond its price: no plan returns from there
+IDLE = 4  # rounds that a plan has in any case
+DULL = 0.1  # of eta: sliding before friction of next to no force begins, at least
+LATER = 2.0  # ... or this many times what it slides now
 LOOSE = 1e-4  # how well the programme is solved while some friction is at its bound
 TIGHT = 2e-11  # ... and once none is
 FEW = 1e-2  # lambda up to which it is worth to solve to rounding before anything else
 NEAR = 1e-2  # work fn |dn + 1| from which points at their bound may be let go
 SOLVED = 1e-7  # residual of the equations of a polish from which its inequalities are worth a look
+WORTH = 0.5  # work fn |dn + 1| up to which a polish may succeed on sloping joints
 WEAK = 0.3  # mean block weights per eps of gap below which a point at its bound may be let go
 MENDS = 4  # sets tried in one polish
 ROUNDS = 16
+PLANNED = 200  # contact points up to which the first plan alone is tried: other routes are thorough there
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How friction is stiffened from round to round."""
+
+    start: float  # alpha of the first round
+    ease: float  # share of the friction at its bound that the stiffened price asks for
+    tiny: float = 0.0  # mean block weights, times mu, below which friction at its bound is next to no force
+    shift: float = 0.0  # how much of the way to mu lambda the shift of the gap goes
+    rounds: int = 20  # at most
+    reach: float = np.inf  # of eta: most sliding in the first round; alpha is lowered until then
+
+
+PLAIN = Plan(1.0, 0.7)
+PLANS = (
+    Plan(1.0, 0.7, rounds=4),  # most regular models need no more
+    Plan(3.0, 0.6, tiny=0.01, reach=0.3),
+    Plan(3.0, 0.6, tiny=0.02, shift=0.5, reach=0.6),
+    Plan(0.3, 0.5, tiny=0.05, shift=0.5),
+    PLAIN,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +117,7 @@ def solve_at_scale(
     seconds : float
         Budget; looked at between rounds and before a second polish.
     rounds : int
-        Most rounds.
+        Most rounds with finite prices only; other plans know when they lead nowhere.
     schur : Schur, optional
         Of the same system, where the caller has one already.
     progress : callable
@@ -95,31 +129,53 @@ def solve_at_scale(
         "coupled" only if `measure` accepts it.
     """
     search = _Search(system, bounds.unit(), seconds, Schur(system) if schur is None else schur)
-    for number in range(rounds):
-        progress(f"stiffening friction, round {number + 1}")
-        try:
-            done = search.round()
-        except SolverError as fault:
-            return search.answer(str(fault))
-        if done or search.elapsed > seconds:
-            break
-    return search.answer("the rounds or the time ran out")
+    why = "the rounds or the time ran out"
+    for plan in PLANS if system.points > PLANNED else (PLAIN,):
+        search.begin(plan)
+        for number in range(plan.rounds if plan.tiny > 0.0 else min(rounds, plan.rounds)):
+            progress(f"stiffening friction, round {number + 1}")
+            try:
+                done = search.round()
+            except SolverError as fault:
+                why = str(fault)
+                break
+            if done or search.elapsed > seconds:
+                return search.answer(why)
+            if search.idle():
+                break
+    return search.answer(why)
 
 
 class _Search:
     """What goes from round to round."""
 
     def __init__(self, system: EquilibriumSystem, bounds: Bounds, seconds: float, schur: Schur) -> None:
-        self.system, self.bounds, self.began, self.seconds = system, bounds, time.perf_counter(), seconds
+        self.system, self.bounds, self.began, self.seconds = (
+            system,
+            bounds,
+            time.perf_counter(),
+            seconds,
+        )
         self.schur, self.before = schur, schur.factorisations
-        self.slide = 2.0 * bounds.beta
-        self.stiff = np.ones(system.points)
+        self.least = 2.0 * bounds.beta
+        self.begin(PLAIN)
         self.f, self.dq = np.zeros((system.points, 3)), np.zeros(self.schur.size)
         self.best = self.f, self.dq, measure(system, bounds, self.f, self.dq)
         self.newton: BlockNewton | None = None
         self.solves = self.polishes = 0
         self.reason = ""
         self.history: list[dict[str, Any]] = []
+
+    def begin(self, plan: Plan) -> None:
+        """Prices of a first round."""
+        zero = np.zeros(self.system.points)
+        self.plan, self.warm, self.started = plan, False, False
+        self.planned = 0
+        self.slide, self.stiff, self.normal = (
+            zero + self.least,
+            zero + plan.start,
+            zero + 1.0,
+        )
 
     @property
     def elapsed(self) -> float:
@@ -128,12 +184,12 @@ class _Search:
 
     def prices(self) -> Prices:
         """Of this round."""
-        return Prices(np.ones(self.system.points), self.slide, self.stiff)
+        return Prices(self.normal, self.slide, self.stiff)
 
     def round(self) -> bool:
         """Solve, look, polish, stiffen; whether to stop."""
         before = self.schur.factorisations
-        if not self.solve(LOOSE):
+        if not (self.solve(LOOSE) and self.gentle()):
             return True
         found = self.keep(self.f, self.dq)
         over, work = self.overrun()
@@ -142,7 +198,11 @@ class _Search:
             found = self.keep(self.f, self.dq)
             over, work = self.overrun()
         bound = over > LOOSE
-        found = found or any(self.polished(*choice) for choice in self.choices(bound, work))
+        found = found or (
+            (work <= WORTH or not self.plan.tiny > 0.0)
+            and any(self.polished(*choice) for choice in self.choices(bound, work))
+        )
+        self.planned += 1
         self.history.append(
             {
                 "at_bound": int(bound.sum()),
@@ -156,6 +216,29 @@ class _Search:
             return self.within_reach()
         self.stiffen(over)
         return False
+
+    def idle(self) -> bool:
+        """Whether this plan leads nowhere: points slide far beyond eta, or two rounds are alike."""
+        if self.system.points <= PLANNED or not self.history:
+            return False
+        now, eta = self.history[-1]["over"], self.bounds.eta
+        if self.plan.tiny <= 0.0 or self.planned < IDLE:
+            return bool(now > LOST * eta)
+        last = self.history[-2]
+        same = last["at_bound"] == self.history[-1]["at_bound"] and abs(now - last["over"]) <= 1e-2 * now
+        return bool(now > 2.0 * eta or same)
+
+    def gentle(self) -> bool:
+        """Lower the alpha a plan starts from where friction would slide far: it grows with the height of a wall."""
+        started, self.started = self.started, True
+        if started or not (self.plan.reach < np.inf):
+            return True
+        d = self.system.gap(self.dq)
+        reach = float(np.max(np.hypot(d[:, 1], d[:, 2]), initial=0.0))
+        if reach <= self.plan.reach * self.bounds.eta:
+            return True
+        self.stiff = self.stiff * (self.plan.reach * self.bounds.eta / reach)
+        return self.solve(LOOSE)
 
     def choices(self, bound: Bools, work: float) -> Iterator[tuple[Bools, Bools]]:
         """Which points to keep on their bounds and which to let go, the likeliest first."""
@@ -175,20 +258,35 @@ class _Search:
         if self.best[2].accepted:
             return True
         self.reason = "the displacement found exceeds eta"
-        self.stiff = self.stiff * (0.5 * self.bounds.eta / (self.bounds.eta + reach))
+        soft = 0.5 * self.bounds.eta / (self.bounds.eta + reach)
+        self.stiff, self.slide = (
+            soft * self.stiff,
+            np.maximum(soft * self.slide, self.least),
+        )
         return False
 
     def solve(self, enough: float) -> bool:
         """Programme A at the present prices, from the last answer if that is near; whether it has one."""
         prices, system, schur = self.prices(), self.system, self.schur
-        if self.solves:
+        if self.warm or enough == TIGHT:
             warm = proximal_newton(
-                system, schur, prices, self.f, self.dq, sigma=10.0, growth=10.0, cap=12, enough=enough
+                system,
+                schur,
+                prices,
+                self.f,
+                self.dq,
+                sigma=10.0,
+                growth=10.0,
+                cap=12,
+                enough=enough,
             )
             self.solves += 1
             if warm.word == "solved" or enough == TIGHT:
                 self.f, self.dq = warm.f, warm.q
                 return True
+            self.warm = False  # prices that change that much will do so again
+        else:
+            self.warm = not self.solves or self.warm
         inner = sliding_interior(system, schur, prices)
         self.solves += 1
         if inner.word == "collapse":
@@ -201,19 +299,32 @@ class _Search:
     def overrun(self) -> tuple[Floats, float]:
         """(q,) lambda at points that press, and the largest work fn |dn + 1|."""
         d = self.system.gap(self.dq)
-        slide, tangent = np.hypot(d[:, 1], d[:, 2]), np.hypot(self.f[:, 1], self.f[:, 2])
+        slide, tangent = (
+            np.hypot(d[:, 1], d[:, 2]),
+            np.hypot(self.f[:, 1], self.f[:, 2]),
+        )
         over = np.where(self.f[:, 0] > 0.0, slide - self.slide - self.stiff * tangent, 0.0)
         work = float(np.max(self.f[:, 0] * np.abs(d[:, 0] + 1.0), initial=0.0))
         return np.maximum(over, 0.0), work
 
     def stiffen(self, over: Floats) -> None:
-        """Raise alpha where friction is at its bound."""
+        """Raise alpha, or beta, where friction is at its bound; shift the gap there."""
+        plan, mu, eta = self.plan, self.system.mu, self.bounds.eta
         tangent = np.hypot(self.f[:, 1], self.f[:, 2])
-        k = np.flatnonzero((over > LOOSE) & (tangent > 0.0))
-        paid = self.stiff[k] * tangent[k] + over[k]  # |dd_t| - beta
-        stiff = self.stiff.copy()
-        stiff[k] = paid / (EASE * tangent[k])
-        self.stiff = stiff
+        bound = (over > LOOSE) & (tangent > 0.0)
+        paid = self.stiff * tangent + over  # |dd_t| - beta_k
+        stiff, slide = self.stiff.copy(), self.slide.copy()
+        if plan.tiny > 0.0:
+            tiny = bound & (tangent < plan.tiny * mu)
+            later = np.clip(LATER * (paid + slide), DULL * eta, FAR * eta)
+            slide[tiny] = np.maximum(slide, later)[tiny]
+            far = bound & ~tiny & (paid + self.slide > FAR * eta)
+            slide[far], stiff[far] = FAR * eta, min(plan.start, 1.0)
+            bound &= ~(tiny | far)
+        stiff[bound] = paid[bound] / (plan.ease * tangent[bound])
+        self.stiff, self.slide = stiff, slide
+        shift = self.normal - 1.0
+        self.normal = 1.0 + shift + plan.shift * (np.where(over > LOOSE, mu * over, 0.0) - shift)
 
     def keep(self, f: Floats, dq: Floats) -> bool:
         """Remember the pair if it is the best so far; whether it is a state, eta apart."""
@@ -238,7 +349,7 @@ class _Search:
         newton = self.newton = self.newton or BlockNewton(self.system, self.schur)
         for _ in range(MENDS):
             self.polishes += 1
-            f, dq = newton.solve(Sets(pressed, shut, rubbing, edge), slow, self.slide, self.f, self.dq)
+            f, dq = newton.solve(Sets(pressed, shut, rubbing, edge), slow, self.least, self.f, self.dq)
             if self.keep(f, dq):
                 return True
             left, d = measure(self.system, self.bounds, f, dq), self.system.gap(dq)
@@ -250,8 +361,15 @@ class _Search:
             solved = max(left.equilibrium, left.complementarity) <= SOLVED
             if not (solved and (pulls | beyond | low | stuck).any()):
                 return False
-            pressed, rubbing = pressed & ~pulls, rubbing & ~pulls & (mu * f[:, 0] > 1e-12)
-            edge, slow, shut = (edge | beyond) & rubbing, (slow | stuck) & rubbing, shut | low
+            pressed, rubbing = (
+                pressed & ~pulls,
+                rubbing & ~pulls & (mu * f[:, 0] > 1e-12),
+            )
+            edge, slow, shut = (
+                (edge | beyond) & rubbing,
+                (slow | stuck) & rubbing,
+                shut | low,
+            )
         return False
 
     def answer(self, reason: str) -> ScaleAnswer:

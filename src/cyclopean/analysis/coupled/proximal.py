@@ -36,7 +36,7 @@ class Prices:
     """What forces cost: c fn + beta |f_t| + alpha / 2 |f_t|^2 at each point, in displacements (eps = 1)."""
 
     normal: Floats  # (q,) c = 1 + s
-    slide: float  # beta: how far a point slides at least before it has friction
+    slide: float | Floats  # (q,) or one beta: how far a point slides at least before it has friction
     stiff: Floats  # (q,) alpha: how much further for a unit of friction
 
     def of(self, f: Floats) -> float:
