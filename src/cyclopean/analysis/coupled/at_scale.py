@@ -54,7 +54,7 @@ WORTH = 0.5  # work fn |dn + 1| up to which a polish may succeed on sloping join
 WEAK = 0.3  # mean block weights per eps of gap below which a point at its bound may be let go
 MENDS = 4  # sets tried in one polish
 ROUNDS = 16
-PLANNED = 200  # contact points up to which the first plan alone is tried: other routes are thorough there
+PLANNED = 200  # contact points up to which the plain plan alone is tried: other routes are thorough there
 
 
 @dataclass(frozen=True, slots=True)
