@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cyclopean.cli.model_options import Density, Gravity, ModelFile, Mu, Supports, Tolerance, Units
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.cli.values import choice, optional_number, tilt, vector, weights, whole
@@ -22,23 +23,21 @@ STATUS = {"stable": 0, "unstable": 1, "undecided": 3}
 
 
 def check(
-    model: Annotated[str, typer.Argument(metavar="MODEL", show_default=False, help="Model file.")],
+    model: ModelFile,
     method: Annotated[
         str | None,
         typer.Option(metavar="|".join(METHODS), help="Coupled analysis or equilibrium alone [cra]."),
     ] = None,
-    mu: Annotated[str | None, typer.Option(metavar="M", help="Friction where the model gives none [0.84].")] = None,
-    density: Annotated[str | None, typer.Option(metavar="D", help="kg/m3 where the model gives none [2400].")] = None,
-    supports: Annotated[
-        str, typer.Option(metavar="S", show_default=False, help="below=Z or ids=a,b instead of what the model says.")
-    ] = "",
-    gravity: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="m/s2 [0,0,-9.80665].")] = None,
+    mu: Mu = None,
+    density: Density = None,
+    supports: Supports = "",
+    gravity: Gravity = None,
     tilt_by: Annotated[
         str | None,
         typer.Option("--tilt", metavar="DEG[,AZ]", help="Turn gravity towards azimuth AZ (degrees from +x to +y)."),
     ] = None,
-    units: Annotated[str | None, typer.Option(metavar="U", help="Unit of the model's lengths, such as mm.")] = None,
-    tolerance: Annotated[str | None, typer.Option(metavar="L", help="Length (m) within which faces touch.")] = None,
+    units: Units = None,
+    tolerance: Tolerance = None,
     cone: Annotated[
         str, typer.Option(metavar="C", help="Friction cone: exact, inscribed:K or circumscribed:K.")
     ] = "exact",

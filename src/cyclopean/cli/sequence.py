@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cyclopean.cli.model_options import Density, Gravity, ModelFile, Mu, Supports, Tolerance, Units
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.cli.values import choice, optional_number, vector, whole
@@ -17,19 +18,17 @@ METHODS = ("cra", "rbe")
 
 
 def sequence(
-    model: Annotated[str, typer.Argument(metavar="MODEL", show_default=False, help="Model file.")],
+    model: ModelFile,
     out: Annotated[str, typer.Option(metavar="F", show_default=False, help="Sequence file to write.")],
     method: Annotated[
         str, typer.Option(metavar="|".join(METHODS), help="Coupled analysis or equilibrium alone.")
     ] = "cra",
-    mu: Annotated[str | None, typer.Option(metavar="M", help="Friction where the model gives none [0.84].")] = None,
-    density: Annotated[str | None, typer.Option(metavar="D", help="kg/m3 where the model gives none [2400].")] = None,
-    supports: Annotated[
-        str, typer.Option(metavar="S", show_default=False, help="below=Z or ids=a,b instead of what the model says.")
-    ] = "",
-    gravity: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="m/s2 [0,0,-9.80665].")] = None,
-    units: Annotated[str | None, typer.Option(metavar="U", help="Unit of the model's lengths, such as mm.")] = None,
-    tolerance: Annotated[str | None, typer.Option(metavar="L", help="Length (m) within which faces touch.")] = None,
+    mu: Mu = None,
+    density: Density = None,
+    supports: Supports = "",
+    gravity: Gravity = None,
+    units: Units = None,
+    tolerance: Tolerance = None,
     lean: Annotated[
         str | None,
         typer.Option(

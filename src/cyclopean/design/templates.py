@@ -25,6 +25,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly, Block, Contacts
+from cyclopean.design.options import at_least, finite, not_negative, positive
 from cyclopean.errors import InputError
 
 __all__ = ["arch", "dome", "stack", "vault", "wall"]
@@ -73,13 +74,13 @@ def stack(
     InputError
         A count, size or angle that cannot be built, or a shift after which two blocks would not touch.
     """
-    _at_least("count", count, 1 if ground else 2)
-    width, depth, height = (_positive("size", s) for s in _triple("size", size))
+    at_least("count", count, 1 if ground else 2)
+    width, depth, height = (positive("size", s) for s in _triple("size", size))
     angle = np.radians(_between("slope", slope, -90.0, 90.0))
     given = [0.0, *[offset] * (count - 1)] if isinstance(offset, int | float) else list(offset)
     if len(given) != count:
         raise InputError(f"offset: expected one shift or {count}, got {len(given)}")
-    shift = np.array([_finite("offset", s) for s in given])
+    shift = np.array([finite("offset", s) for s in given])
     reach = np.array([2.0 * width if ground else np.inf] + [width] * (count - 1))
     if (bad := np.flatnonzero(~(np.abs(shift) < reach))).size:
         raise InputError(
@@ -149,9 +150,9 @@ def wall(
     InputError
         An option that cannot be built.
     """
-    _at_least("columns", columns, 1)
-    _at_least("courses", courses, 1)
-    length, depth, height = _positive("length", length), _positive("depth", depth), _positive("height", height)
+    at_least("columns", columns, 1)
+    at_least("courses", courses, 1)
+    length, depth, height = positive("length", length), positive("depth", depth), positive("height", height)
     if ground not in {"slab", "course"}:
         raise InputError(f"ground: expected slab or course, got '{ground}'")
     own = ground == "course"
@@ -223,9 +224,9 @@ def arch(
     InputError
         An option that cannot be built.
     """
-    _at_least("voussoirs", voussoirs, 3 if springers == "fixed" else 1)
-    _at_least("facets", facets, 1)
-    thickness, depth = _positive("thickness", thickness), _positive("depth", depth)
+    at_least("voussoirs", voussoirs, 3 if springers == "fixed" else 1)
+    at_least("facets", facets, 1)
+    thickness, depth = positive("thickness", thickness), positive("depth", depth)
     if springers not in {"wedges", "fixed"}:
         raise InputError(f"springers: expected wedges or fixed, got '{springers}'")
     inner, half = _circle(span, rise, radius, thickness)
@@ -294,10 +295,10 @@ def vault(
     InputError
         An option that cannot be built.
     """
-    _at_least("voussoirs", voussoirs, 2)
-    _at_least("columns", columns, 1)
+    at_least("voussoirs", voussoirs, 2)
+    at_least("columns", columns, 1)
     radius, thickness = _ring(radius, thickness)
-    whole = 2.0 * np.pi * radius / voussoirs * columns if length is None else _positive("length", length)
+    whole = 2.0 * np.pi * radius / voussoirs * columns if length is None else positive("length", length)
     angle = _with_springers(np.linspace(-np.pi / 2.0, np.pi / 2.0, voussoirs + 1), np.pi / voussoirs, 1)
     along = np.linspace(0.0, whole, 2 * columns + 1)
     lattice = _barrel(angle, along, radius - thickness / 2.0, thickness, base=0.0)
@@ -350,8 +351,8 @@ def dome(
     InputError
         An option that cannot be built.
     """
-    _at_least("courses", courses, 1)
-    _at_least("segments", segments, 3)
+    at_least("courses", courses, 1)
+    at_least("segments", segments, 3)
     radius, thickness = _ring(radius, thickness)
     top = np.radians(90.0 - _between("oculus", oculus, 0.0, 90.0))
     rising = np.linspace(0.0, top, courses + 1)
@@ -477,7 +478,7 @@ def _head(low: Floats, high: Floats, u: Ints) -> Floats:
 
 def _quads(a: Ints, b: Ints, quad: Floats, mu: float | None) -> Contacts:
     """Pack (q, 4, 3) quads, each from the lower block number to the higher, sorted by a, then b."""
-    friction = np.nan if mu is None else _at_least_zero("mu", mu)
+    friction = np.nan if mu is None else not_negative("mu", mu)
     quad = np.where((a > b)[:, None, None], quad[:, ::-1], quad)  # the joint that closes a ring
     a, b = np.minimum(a, b), np.maximum(a, b)
     order = np.lexsort((b, a))
@@ -523,10 +524,10 @@ def _circle(span: float | None, rise: float | None, radius: float | None, thickn
         if span is not None or rise is not None:
             raise InputError("radius: give either radius, or span and rise")
         return _ring(radius, thickness)[0] - thickness / 2.0, np.pi / 2.0
-    clear = _positive("span", 10.0 if span is None else span)
+    clear = positive("span", 10.0 if span is None else span)
     if rise is None:
         return clear / 2.0, np.pi / 2.0
-    rise = _positive("rise", rise)
+    rise = positive("rise", rise)
     if rise > clear / 2.0:
         raise InputError(f"rise: {rise:g} m is more than half of the span {clear:g} m")
     return (clear * clear / 4.0 + rise * rise) / (2.0 * rise), 2.0 * float(np.arctan2(2.0 * rise, clear))
@@ -551,31 +552,8 @@ def _frozen(array: Floats) -> Floats:
 # Refusals: each names the option.
 
 
-def _at_least(name: str, value: int, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InputError(f"{name}: expected a whole number of at least {least}, got {value!r}")
-
-
-def _finite(name: str, value: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
-        raise InputError(f"{name}: expected a finite number, got {value!r}")
-    return float(value)
-
-
-def _positive(name: str, value: float) -> float:
-    if not _finite(name, value) > 0.0:
-        raise InputError(f"{name}: must be more than 0, got {value:g}")
-    return float(value)
-
-
-def _at_least_zero(name: str, value: float) -> float:
-    if not _finite(name, value) >= 0.0:
-        raise InputError(f"{name}: must not be negative, got {value:g}")
-    return float(value)
-
-
 def _between(name: str, value: float, low: float, high: float) -> float:
-    if not low < _finite(name, value) < high:
+    if not low < finite(name, value) < high:
         raise InputError(f"{name}: must be between {low:g} and {high:g} degrees, got {value:g}")
     return float(value)
 
@@ -587,7 +565,7 @@ def _triple(name: str, value: Sequence[float]) -> Sequence[float]:
 
 
 def _ring(radius: float, thickness: float) -> tuple[float, float]:
-    radius, thickness = _positive("radius", radius), _positive("thickness", thickness)
+    radius, thickness = positive("radius", radius), positive("thickness", thickness)
     if not thickness < radius:
         raise InputError(f"thickness: {thickness:g} m must be less than the radius {radius:g} m")
     return radius, thickness

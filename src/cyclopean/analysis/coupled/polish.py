@@ -133,7 +133,7 @@ def polish(
             if not sets.pressed.any() or any(sets.same(other) for other in tried):
                 break
             tried.append(sets)
-            near_f, near_dq, off = _solved(system, sets, f, dq)
+            near_f, near_dq, off = gauss_newton(system, sets, f, dq)
             residuals = measure(system, bounds, near_f, near_dq)
             if not (best[2].worst <= residuals.worst):
                 best = (near_f, near_dq, residuals)
@@ -162,13 +162,14 @@ def _mended(system: EquilibriumSystem, sets: Sets, f: Floats, dq: Floats) -> Set
     return Sets(pressed, sets.shut | (gap < -1e-10), rubbing, (sets.edge | beyond) & rubbing)
 
 
-def gauss_newton(system: EquilibriumSystem, sets: Sets, f: Floats, dq: Floats) -> tuple[Floats, Floats]:
-    """Solve the equations of `sets` from (f, dq) by steps of least scaled norm; the best iterate."""
-    return _solved(system, sets, f, dq)[:2]
+def gauss_newton(system: EquilibriumSystem, sets: Sets, f: Floats, dq: Floats) -> tuple[Floats, Floats, float]:
+    """Solve the equations of `sets` from (f, dq) by steps of least scaled norm.
 
-
-def _solved(system: EquilibriumSystem, sets: Sets, f: Floats, dq: Floats) -> tuple[Floats, Floats, float]:
-    """The best iterate and the largest residual of its equations."""
+    Returns
+    -------
+    f, dq, worst
+        The best iterate and the largest residual of its equations.
+    """
     f = np.where(sets.pressed[:, None], f, 0.0)
     f[~sets.rubbing, 1:] = 0.0
     rows, least_norm = _Rows(system, sets), _LeastNorm()
