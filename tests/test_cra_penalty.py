@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.analysis import solve_rbe, tension
+from cyclopean.analysis import Settings, check, solve_rbe, tension
 from cyclopean.analysis.coupled.glue import coupled_tension, glued
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.assembly import Assembly, Block, Contacts, supports
@@ -207,3 +207,14 @@ def test_a_false_state_is_not_believed() -> None:
     figures = coupled_tension(system, BOUNDS, state=(f, np.zeros(6)))[3]
     assert figures.exact
     assert figures.residuals.accepted
+
+
+def test_check_says_where_not_even_glue_makes_a_state():
+    """A slope beyond friction has no glued state; a block past the edge has one, and no warning."""
+    slides = check(stack(1), Settings(mu=0.3, tilt=(30.0, 0.0), penalty=True))
+    assert slides.verdict == "unstable"
+    assert not slides.tension_exact
+    assert any("not even glue makes a coupled state" in warning for warning in slides.warnings)
+    hangs = check(stack(2, offset=0.75), Settings(penalty=True))
+    assert hangs.tension_exact
+    assert not any("glue" in warning for warning in hangs.warnings)
