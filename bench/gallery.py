@@ -16,14 +16,14 @@ import numpy as np
 from cyclopean.analysis import Settings, check
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
-from cyclopean.design.colouring import colouring
-from cyclopean.design.dressing import Coping, Quoins
-from cyclopean.design.interlock import interlock
-from cyclopean.design.joints import with_open_joints
-from cyclopean.design.openings import Opening
-from cyclopean.design.pattern import PatternSettings
-from cyclopean.design.polygonal import PolygonalWall, polygonal_wall
-from cyclopean.design.surfaces import Cylinder
+from cyclopean.design.construction.colouring import colouring
+from cyclopean.design.walls.dressing import Coping, Quoins
+from cyclopean.design.walls.interlock import interlock
+from cyclopean.design.walls.joints import with_open_joints
+from cyclopean.design.walls.openings import Opening
+from cyclopean.design.walls.pattern import PatternSettings
+from cyclopean.design.walls.polygonal import PolygonalWall, polygonal_wall
+from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.view.colours import shaded
 from cyclopean.view.wall_drawing import wall_svg
 

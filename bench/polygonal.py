@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis import Settings, check
-from cyclopean.design.dressing import Coping, Quoins
-from cyclopean.design.openings import Opening
-from cyclopean.design.pattern import PatternSettings
-from cyclopean.design.polygonal import polygonal_wall
-from cyclopean.design.surfaces import Cone, Cylinder, Free, Ruled, Sphere
+from cyclopean.design.walls.dressing import Coping, Quoins
+from cyclopean.design.walls.openings import Opening
+from cyclopean.design.walls.pattern import PatternSettings
+from cyclopean.design.walls.polygonal import polygonal_wall
+from cyclopean.design.walls.surfaces import Cone, Cylinder, Free, Ruled, Sphere
 from cyclopean.io import write_model
 
 Case = tuple[str, dict[str, Any], Any]

@@ -7,12 +7,12 @@ import pytest
 
 from cyclopean import design
 from cyclopean.cli.files import MESHES
-from cyclopean.design.dressing import Coping, Quoins
-from cyclopean.design.interlock import interlock
-from cyclopean.design.openings import Opening
-from cyclopean.design.pattern import PatternSettings
-from cyclopean.design.polygonal import polygonal_wall
-from cyclopean.design.surfaces import Cone, Cylinder, Sphere
+from cyclopean.design.walls.dressing import Coping, Quoins
+from cyclopean.design.walls.interlock import interlock
+from cyclopean.design.walls.openings import Opening
+from cyclopean.design.walls.pattern import PatternSettings
+from cyclopean.design.walls.polygonal import polygonal_wall
+from cyclopean.design.walls.surfaces import Cone, Cylinder, Sphere
 from cyclopean.io import MESH_SUFFIXES, read_model
 
 MADE = [

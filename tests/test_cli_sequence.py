@@ -12,7 +12,7 @@ import pytest
 from cyclopean import io
 from cyclopean.analysis import Settings
 from cyclopean.design import wall
-from cyclopean.design.sequence import build_sequence
+from cyclopean.design.construction.sequence import build_sequence
 from cyclopean.view import building_html
 from cyclopean.view.building import building_svg
 from sequence_cases import interlocked

@@ -16,12 +16,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.design.dressing import Coping, Quoins
-from cyclopean.design.improve import improve_interlock
-from cyclopean.design.interlock import Interlock, interlock, interlock_of
-from cyclopean.design.openings import Opening
-from cyclopean.design.pattern import Pattern, PatternSettings, draw_from, draw_pattern, drawing_seeds
-from cyclopean.design.short_joints import SHORT, without_short_joints
+from cyclopean.design.walls.dressing import Coping, Quoins
+from cyclopean.design.walls.improve import improve_interlock
+from cyclopean.design.walls.interlock import Interlock, interlock, interlock_of
+from cyclopean.design.walls.openings import Opening
+from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_from, draw_pattern, drawing_seeds
+from cyclopean.design.walls.short_joints import SHORT, without_short_joints
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, faults, subdivide
 from cyclopean.view.wall_drawing import wall_svg

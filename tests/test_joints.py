@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, detect
 from cyclopean.assembly.checking import check_contacts
-from cyclopean.design.dressing import Coping, Quoins
-from cyclopean.design.joints import base_edges, jointed, stone_ids, with_open_joints
-from cyclopean.design.openings import Opening
-from cyclopean.design.pattern import Pattern, PatternSettings, Readout
-from cyclopean.design.polygonal import polygonal_wall
-from cyclopean.design.surfaces import Cone, Cylinder, Free, HeightGrid, Plane, Sphere, Thickness
+from cyclopean.design.walls.dressing import Coping, Quoins
+from cyclopean.design.walls.joints import base_edges, jointed, stone_ids, with_open_joints
+from cyclopean.design.walls.openings import Opening
+from cyclopean.design.walls.pattern import Pattern, PatternSettings, Readout
+from cyclopean.design.walls.polygonal import polygonal_wall
+from cyclopean.design.walls.surfaces import Cone, Cylinder, Free, HeightGrid, Plane, Sphere, Thickness
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults, subdivide
 

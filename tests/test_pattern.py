@@ -19,10 +19,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.design.coursing import coursed, free_corners
-from cyclopean.design.dressing import Coping, Quoins, coping_stones, foot_line
-from cyclopean.design.openings import Opening, clear_shape, head_stones
-from cyclopean.design.pattern import Pattern, PatternSettings, draw_pattern
+from cyclopean.design.walls.coursing import coursed, free_corners
+from cyclopean.design.walls.dressing import Coping, Quoins, coping_stones, foot_line
+from cyclopean.design.walls.openings import Opening, clear_shape, head_stones
+from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.errors import InputError
 from cyclopean.geometry import faults, power_diagram, subdivide
 

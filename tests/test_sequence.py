@@ -9,9 +9,9 @@ from cyclopean.analysis import Settings, check
 from cyclopean.analysis.posing import pose
 from cyclopean.assembly import Assembly, Block, Load
 from cyclopean.design import arch, stack, wall
-from cyclopean.design.props import _Search
-from cyclopean.design.sequence import BuildSequence, build_sequence, dot_text
-from cyclopean.design.stages import stage_of, verdict
+from cyclopean.design.construction.props import _Search
+from cyclopean.design.construction.sequence import BuildSequence, build_sequence, dot_text
+from cyclopean.design.construction.stages import stage_of, verdict
 from cyclopean.errors import InputError
 from sequence_cases import box, diamond, four_legs, interlocked
 

@@ -11,10 +11,10 @@ from scipy.optimize import linprog
 from cyclopean.analysis import Settings
 from cyclopean.assembly import Contacts
 from cyclopean.design import arch, stack, vault, wall
-from cyclopean.design.blocking import Neighbours, blockers, freest, insertion
-from cyclopean.design.colouring import colouring
-from cyclopean.design.ordering import Edge, SupportGraph, layers, support_graph, take_apart
-from cyclopean.design.sequence import build_sequence
+from cyclopean.design.construction.blocking import Neighbours, blockers, freest, insertion
+from cyclopean.design.construction.colouring import colouring
+from cyclopean.design.construction.ordering import Edge, SupportGraph, layers, support_graph, take_apart
+from cyclopean.design.construction.sequence import build_sequence
 from sequence_cases import four_legs
 
 UP = np.array([0.0, 0.0, 1.0])

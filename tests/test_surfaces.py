@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.design.surfaces import (
+from cyclopean.design.walls.surfaces import (
     Cone,
     Cylinder,
     Free,

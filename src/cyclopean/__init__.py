@@ -10,9 +10,9 @@ if typing.TYPE_CHECKING:
     from cyclopean.analysis import Result, Settings, check
     from cyclopean.assembly import Assembly, Block, Contacts, Load, detect
     from cyclopean.design import arch, dome, stack, vault, wall
-    from cyclopean.design.pattern import PatternSettings
-    from cyclopean.design.polygonal import polygonal_wall
-    from cyclopean.design.sequence import build_sequence
+    from cyclopean.design.construction.sequence import build_sequence
+    from cyclopean.design.walls.pattern import PatternSettings
+    from cyclopean.design.walls.polygonal import polygonal_wall
     from cyclopean.errors import CyclopeanError, InputError
     from cyclopean.io import read_model, result_dict, write_json, write_model, write_text
     from cyclopean.proof import verify, verify_file
@@ -53,9 +53,9 @@ _HOME = {
     "analysis": "Result Settings check",
     "assembly": "Assembly Block Contacts Load detect",
     "design": "arch dome stack vault wall",
-    "design.pattern": "PatternSettings",
-    "design.polygonal": "polygonal_wall",
-    "design.sequence": "build_sequence",
+    "design.walls.pattern": "PatternSettings",
+    "design.walls.polygonal": "polygonal_wall",
+    "design.construction.sequence": "build_sequence",
     "errors": "CyclopeanError InputError",
     "io": "read_model result_dict write_json write_model write_text",
     "proof": "verify verify_file",

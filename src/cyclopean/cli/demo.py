@@ -64,10 +64,10 @@ def demo(
 
 def _curved_wall() -> "Assembly":
     """Polygonal stones on a gently curved face, around an arched door."""
-    from cyclopean.design.openings import Opening
-    from cyclopean.design.pattern import PatternSettings
-    from cyclopean.design.polygonal import polygonal_wall
-    from cyclopean.design.surfaces import Cylinder
+    from cyclopean.design.walls.openings import Opening
+    from cyclopean.design.walls.pattern import PatternSettings
+    from cyclopean.design.walls.polygonal import polygonal_wall
+    from cyclopean.design.walls.surfaces import Cylinder
 
     door = Opening(1.05, 0.9, 1.25, head="arch")
     return polygonal_wall(PatternSettings(openings=(door,)), surface=Cylinder(8.0, 1.5)).assembly

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from cyclopean.assembly import Assembly
-    from cyclopean.design.interlock import Interlock
-    from cyclopean.design.polygonal import PolygonalWall
+    from cyclopean.design.walls.interlock import Interlock
+    from cyclopean.design.walls.polygonal import PolygonalWall
 
 __all__ = ["commands"]
 
@@ -236,8 +236,8 @@ def polygonal(
     if abs(pattern["columns"] * pattern["rows"]) > MOST_STONES or abs(pattern["courses"]) > MOST_STONES:
         raise InputError(f"make polygonal: more than {MOST_STONES:,} stones or courses; ask for fewer")
 
-    from cyclopean.design.pattern import PatternSettings
-    from cyclopean.design.polygonal import polygonal_wall
+    from cyclopean.design.walls.pattern import PatternSettings
+    from cyclopean.design.walls.polygonal import polygonal_wall
 
     made = polygonal_wall(
         PatternSettings(**pattern),
@@ -256,8 +256,8 @@ def _written_wall(made: "PolygonalWall", paths: "dict[str, Path]", gap: float, c
     """Write the wall, and what it looks like with open joints; say what came out."""
     from cyclopean import io
     from cyclopean.assembly import Assembly, Contacts
-    from cyclopean.design.interlock import interlock
-    from cyclopean.design.joints import with_open_joints
+    from cyclopean.design.walls.interlock import interlock
+    from cyclopean.design.walls.joints import with_open_joints
 
     model, readout, joints = made.assembly, made.pattern.readout, made.joints
     shown = None

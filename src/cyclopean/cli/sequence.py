@@ -10,7 +10,7 @@ from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.cli.values import choice, optional_number, vector, whole
 
 if TYPE_CHECKING:
-    from cyclopean.design.sequence import BuildSequence
+    from cyclopean.design.construction.sequence import BuildSequence
 
 __all__ = ["sequence"]
 
@@ -70,7 +70,7 @@ def sequence(
     files = planned({"--out": out, "--json": json, "--dot": dot, "--report": report}, keep=model)
 
     from cyclopean import analysis, io
-    from cyclopean.design.sequence import SECONDS, build_sequence, dot_text
+    from cyclopean.design.construction.sequence import SECONDS, build_sequence, dot_text
 
     settings = analysis.Settings(**wanted, seconds=SECONDS if budget is None else budget)
     options = {name: value for name, value in chosen.items() if value is not None}

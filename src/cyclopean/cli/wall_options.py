@@ -6,9 +6,9 @@ from cyclopean.cli.values import choice, number, numbers
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
-    from cyclopean.design.dressing import Coping, Quoins
-    from cyclopean.design.openings import Opening
-    from cyclopean.design.surfaces import Surface
+    from cyclopean.design.walls.dressing import Coping, Quoins
+    from cyclopean.design.walls.openings import Opening
+    from cyclopean.design.walls.surfaces import Surface
 
 __all__ = ["base", "coping", "opening", "quoins", "surface"]
 
@@ -24,7 +24,7 @@ def surface(option: str, text: str, width: float, height: float) -> "Surface":
     InputError
         Another word, or numbers that do not fit it.
     """
-    from cyclopean.design.surfaces import Cone, Cylinder, Plane, Sphere
+    from cyclopean.design.walls.surfaces import Cone, Cylinder, Plane, Sphere
 
     kind, colon, rest = text.partition(":")
     takes = {"plane": (0, 0), "cylinder": (1, 1), "cone": (1, 2), "sphere": (1, 2), "twist": (1, 1)}
@@ -45,7 +45,7 @@ def surface(option: str, text: str, width: float, height: float) -> "Surface":
 
 def opening(option: str, text: str) -> "Opening":
     """Read X,Z,W,H[,lintel|arch]: left jamb, sill, clear width and height."""
-    from cyclopean.design.openings import Opening
+    from cyclopean.design.walls.openings import Opening
 
     first, comma, last = text.rpartition(",")
     head = last if comma and last.isalpha() else "lintel"
@@ -59,7 +59,7 @@ def opening(option: str, text: str) -> "Opening":
 
 def quoins(option: str, text: str | None) -> "Quoins | None":
     """Read LONG,SHORT[,HEIGHT] or auto; None where the option was not given."""
-    from cyclopean.design.dressing import Quoins
+    from cyclopean.design.walls.dressing import Quoins
 
     if text is None:
         return None
@@ -71,7 +71,7 @@ def quoins(option: str, text: str | None) -> "Quoins | None":
 
 def coping(option: str, text: str | None) -> "Coping | None":
     """Read HEIGHT[,LENGTH] or auto; None where the option was not given."""
-    from cyclopean.design.dressing import Coping
+    from cyclopean.design.walls.dressing import Coping
 
     if text is None:
         return None
@@ -105,7 +105,7 @@ def _twist(option: str, degrees: float, width: float, height: float) -> "Surface
     import numpy as np
 
     from cyclopean.arrays import Floats
-    from cyclopean.design.surfaces import Ruled
+    from cyclopean.design.walls.surfaces import Ruled
 
     if not abs(degrees) <= 80.0:
         raise InputError(f"{option}: a twist of {degrees:g} degrees is too much; at most 80")

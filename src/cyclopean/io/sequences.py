@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 from cyclopean import __version__
 
 if TYPE_CHECKING:  # only a name here: converting a file must not load the solvers
-    from cyclopean.design.ordering import Cycle, Edge
-    from cyclopean.design.sequence import BuildSequence, Step
+    from cyclopean.design.construction.ordering import Cycle, Edge
+    from cyclopean.design.construction.sequence import BuildSequence, Step
 
 __all__ = ["sequence_dict"]
 

@@ -12,7 +12,7 @@ from html import escape
 import numpy as np
 
 from cyclopean.arrays import Floats
-from cyclopean.design.sequence import BuildSequence, Step
+from cyclopean.design.construction.sequence import BuildSequence, Step
 from cyclopean.geometry import face_normals
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SUPPORT, shaded
 from cyclopean.view.figures import number

@@ -1,7 +1,7 @@
 """A pattern and its interlock as SVG: head joints, those that are aligned, running joints and crossings marked.
 
->>> from cyclopean.design.interlock import interlock
->>> from cyclopean.design.pattern import PatternSettings, draw_pattern
+>>> from cyclopean.design.walls.interlock import interlock
+>>> from cyclopean.design.walls.pattern import PatternSettings, draw_pattern
 >>> pattern = draw_pattern(PatternSettings(columns=3, rows=2))
 >>> wall_svg(pattern, interlock(pattern), "six stones").count("<polygon")
 6
@@ -13,8 +13,8 @@ from html import escape
 import numpy as np
 
 from cyclopean.arrays import Floats
-from cyclopean.design.interlock import Interlock
-from cyclopean.design.pattern import Pattern
+from cyclopean.design.walls.interlock import Interlock
+from cyclopean.design.walls.pattern import Pattern
 from cyclopean.view.colours import ACCENT, FORCE, GHOST, INK, RUB
 
 __all__ = ["wall_svg"]

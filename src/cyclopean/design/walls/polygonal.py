@@ -8,10 +8,10 @@
 from dataclasses import dataclass
 
 from cyclopean.assembly import Assembly
-from cyclopean.design.improve import improve_interlock
-from cyclopean.design.joints import JointReadout, Warped, jointed
-from cyclopean.design.pattern import Pattern, PatternSettings, draw_pattern
-from cyclopean.design.surfaces import Plane, Surface, Thickness, refuse_folds
+from cyclopean.design.walls.improve import improve_interlock
+from cyclopean.design.walls.joints import JointReadout, Warped, jointed
+from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
+from cyclopean.design.walls.surfaces import Plane, Surface, Thickness, refuse_folds
 
 __all__ = ["PolygonalWall", "polygonal_wall"]
 
@@ -57,9 +57,9 @@ def polygonal_wall(
     mu : float, optional
         Friction coefficient of every joint; None = not said.
     warped : {"auto", "triangles", "plane"}
-        What a contact becomes whose corners lie in no plane, see `design.joints`.
+        What a contact becomes whose corners lie in no plane, see `design.walls.joints`.
     improve : bool
-        Move and weight the seeds until the stones interlock better, see `design.improve`.
+        Move and weight the seeds until the stones interlock better, see `design.walls.improve`.
 
     Returns
     -------

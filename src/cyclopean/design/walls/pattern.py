@@ -3,9 +3,9 @@
 Seeds on a jittered grid, odd rows shifted by half a column so that head joints are staggered, own the cells of a power
 diagram (`geometry.power_diagram`) whose weights grade the sizes. Lloyd's relaxation moves each seed to the centroid of
 what is free of its cell. Openings, dressed stones and the foot are laid over the cells (`geometry.arrangement`),
-coursing levels the corners (`design.coursing`), and cells whose inradius proxy 2 A / P is below `sliver` sqrt(area /
-seeds) lose their seed and everything is drawn again; pieces that are still too thin join a neighbour, and joints far
-shorter than a stone are taken out (`design.short_joints`).
+coursing levels the corners (`design.walls.coursing`), and cells whose inradius proxy 2 A / P is below `sliver`
+sqrt(area / seeds) lose their seed and everything is drawn again; pieces that are still too thin join a neighbour, and
+joints far shorter than a stone are taken out (`design.walls.short_joints`).
 
 The diagram is drawn in units of the grid's spacing, so a wall that is stretched stretches its stones.
 
@@ -24,11 +24,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints, sealed
-from cyclopean.design.coursing import coursed
-from cyclopean.design.dressing import Coping, Foot, Quoins, coping_stones, foot_line, quoin_stones
-from cyclopean.design.openings import Kind, Opening, clear_shape, fitting, head_stones
 from cyclopean.design.options import at_least, not_negative, positive, within
-from cyclopean.design.short_joints import without_short_joints
+from cyclopean.design.walls.coursing import coursed
+from cyclopean.design.walls.dressing import Coping, Foot, Quoins, coping_stones, foot_line, quoin_stones
+from cyclopean.design.walls.openings import Kind, Opening, clear_shape, fitting, head_stones
+from cyclopean.design.walls.short_joints import without_short_joints
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, arrangement, dissolved, merged, power_diagram, subdivide
 

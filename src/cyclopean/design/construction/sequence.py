@@ -15,9 +15,9 @@ from cyclopean.analysis import Result, Settings, Word
 from cyclopean.analysis.posing import PosedModel, pose
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Contacts
-from cyclopean.design.blocking import blockers, insertion, neighbours
-from cyclopean.design.colouring import colouring
-from cyclopean.design.ordering import (
+from cyclopean.design.construction.blocking import blockers, insertion, neighbours
+from cyclopean.design.construction.colouring import colouring
+from cyclopean.design.construction.ordering import (
     LEAN,
     SupportGraph,
     along_and_across,
@@ -26,9 +26,9 @@ from cyclopean.design.ordering import (
     take_apart,
     upwards,
 )
-from cyclopean.design.props import EXHAUSTIVE, Props, smallest_props
-from cyclopean.design.stages import CONTINUED, Stage, stage_of, verdict
-from cyclopean.design.yard import Frames, frames_of, yard_places
+from cyclopean.design.construction.props import EXHAUSTIVE, Props, smallest_props
+from cyclopean.design.construction.stages import CONTINUED, Stage, stage_of, verdict
+from cyclopean.design.construction.yard import Frames, frames_of, yard_places
 from cyclopean.errors import InputError
 
 __all__ = ["BuildSequence", "Step", "build_sequence", "dot_text"]

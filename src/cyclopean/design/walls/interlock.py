@@ -40,7 +40,7 @@ from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.design.options import not_negative, positive
-from cyclopean.design.pattern import Pattern
+from cyclopean.design.walls.pattern import Pattern
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision
 

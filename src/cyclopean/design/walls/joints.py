@@ -31,8 +31,8 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.design.options import not_negative
-from cyclopean.design.pattern import Pattern
-from cyclopean.design.surfaces import Surface, Thickness
+from cyclopean.design.walls.pattern import Pattern
+from cyclopean.design.walls.surfaces import Surface, Thickness
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, mesh_faults
 

@@ -19,7 +19,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from cyclopean.analysis import Result, Settings
-from cyclopean.design.stages import Stage, moving, verdict, with_props
+from cyclopean.design.construction.stages import Stage, moving, verdict, with_props
 
 __all__ = ["Props", "smallest_props"]
 

@@ -10,7 +10,8 @@ Besides the score the search sees how far pairs are from being aligned, and join
 midpoints differ: so it is led out of a plateau, keeps a margin, and does not please the score alone. All chance comes
 from the settings' seed: the same rounds give the same wall. A time limit breaks that promise.
 
-Builds on relaxation by moving seeds, Lloyd (1982), and on the score of `design.interlock`; local search as such is old.
+Builds on relaxation by moving seeds, Lloyd (1982), and on the score of `design.walls.interlock`;
+local search as such is old.
 
 >>> found = improve_interlock(PatternSettings(seed=3), rounds=5)
 >>> interlock(found).score >= interlock(draw_pattern(found.settings)).score
@@ -23,9 +24,9 @@ from time import monotonic
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.interlock import Interlock, course_lines, interlock, joint_gaps
 from cyclopean.design.options import at_least, positive
-from cyclopean.design.pattern import Pattern, PatternSettings, Readout, Seeds, draw_from, draw_pattern, seed_grid
+from cyclopean.design.walls.interlock import Interlock, course_lines, interlock, joint_gaps
+from cyclopean.design.walls.pattern import Pattern, PatternSettings, Readout, Seeds, draw_from, draw_pattern, seed_grid
 from cyclopean.errors import InputError
 
 __all__ = ["improve_interlock"]

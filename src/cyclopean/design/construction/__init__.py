@@ -1,0 +1,1 @@
+"""How an assembly is built: order, blocking, the verdict of every stage, props, yard and colours."""
