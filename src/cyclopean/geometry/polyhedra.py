@@ -18,7 +18,7 @@ __all__ = [
     "triangles",
 ]
 
-Faces = Sequence[Sequence[int]]
+Faces = Sequence[Sequence[int]] | Ints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
