@@ -5,6 +5,12 @@ import pytest
 from cyclopean.cli import main
 
 
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path_factory, monkeypatch):
+    """Tests leave nothing in the cache of whoever runs them."""
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
 @pytest.fixture
 def run(capsys, tmp_path, monkeypatch):
     """Run a command in an empty folder: status, stdout, stderr."""

@@ -16,11 +16,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cyclopean.design.walls import polygonal
 from cyclopean.design.walls.dressing import Coping, Quoins
-from cyclopean.design.walls.improve import improve_interlock
+from cyclopean.design.walls.improve import Chosen, improve_interlock, improvements, standing
 from cyclopean.design.walls.interlock import Interlock, interlock, interlock_of
 from cyclopean.design.walls.openings import Opening
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_from, draw_pattern, drawing_seeds
+from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.short_joints import SHORT, without_short_joints
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, faults, subdivide
@@ -293,6 +295,83 @@ def test_no_short_joint_is_left_in_the_field() -> None:
 def test_a_time_limit_is_kept() -> None:
     pattern = improve_interlock(DRESSED, seconds=1e-9)
     assert interlock(pattern).score == interlock(draw_pattern(DRESSED)).score
+
+
+# ---- stability is kept
+
+
+def test_improvements_come_in_falling_order_down_to_the_wall_given() -> None:
+    pattern = draw_pattern(PatternSettings(seed=2))
+    walls = improvements(pattern, rounds=120)
+    scores = [interlock(wall).score for wall in walls]
+    assert len(walls) >= 4
+    assert scores == sorted(scores, reverse=True)
+    assert walls[-1].subdivision.vertex.tobytes() == pattern.subdivision.vertex.tobytes()
+    assert len({wall.subdivision.vertex.tobytes() for wall in walls}) == len(walls)
+    best = improve_interlock(pattern, rounds=120)
+    assert best.subdivision.vertex.tobytes() == walls[0].subdivision.vertex.tobytes()
+    assert len(improvements(pattern, rounds=0)) == 1
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "chosen", "asked"),
+    [
+        ("S???", Chosen(0, "stable", None), [0]),
+        ("USSS", Chosen(1, "stable", "stable"), [0, 3, 1]),
+        ("UOSS", Chosen(2, "stable", "stable"), [0, 3, 1, 2]),
+        ("UUOS", Chosen(3, "stable", "stable"), [0, 3, 1, 2]),
+        ("US?U", Chosen(0, "unstable", "unstable"), [0, 3]),
+        ("O??O", Chosen(0, "undecided", "undecided"), [0, 3]),
+        ("U", Chosen(0, "unstable", None), [0]),
+        ("US", Chosen(1, "stable", "stable"), [0, 1]),
+    ],
+)
+def test_a_wall_that_stands_is_not_given_up(verdicts: str, chosen: Chosen, asked: list[int]) -> None:
+    say = {"S": "stable", "U": "unstable", "O": "undecided"}
+    heard: list[int] = []
+
+    def verdict(k: int) -> str:
+        heard.append(k)
+        return say[verdicts[k]]
+
+    assert standing(range(len(verdicts)), verdict) == chosen
+    assert heard == asked
+
+
+def test_an_unstable_best_wall_is_passed_over(monkeypatch) -> None:
+    before, best = interlock(draw_pattern()).score, improvements(PatternSettings(), seconds=15.0)
+    heard = []
+
+    def second_best(model) -> str:
+        heard.append(model)
+        return "unstable" if len(heard) == 1 else "stable"
+
+    monkeypatch.setattr(polygonal, "verdict", second_best)
+    made = polygonal_wall(improve=True)  # unstable, the wall given stable, the second best stable
+    assert made.chosen == Chosen(1, "stable", "stable")
+    assert made.pattern.subdivision.vertex.tobytes() == best[1].subdivision.vertex.tobytes()
+    assert made.assembly.mesh.vertex.tobytes() == heard[-1].mesh.vertex.tobytes()
+    assert before <= interlock(made.pattern).score <= interlock(best[0]).score
+    first = polygonal_wall().assembly
+
+    def same(model) -> bool:
+        return model.mesh.vertex.tobytes() == first.mesh.vertex.tobytes()
+
+    monkeypatch.setattr(polygonal, "verdict", lambda model: "stable" if same(model) else "unstable")
+    made = polygonal_wall(improve=True)  # nothing but the wall given stands
+    assert same(made.assembly)
+    assert made.chosen == Chosen(len(best) - 1, "stable", "stable")
+
+
+def test_an_improved_wall_is_checked_for_what_it_is() -> None:
+    made = polygonal_wall(improve=True)
+    assert made.chosen == Chosen(0, "stable", None)
+    slippery = polygonal_wall(
+        PatternSettings(columns=5, rows=3, courses=3, base=((0, 0), (3, 0.9))), mu=0.01, improve=True
+    )
+    assert slippery.chosen is not None
+    assert (slippery.chosen.place, slippery.chosen.verdict, slippery.chosen.before) == (0, "unstable", "unstable")
+    assert polygonal_wall().chosen is None
 
 
 # ---- drawing

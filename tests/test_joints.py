@@ -94,7 +94,7 @@ def test_on_flat_walls_joints_are_what_detection_finds(seed, coursing, opening, 
     assert max(abs(ours[k] - theirs[k]) for k in ours) < 1e-9
     assert mesh_faults(model.mesh) == []
     _, distance, warnings = check_contacts(model, model.contacts)
-    assert (distance < 1e-9, warnings) == (True, ())
+    assert (distance < 1e-6, warnings) == (True, ())  # sides that are flat to 1e-7 are taken for one face
     area = made.pattern.subdivision.areas()
     height = made.pattern.subdivision.centroids()[:, 1]
     assert model.mass.volume[1:] == pytest.approx(area * (0.2 - batter * height), rel=1e-9)
@@ -236,3 +236,26 @@ def test_the_same_settings_give_the_same_wall_to_the_bit() -> None:
 def test_the_default_wall_stands() -> None:
     result = check(polygonal_wall().assembly, Settings(method="cra"))
     assert (result.verdict, result.warnings) == ("stable", ())
+
+
+def test_thin_arms_of_stones_are_cut_off_by_open_joints() -> None:
+    """A stone 0.8 m wide with an arm 6 mm high: with a gap of 10 mm nothing of the arm is left, the rest stays."""
+    pattern = pattern_of(
+        [[0, 0], [0.8, 0], [0.8, 0.994], [1.2, 0.994], [1.2, 1], [0, 1], [2, 0], [2, 1]],
+        [[0, 1, 2, 3, 4, 5], [1, 6, 7, 4, 3, 2]],
+    )
+    for chamfer in (0.0, 0.01):
+        stones = Assembly(with_open_joints(pattern, Plane(), Thickness(0.2), gap=0.01, chamfer=chamfer))
+        assert mesh_faults(stones.mesh) == []
+        assert len(detect(stones).contacts) == 0
+        assert stones.blocks[0].vertices[:, 0].max() == pytest.approx(0.795)
+        assert stones.blocks[0].vertices[:, 2].max() == pytest.approx(0.995)
+
+
+@given(seed=st.integers(0, 10_000), chamfer=st.sampled_from([0.0, 0.012]))
+@settings(max_examples=10, deadline=None)
+def test_stones_with_open_joints_do_not_touch(seed, chamfer) -> None:
+    pattern = polygonal_wall(PatternSettings(seed=seed, openings=DOOR, quoins=Quoins(0.5, 0.2), coursing=0.0)).pattern
+    stones = Assembly(with_open_joints(pattern, Plane(), Thickness(0.2), gap=0.01, chamfer=chamfer))
+    assert mesh_faults(stones.mesh) == []
+    assert len(detect(stones).contacts) == 0

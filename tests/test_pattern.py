@@ -216,6 +216,38 @@ def test_every_wall_is_valid_or_refused_in_one_line(wanted: PatternSettings) -> 
     assert np.all(inradius > 0.0)
 
 
+@given(
+    seed=st.integers(0, 10**6),
+    coursing=st.sampled_from([0.0, 0.6, 1.0]),
+    coping=st.sampled_from([None, Coping(0.15, 0.8)]),
+)
+@settings(max_examples=15, deadline=None)
+def test_dressed_stones_keep_their_shape(seed: int, coursing: float, coping: Coping | None) -> None:
+    """On level ground quoins and coping stones are rectangles, however the field is levelled."""
+    pattern = draw_pattern(
+        PatternSettings(
+            columns=6, rows=4, courses=4, seed=seed, coursing=coursing, coping=coping, quoins=Quoins(0.5, 0.2)
+        )
+    )
+    for k, kind in enumerate(pattern.kind):
+        if kind != "stone":
+            run, rise = np.ptp(pattern.subdivision.ring(k), axis=0)
+            assert pattern.subdivision.areas()[k] == pytest.approx(run * rise, rel=1e-9)
+            assert kind == "coping" or run == pytest.approx(0.5) or run == pytest.approx(0.2)
+
+
+def test_a_change_to_a_short_joint_covers_what_was_covered() -> None:
+    """The kinks of round ground are no straight side along which a corner may slide, however near its neighbour is."""
+    quoins = Quoins(0.25, 0.15, 0.3, right=False)
+    pattern = draw_pattern(
+        PatternSettings(
+            width=1.0, height=1.0, columns=6, rows=7, seed=2, jitter=0.0, coursing=0.0, courses=2, size_grade=2.0,
+            sliver=0.0, quoins=quoins, base_radius=60.0,
+        )
+    )  # fmt: skip
+    assert abs(pattern.readout.coverage - 1.0) <= 1e-10
+
+
 @given(seed=st.integers(0, 10**6), stretch=st.floats(0.5, 2.0))
 @settings(max_examples=10, deadline=None)
 def test_a_stretched_wall_stretches_its_stones(seed: int, stretch: float) -> None:

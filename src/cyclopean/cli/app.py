@@ -9,9 +9,11 @@ import typer
 
 from cyclopean import __version__
 from cyclopean.cli import files, make
+from cyclopean.cli.carve import carve
 from cyclopean.cli.check import check
 from cyclopean.cli.demo import demo
 from cyclopean.cli.info import info
+from cyclopean.cli.match import match
 from cyclopean.cli.plain import PlainCommand, PlainGroup
 from cyclopean.cli.sequence import sequence
 from cyclopean.cli.terminal import ClosedPipeError, complain, say
@@ -47,7 +49,7 @@ def start(
     return 0
 
 
-for command in (demo, check, files.verify, info, files.convert, sequence):
+for command in (demo, check, files.verify, info, files.convert, sequence, match, carve):
     app.command(cls=PlainCommand)(command)
 app.add_typer(make.commands, name="make")
 

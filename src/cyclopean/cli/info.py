@@ -1,14 +1,18 @@
-"""`info`: what is in a model file, and what a check of it would assume."""
+"""`info`: what is in a model file, and what a check of it would assume; or what stones are in a folder."""
 
+import os
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cyclopean.cli.files import Json, Units
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
-from cyclopean.cli.terminal import say, say_json, warn
+from cyclopean.cli.terminal import long_work, say, say_json, warn
+from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from cyclopean.assembly import Assembly, Contacts
 
 __all__ = ["info"]
@@ -17,12 +21,20 @@ NAMED = 5  # faults, outliers and warnings named one by one; the rest are counte
 
 
 def info(
-    model: Annotated[str, typer.Argument(metavar="MODEL", show_default=False, help="Model file.")],
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", show_default=False, help="Model file, or a folder of scanned stones.")
+    ],
+    stones: Annotated[bool, typer.Option("--stones", help="The file holds found stones, not a structure.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse all stones if one cannot be used.")] = False,
     units: Units = None,
     json: Json = None,
 ) -> int:
-    """Say what is in a model file."""
+    """Say what is in a model file, or in a folder of stones."""
     files = planned({"--json": json}, keep=model)
+    if stones or os.path.isdir(model):
+        return _info_of_stones(model, strict, units, files.get("--json"), json == STANDARD_OUTPUT)
+    if strict:
+        raise InputError("--strict: is for stones; name a folder of them, or add --stones")
 
     from cyclopean import io
 
@@ -37,6 +49,40 @@ def info(
     else:
         say("\n".join(_lines(data)))
     return 0
+
+
+def _info_of_stones(path: str, strict: bool, units: str | None, file: "Path | None", only_json: bool) -> int:
+    from cyclopean import io
+
+    with long_work(f"reading {path}"):
+        inventory, warnings = io.read_stones(path, units, strict)
+        data = io.inventory_dict(inventory, warnings, every=only_json or file is not None)
+    for warning in warnings:
+        warn(warning)
+    if file is not None:
+        io.write_json(file, data)
+    if only_json:
+        say_json(data)
+    else:
+        say("\n".join(_stone_lines(data)))
+    return 0
+
+
+def _stone_lines(data: dict[str, Any]) -> list[str]:
+    """Write of an inventory what a person wants to know."""
+    volume = data["volume"]
+    quartiles = ", ".join(f"{q:.4g}" for q in volume["quartiles"])
+    lines = [
+        data["source"],
+        f"  stones      {data['count']}",
+        f"  volume      {volume['total']:.4g} m3, stones {volume['least']:.4g} to {volume['most']:.4g} m3,"
+        f" quartiles {quartiles}",
+    ]
+    shown = {"elongation": "b/a", "thinness": "c/a", "solidity": "V/hull", "sphericity": "sphericity"}
+    lines += [f"  {shown[name]:12}{data['shape'][name][0]:.3f} +- {data['shape'][name][1]:.3f}" for name in shown]
+    classes = ", ".join(f"{count} {name}" for name, count in data["classes"].items() if count)
+    lines.append(f"  classes     {classes}")
+    return lines + _some("note        ", data["repaired"]) + _some("REFUSED     ", data["refused"])
 
 
 def _contents(assembly: "Assembly") -> dict[str, Any]:

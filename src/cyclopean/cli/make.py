@@ -9,6 +9,7 @@ import typer
 from cyclopean.cli import wall_options
 from cyclopean.cli.outputs import planned
 from cyclopean.cli.plain import PlainCommand, PlainGroup
+from cyclopean.cli.quarry import stones
 from cyclopean.cli.terminal import say
 from cyclopean.cli.values import choice, number, numbers, optional_number, vector, whole
 from cyclopean.errors import InputError
@@ -16,8 +17,12 @@ from cyclopean.errors import InputError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from cyclopean.assembly import Assembly
+    from cyclopean.assembly import Assembly, Block
+    from cyclopean.design.walls.corner import CornerWall
+    from cyclopean.design.walls.improve import Chosen
     from cyclopean.design.walls.interlock import Interlock
+    from cyclopean.design.walls.joints import JointReadout
+    from cyclopean.design.walls.pattern import Pattern
     from cyclopean.design.walls.polygonal import PolygonalWall
 
 __all__ = ["commands"]
@@ -33,7 +38,7 @@ Thickness = Annotated[str, typer.Option(metavar="L", help="Radial thickness (m).
 
 commands = typer.Typer(
     cls=PlainGroup,
-    help="Make a stack, wall, arch, vault, dome or polygonal wall.",
+    help="Make a stack, wall, arch, vault, dome, polygonal wall, or synthetic stones.",
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -198,6 +203,10 @@ def polygonal(
             help="What the wall lies on; R < 0 is hollow. DEG: lean of a cone, latitude of a sphere's foot.",
         ),
     ] = "plane",
+    corner: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Of a second wall (m) that turns back at the right end, bonded by quoins."),
+    ] = None,
     warped: Annotated[
         str, typer.Option(metavar="auto|triangles|plane", help="What becomes of joints that are not flat.")
     ] = "auto",
@@ -212,8 +221,9 @@ def polygonal(
     density: Density = None,
     mu: Mu = None,
 ) -> int:
-    """Make a wall of polygonal stones, flat or curved."""
+    """Make a wall of polygonal stones, flat or curved, or two round a corner."""
     paths = planned({"--out": out, "--display": display})
+    deep = number("--depth", depth)
     line, radius = wall_options.base("--base", base)
     pattern: dict[str, Any] = {
         "width": number("--width", width),
@@ -227,63 +237,148 @@ def polygonal(
         "courses": whole("--rows", rows) if courses is None else whole("--courses", courses),
         "size_grade": number("--size-grade", size_grade),
         "sliver": number("--sliver", sliver),
-        "openings": tuple(wall_options.opening("--opening", text) for text in opening or ()),
-        "quoins": wall_options.quoins("--quoins", quoins),
-        "coping": wall_options.coping("--coping", coping),
         "base": line,
         "base_radius": radius,
     }
+    length = optional_number("--corner", corner)
     if abs(pattern["columns"] * pattern["rows"]) > MOST_STONES or abs(pattern["courses"]) > MOST_STONES:
         raise InputError(f"make polygonal: more than {MOST_STONES:,} stones or courses; ask for fewer")
+    options: dict[str, Any] = {
+        "depth": deep,
+        "density": optional_number("--density", density, above=0.0),
+        "mu": optional_number("--mu", mu, least=0.0),
+        "improve": improve is not None and choice("--improve", improve, ("J",)) == "J",
+    }
+    only_flat = {
+        "surface": surface,
+        "batter": number("--batter", batter),
+        "warped": choice("--warped", warped, ("auto", "triangles", "plane")),
+    }
+    apart = {"gap": number("--gap", gap), "chamfer": number("--chamfer", chamfer)}
+    with wall_options.named():
+        pattern["openings"] = tuple(wall_options.opening("--opening", text) for text in opening or ())
+        pattern["quoins"] = wall_options.quoins("--quoins", quoins, None if length is None else deep)
+        pattern["coping"] = wall_options.coping("--coping", coping)
+        if length is None:
+            return _flat_or_curved(pattern, only_flat, options, paths, apart)
+        return _cornered(pattern, length, only_flat, options, paths, apart)
 
+
+def _flat_or_curved(
+    pattern: dict[str, Any],
+    lying: dict[str, Any],
+    options: dict[str, Any],
+    paths: "dict[str, Path]",
+    apart: dict[str, float],
+) -> int:
+    """Make one wall, write it, and say what came out."""
+    from cyclopean.design.walls.interlock import interlock
+    from cyclopean.design.walls.joints import with_open_joints
     from cyclopean.design.walls.pattern import PatternSettings
     from cyclopean.design.walls.polygonal import polygonal_wall
 
-    made = polygonal_wall(
-        PatternSettings(**pattern),
-        surface=wall_options.surface("--surface", surface, pattern["width"], pattern["height"]),
-        depth=number("--depth", depth),
-        batter=number("--batter", batter),
-        density=optional_number("--density", density, above=0.0),
-        mu=optional_number("--mu", mu, least=0.0),
-        warped=choice("--warped", warped, ("auto", "triangles", "plane")),  # type: ignore[arg-type]
-        improve=improve is not None and choice("--improve", improve, ("J",)) == "J",
-    )
-    return _written_wall(made, paths, number("--gap", gap), number("--chamfer", chamfer))
-
-
-def _written_wall(made: "PolygonalWall", paths: "dict[str, Path]", gap: float, chamfer: float) -> int:
-    """Write the wall, and what it looks like with open joints; say what came out."""
-    from cyclopean import io
-    from cyclopean.assembly import Assembly, Contacts
-    from cyclopean.design.walls.interlock import interlock
-    from cyclopean.design.walls.joints import with_open_joints
-
-    model, readout, joints = made.assembly, made.pattern.readout, made.joints
-    shown = None
-    if "--display" in paths:
-        stones = with_open_joints(made.pattern, made.surface, made.thickness, gap=gap, chamfer=chamfer)
-        shown = Assembly(stones, Contacts.of([], []), name=f"{model.name}, open joints")
-    io.write_model(paths["--out"], model)
-    if shown is not None:
-        io.write_model(paths["--display"], shown)
-    contacts = 0 if model.contacts is None else len(model.contacts)
-    flat = f"{joints.joints} flat"
-    if joints.warped:
-        planes = joints.warped - joints.folded
-        flat = f"{joints.joints - joints.warped} flat, {planes} within {joints.deviation:.2g} m of a plane"
-        flat += f", {joints.folded} folded into triangles (warp up to {joints.warp:.2g} m)" if joints.folded else ""
-    say(f"{model.name}: {len(model)} blocks, {len(model) - 1} of them free, {contacts} contacts")
+    lying["surface"] = wall_options.surface("--surface", lying["surface"], pattern["width"], pattern["height"])
+    made = polygonal_wall(PatternSettings(**pattern), **lying, **options)
+    shown = with_open_joints(made.pattern, made.surface, made.thickness, **apart) if "--display" in paths else None
+    _write(made.assembly, shown, paths, made)
+    readout = made.pattern.readout
+    _say_made(made.assembly)
     say(f"cells      {readout.cells}")
     say(f"coverage   {readout.coverage:.12g}")
     say(f"area CV    {readout.area_cv:.3f}")
     say(f"culled     {readout.culled}")
     say(f"crossings  {readout.crossings}")
     say(f"J          {_rated(interlock(made.pattern, depth=made.thickness.depth))}")
-    say(f"joints     {flat}")
+    _say_end(made, paths)
+    return 0
+
+
+def _cornered(
+    pattern: dict[str, Any],
+    length: float,
+    lying: dict[str, Any],
+    options: dict[str, Any],
+    paths: "dict[str, Path]",
+    apart: dict[str, float],
+) -> int:
+    """Make two walls that meet at a corner, write them, and say what came out."""
+    for name, usual in (("surface", "plane"), ("batter", 0.0), ("warped", "auto")):
+        if lying[name] != usual:
+            raise InputError(f"{name}: walls that meet at a corner are flat and upright; leave it out, or --corner")
+
+    from cyclopean.design.walls.corner import corner_wall, corner_with_open_joints, joint_score
+    from cyclopean.design.walls.pattern import PatternSettings
+
+    settings = PatternSettings(**pattern)
+    if not settings.columns * settings.rows * (1.0 + length / settings.width) <= MOST_STONES:
+        raise InputError(f"corner: more than {MOST_STONES:,} stones; ask for fewer")
+    made = corner_wall(settings, length, **options)
+    _write(made.assembly, corner_with_open_joints(made, **apart) if "--display" in paths else None, paths)
+    _say_made(made.assembly)
+    say(f"cells      {len(made.assembly) - 1}, {len(made.corner)} of them in both walls")
+    for k, one in enumerate(made.patterns, 1):
+        say(f"wall {k}     {_summed(one, made.thickness.depth)}")
+    say(f"crossings  {sum(one.readout.crossings for one in made.patterns)}")
+    say(f"J          {joint_score(made):.3f}")
+    _say_end(made, paths)
+    return 0
+
+
+def _write(
+    model: "Assembly",
+    shown: "tuple[Block, ...] | None",
+    paths: "dict[str, Path]",
+    drawn: "PolygonalWall | None" = None,
+) -> None:
+    """Write the wall with how it was drawn, and what it looks like with open joints."""
+    from cyclopean import io
+    from cyclopean.assembly import Assembly, Contacts
+
+    io.write_model(paths["--out"], model, drawing=None if drawn is None else io.drawing_dict(drawn))
+    if shown is not None:
+        io.write_model(paths["--display"], Assembly(shown, Contacts.of([], []), name=f"{model.name}, open joints"))
+
+
+def _say_made(model: "Assembly") -> None:
+    contacts = 0 if model.contacts is None else len(model.contacts)
+    say(f"{model.name}: {len(model)} blocks, {len(model) - 1} of them free, {contacts} contacts")
+
+
+def _say_end(made: "PolygonalWall | CornerWall", paths: "dict[str, Path]") -> None:
+    """Lines that stand below every wall: its joints, what became of it by improving, and where it was written."""
+    say(f"joints     {_flat(made.joints)}")
+    if made.chosen is not None:
+        say(f"improved   {_improved(made.chosen)}")
     for path in paths.values():
         say(f"written {path}")
-    return 0
+
+
+def _flat(joints: "JointReadout") -> str:
+    """How many joints are flat, and what became of the others."""
+    if not joints.warped:
+        return f"{joints.joints} flat"
+    planes = joints.warped - joints.folded
+    flat = f"{joints.joints - joints.warped} flat, {planes} within {joints.deviation:.2g} m of a plane"
+    return flat + (f", {joints.folded} folded into triangles (warp up to {joints.warp:.2g} m)" if joints.folded else "")
+
+
+def _improved(chosen: "Chosen") -> str:
+    """Whether the improved wall stands, and what was given up for that."""
+    if chosen.verdict != "stable":
+        before = "" if chosen.before is None else f", as before it was {chosen.before}"
+        return f"{chosen.verdict}{before}; coupled analysis"
+    given_up = chosen.place
+    better = f"; {given_up} with a better J did not pass" if given_up else ""
+    return f"stable by coupled analysis{better}"
+
+
+def _summed(pattern: "Pattern", depth: float) -> str:
+    """One wall of several on one line."""
+    from cyclopean.design.walls.interlock import interlock
+
+    one = pattern.readout
+    told = f"{one.cells} cells, coverage {one.coverage:.12g}, area CV {one.area_cv:.3f}, culled {one.culled}"
+    return f"{told}, J {_rated(interlock(pattern, depth=depth))}"
 
 
 def _rated(found: "Interlock") -> str:
@@ -311,9 +406,13 @@ def _make(
     from cyclopean import design, io
 
     template: Callable[..., Assembly] = getattr(design, kind)
-    model = template(*sizes, **options)
+    with wall_options.named({name: (f"--{name}", "") for name in (*options, "size")}):
+        model = template(*sizes, **options)
     io.write_model(path, model)
     contacts = 0 if model.contacts is None else len(model.contacts)
     free = sum(not block.fixed for block in model.blocks)
     say(f"{model.name}: {len(model)} blocks, {free} of them free, {contacts} contacts; written {path}")
     return 0
+
+
+commands.command(cls=PlainCommand)(stones)

@@ -1,5 +1,7 @@
 """Options of `make polygonal` whose text says more than one number."""
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from cyclopean.cli.values import choice, number, numbers
@@ -10,10 +12,48 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.openings import Opening
     from cyclopean.design.walls.surfaces import Surface
 
-__all__ = ["base", "coping", "opening", "quoins", "surface"]
+__all__ = ["FIELDS", "base", "coping", "named", "opening", "quoins", "surface"]
 
 AUTO = "auto"
 LEAN = 10.0  # degrees, of a cone
+ALIKE = (
+    "width", "height", "columns", "rows", "courses", "depth", "batter", "seed", "jitter", "lloyd", "coursing", "sliver",
+    "opening", "quoins", "coping", "base", "surface", "corner", "warped", "improve", "gap", "chamfer", "density", "mu",
+)  # fmt: skip
+FIELDS = {  # what refusals of the design call it: the option that was typed, and what is left to say of it
+    **{name: (f"--{name}", "") for name in ALIKE},
+    "size_grade": ("--size-grade", ""),
+    "base_radius": ("--base", "radius"),
+    "openings": ("--opening", ""),
+    "twist": ("--surface", "twist"),
+    **{f"{kind} {of}": ("--surface", f"{kind} {of}") for kind, of in (
+        ("cylinder", "radius"), ("cone", "radius"), ("cone", "lean"), ("sphere", "radius"), ("sphere", "latitude"),
+    )},
+    **{f"opening {of}": ("--opening", of) for of in (
+        "left", "sill", "width", "height", "head", "thickness", "bearing", "rise", "voussoirs"
+    )},
+    **{f"quoins {of}": ("--quoins", of) for of in ("long", "short", "height")},
+    **{f"coping {of}": ("--coping", of) for of in ("height", "length")},
+}  # fmt: skip
+
+
+@contextmanager
+def named(fields: Mapping[str, tuple[str, str]] = FIELDS) -> Iterator[None]:
+    """Let refusals of the design name the option: `size_grade: ...` becomes `--size-grade: ...`.
+
+    Raises
+    ------
+    InputError
+        In place of one that begins with the name of a field.
+    """
+    try:
+        yield
+    except InputError as error:
+        field, colon, rest = str(error).partition(":")
+        if not colon or field not in fields:
+            raise
+        option, part = fields[field]
+        raise InputError(f"{option}: {part}{rest}" if part else f"{option}:{rest}") from None
 
 
 def surface(option: str, text: str, width: float, height: float) -> "Surface":
@@ -57,12 +97,21 @@ def opening(option: str, text: str) -> "Opening":
     return Opening(left, width, height, sill, "arch" if arched else "lintel")
 
 
-def quoins(option: str, text: str | None) -> "Quoins | None":
-    """Read LONG,SHORT[,HEIGHT] or auto; None where the option was not given."""
+def quoins(option: str, text: str | None, depth: float | None = None) -> "Quoins | None":
+    """Read LONG,SHORT[,HEIGHT] or auto; None where the option was not given.
+
+    At a corner of walls of a known depth (m), short quoins are as wide as the walls are deep.
+    """
     from cyclopean.design.walls.dressing import Quoins
 
     if text is None:
         return None
+    if text == AUTO and depth is not None:
+        from dataclasses import replace
+
+        from cyclopean.design.walls.corner import corner_quoins
+
+        return replace(corner_quoins(depth), left=True)
     if text == AUTO:
         return Quoins()
     long, short, *high = _some(option, text, "LONG,SHORT[,HEIGHT] or auto", 2, 3)
@@ -102,19 +151,8 @@ def _some(option: str, text: str, form: str, least: int, most: int) -> tuple[flo
 
 def _twist(option: str, degrees: float, width: float, height: float) -> "Surface":
     """Straight foot, and a straight top turned in plan about the middle."""
-    import numpy as np
-
-    from cyclopean.arrays import Floats
-    from cyclopean.design.walls.surfaces import Ruled
+    from cyclopean.design.walls.surfaces import Twist
 
     if not abs(degrees) <= 80.0:
         raise InputError(f"{option}: a twist of {degrees:g} degrees is too much; at most 80")
-    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-
-    def foot(u: Floats) -> tuple[Floats, float, float]:
-        return u, 0.0, 0.0
-
-    def top(u: Floats) -> tuple[Floats, Floats, float]:
-        return width / 2.0 + (u - width / 2.0) * cos, (u - width / 2.0) * sin, height
-
-    return Ruled(foot, top, width, height)
+    return Twist(degrees, width, height)

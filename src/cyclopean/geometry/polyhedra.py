@@ -77,8 +77,9 @@ def pack(bodies: Sequence[tuple[Floats, Faces]]) -> Polyhedra:
     """
     counts = [len(v) for v, _ in bodies]
     vertex_start = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
-    sizes = [len(face) for _, faces in bodies for face in faces]
-    local = np.fromiter((i for _, faces in bodies for face in faces for i in face), np.int64, sum(sizes))
+    rows = [_rows(faces) for _, faces in bodies]
+    sizes = np.concatenate([size for size, _ in rows] or [np.zeros(0, np.int64)])
+    local = np.concatenate([corner for _, corner in rows] or [np.zeros(0, np.int64)])
     corner_start = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]).astype(np.int64)
     face_start = np.concatenate([[0], np.cumsum([len(f) for _, f in bodies], dtype=np.int64)]).astype(np.int64)
     body = np.repeat(np.repeat(np.arange(len(bodies)), np.diff(face_start)), sizes)
@@ -89,11 +90,21 @@ def pack(bodies: Sequence[tuple[Floats, Faces]]) -> Polyhedra:
             f"body {body[bad[0]]}: face {face - face_start[body[bad[0]]]} names vertex {local[bad[0]]},"
             f" but there are {limit[bad[0]]} vertices"
         )
-    if (bad := np.flatnonzero(np.asarray(sizes, np.int64) < 3)).size:
+    if (bad := np.flatnonzero(sizes < 3)).size:
         owner = int(np.searchsorted(face_start, bad[0], side="right")) - 1
         raise InputError(f"body {owner}: face {bad[0] - face_start[owner]} has fewer than 3 corners")
     vertex = np.concatenate([np.asarray(v, np.float64).reshape(-1, 3) for v, _ in bodies] or [np.zeros((0, 3))])
     return Polyhedra(vertex, vertex_start, vertex_start[body] + local, corner_start, face_start)
+
+
+def _rows(faces: Faces) -> tuple[Ints, Ints]:
+    """Number of corners of each face, and the corners one after the other; arrays are not gone through one by one."""
+    if isinstance(faces, np.ndarray):
+        return np.full(len(faces), faces.shape[1] if faces.ndim == 2 else 0, np.int64), faces.reshape(-1).astype(
+            np.int64
+        )
+    sizes = np.array([len(face) for face in faces], np.int64)
+    return sizes, np.fromiter((i for face in faces for i in face), np.int64, int(sizes.sum()))
 
 
 def triangles(mesh: Polyhedra) -> tuple[Ints, Ints]:

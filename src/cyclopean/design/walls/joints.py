@@ -46,6 +46,7 @@ FLAT = 1e-9  # of the wall's size: corners nearer to their plane than this lie i
 SHORT = 1e-6  # of the wall's size: an edge below it is a corner, and its joint bears nothing
 NEARLY = 1e-3  # of the wall's size, a fifth of what a check accepts: a joint less warped than this passes for flat
 MARGIN = 0.5  # of the depth: how far the ground reaches beyond the stones
+HALVED = 6  # times that a bevel may be made narrower, where a stone is too narrow for it
 FOOTING = 1.0  # of the depth: how far the ground goes down below the lowest stone
 
 
@@ -183,7 +184,7 @@ def with_open_joints(
     gap : float
         Width (m) of the open joints; every stone gives half of it.
     chamfer : float
-        Width and depth (m) of the bevel along the front edges.
+        Width and depth (m) of the bevel along the front edges; less on a stone that is too narrow for it.
 
     Returns
     -------
@@ -201,19 +202,58 @@ def with_open_joints(
     ids, cells = stone_ids(pattern), pattern.subdivision
     blocks = []
     for k, name in enumerate(ids):
-        ring = cells.ring(k)
-        rings = [_inset(ring, by) for by in ((gap / 2.0 + chamfer, gap / 2.0) if chamfer else (gap / 2.0,))]
-        if any(not len(inner) for inner in rings):
+        rings, bevel = _set_back(cells.ring(k), gap / 2.0, chamfer)
+        if not rings:
             raise InputError(
                 f"gap: {gap:g} m with a chamfer of {chamfer:g} m leaves nothing of stone '{name}'; give less"
             )
         front, back = thickness.rails(surface, rings[-1])
         levels = [front, back]
-        if chamfer:
-            levels = [thickness.rails(surface, rings[0])[0], front + chamfer * _towards(front, back), back]
+        if bevel:
+            levels = [thickness.rails(surface, rings[0])[0], front + bevel * _towards(front, back), back]
         vertices, faces = _lofted(rings[0], rings[-1], levels)
         blocks.append(Block(name, vertices, faces, group=f"course-{pattern.course[k] + 1}"))
     return tuple(blocks)
+
+
+def _set_back(ring: Floats, by: float, chamfer: float) -> tuple[list[Floats], float]:
+    """Ring of a stone with open joints, and before it, corner for corner, that within its bevel if it has one.
+
+    An arm of a stone that is thinner than the gap is cut off; what is left begins a ring of its own. A bevel that does
+    not fit is halved until it does; how wide it became is the second answer. No rings where nothing is left.
+    """
+    outer = _inset(ring, by)
+    if len(outer) and not _is_simple(outer):
+        ring, outer, by = (*(_largest_within(ring, by),) * 2, 0.0)
+    if not len(outer):
+        return [], 0.0
+    if not chamfer:
+        return [outer], 0.0
+    for bevel in chamfer / 2.0 ** np.arange(HALVED):
+        inner = _inset(ring, by + bevel)
+        if len(inner) and _is_simple(inner):
+            return [inner, outer], float(bevel)
+    return [], 0.0
+
+
+def _is_simple(ring: Floats) -> bool:
+    """Whether a ring that may have corners on each other does not cross itself and runs counter-clockwise."""
+    import shapely
+
+    own = ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)]
+    return len(own) >= 3 and bool(shapely.is_valid(shapely.polygons(own))) and bool(shapely.LinearRing(own).is_ccw)
+
+
+def _largest_within(ring: Floats, by: float) -> Floats:
+    """Largest piece of what lies at least so far (m) within a ring, (k, 2); empty where there is none."""
+    import shapely
+
+    part = shapely.get_parts(shapely.buffer(shapely.polygons(ring), -by, join_style="mitre", mitre_limit=1e3))
+    if not len(part):
+        return np.zeros((0, 2))
+    edge = shapely.get_exterior_ring(part[int(shapely.area(part).argmax())])
+    corner = np.asarray(shapely.get_coordinates(edge)[:-1])
+    return corner if shapely.is_ccw(edge) else corner[::-1]
 
 
 def _size(cells: Subdivision) -> float:

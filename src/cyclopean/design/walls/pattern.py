@@ -26,7 +26,15 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.design.options import at_least, not_negative, positive, within
 from cyclopean.design.walls.coursing import coursed
-from cyclopean.design.walls.dressing import Coping, Foot, Quoins, coping_stones, foot_line, quoin_stones
+from cyclopean.design.walls.dressing import (
+    Coping,
+    Foot,
+    Quoins,
+    coping_stones,
+    foot_line,
+    quoin_stones,
+    shared_coping,
+)
 from cyclopean.design.walls.openings import Kind, Opening, clear_shape, fitting, head_stones
 from cyclopean.design.walls.short_joints import without_short_joints
 from cyclopean.errors import InputError
@@ -41,6 +49,7 @@ __all__ = [
     "draw_from",
     "draw_pattern",
     "drawing_seeds",
+    "live_seeds",
     "seed_grid",
 ]
 
@@ -207,6 +216,21 @@ def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
         As `draw_pattern`.
     """
     frame = _frame(settings)
+    found, live, least = _culled(seeds, settings, frame)
+    before = len(found)
+    found = _without_thin_pieces(found, least)
+    joined = before - len(found)
+    found, _ = without_short_joints(found, _spacing(settings, frame)[1], least)
+    return _pattern(frame, found, (int((~live).sum()), joined), settings, seeds)
+
+
+def live_seeds(seeds: Seeds, settings: PatternSettings) -> Ints:
+    """Which of the seeds the stones of `draw_from` grow from: all that are not culled, in whose order `site` counts."""
+    return np.flatnonzero(_culled(seeds, settings, _frame(settings))[1])
+
+
+def _culled(seeds: Seeds, settings: PatternSettings, frame: _Frame) -> tuple[Subdivision, Bools, float]:
+    """The drawing without slivers, the seeds that are left, and the least inradius proxy (m) of a stone."""
     site, weight = seeds.point, seeds.weight
     least = settings.sliver * float(np.sqrt(frame.field / len(seeds)))
     live = np.ones(len(seeds), bool)
@@ -221,11 +245,7 @@ def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
             break
     else:
         found = _drawn(settings, frame, site[live], weight[live])
-    before = len(found)
-    found = _without_thin_pieces(found, least)
-    joined = before - len(found)
-    found, _ = without_short_joints(found, _spacing(settings, frame)[1], least)
-    return _pattern(frame, found, (int((~live).sum()), joined), settings, seeds)
+    return found, live, least
 
 
 def _frame(settings: PatternSettings) -> _Frame:
@@ -249,7 +269,8 @@ def _frame(settings: PatternSettings) -> _Frame:
     if settings.coping:
         tie = (settings.quoins.long, settings.quoins.short) if settings.quoins else ()
         avoid = np.array([*tie, *(width - t for t in tie)])
-        named += [("coping", stone) for stone in coping_stones(settings.coping, width, height, avoid)]
+        shared = shared_coping(settings.quoins, lines) if settings.quoins else (0.0, 0.0)
+        named += [("coping", stone) for stone in coping_stones(settings.coping, width, height, avoid, shared)]
     low, high = 0.0, width
     if settings.quoins:
         mean = (settings.quoins.long + settings.quoins.short) / 2.0

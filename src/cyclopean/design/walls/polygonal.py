@@ -8,12 +8,12 @@
 from dataclasses import dataclass
 
 from cyclopean.assembly import Assembly
-from cyclopean.design.walls.improve import improve_interlock
+from cyclopean.design.walls.improve import Chosen, improvements, standing
 from cyclopean.design.walls.joints import JointReadout, Warped, jointed
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.design.walls.surfaces import Plane, Surface, Thickness, refuse_folds
 
-__all__ = ["PolygonalWall", "polygonal_wall"]
+__all__ = ["IMPROVING", "PolygonalWall", "laid_wall", "polygonal_wall", "verdict"]
 
 IMPROVING = 15.0  # s; walls of up to several hundred stones are done long before, and so the same each time
 
@@ -27,6 +27,8 @@ class PolygonalWall:
     surface: Surface
     thickness: Thickness
     joints: JointReadout
+    chosen: Chosen | None = None  # which of the improved walls this is, and whether it stands; None = not improved
+    warped: Warped = "auto"  # what was asked for
 
 
 def polygonal_wall(
@@ -59,7 +61,8 @@ def polygonal_wall(
     warped : {"auto", "triangles", "plane"}
         What a contact becomes whose corners lie in no plane, see `design.walls.joints`.
     improve : bool
-        Move and weight the seeds until the stones interlock better, see `design.walls.improve`.
+        Move and weight the seeds until the stones interlock better, see `design.walls.improve`; a wall that stands is
+        not given up for one of which coupled analysis cannot say so.
 
     Returns
     -------
@@ -71,10 +74,38 @@ def polygonal_wall(
         An option that cannot be built, a pattern that cannot be drawn, a surface that bends more than the depth allows.
     """
     settings = settings or PatternSettings()
-    surface = surface if surface is not None else Plane()
+    face = surface if surface is not None else Plane()
     thickness = Thickness(depth, batter)
-    refuse_folds(surface, thickness, settings.width, settings.height)
-    pattern = improve_interlock(settings, seconds=IMPROVING) if improve else draw_pattern(settings)
+    refuse_folds(face, thickness, settings.width, settings.height)
+
+    def laid(pattern: Pattern, chosen: Chosen | None = None) -> PolygonalWall:
+        return laid_wall(pattern, face, thickness, density=density, mu=mu, warped=warped, chosen=chosen)
+
+    if not improve:
+        return laid(draw_pattern(settings))
+    patterns = improvements(settings, seconds=IMPROVING)
+    chosen = standing(patterns, lambda pattern: verdict(laid(pattern).assembly))
+    return laid(patterns[chosen.place], chosen)
+
+
+def laid_wall(
+    pattern: Pattern,
+    surface: Surface,
+    thickness: Thickness,
+    *,
+    density: float | None = None,
+    mu: float | None = None,
+    warped: Warped = "auto",
+    chosen: Chosen | None = None,
+) -> PolygonalWall:
+    """Lay a pattern on a surface, with exact joints; parameters and errors as `jointed`."""
     name = f"polygonal wall of {pattern.readout.cells}"
     assembly, joints = jointed(pattern, surface, thickness, density=density, mu=mu, warped=warped, name=name)
-    return PolygonalWall(assembly, pattern, surface, thickness, joints)
+    return PolygonalWall(assembly, pattern, surface, thickness, joints, chosen, warped)
+
+
+def verdict(assembly: Assembly) -> str:
+    """What coupled analysis says of a wall: "stable", "unstable" or "undecided"."""
+    from cyclopean.analysis import Settings, check
+
+    return check(assembly, Settings(method="cra", seconds=IMPROVING)).verdict

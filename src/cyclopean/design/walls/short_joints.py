@@ -4,8 +4,8 @@ The two ends of a short edge become one corner where no more than three regions 
 one): a bend is straightened, a bed runs into the corner of a dressed stone. Elsewhere that would make a crossing, which
 weakens the bond; there the ends move apart along the edge until it is a joint worth the name. Corners on straight sides
 of the outline or of dressed stones slide along them, other corners of these stay. A change counts only if every cell
-that it touches stays simple, keeps its inradius proxy or the least one, and no other edge becomes short by it. What
-cannot be changed under these conditions stays.
+that it touches stays simple, keeps its inradius proxy or the least one, they cover together what they covered before,
+and no other edge becomes short by it. What cannot be changed under these conditions stays.
 
 By hand: two short edges in a square, one a bend that can go, one between two joints that must be set apart.
 """
@@ -23,6 +23,7 @@ __all__ = ["SHORT", "without_short_joints"]
 SHORT = 0.02  # of the spacing of the stones: an edge below this is short
 APART = (1.5, 1.01)  # of the short length: what an edge is stretched to, the first that fits
 ROUNDS = 6  # of looking at all short edges; one change can make room for another
+COVER = 1e-10  # of a spacing's area: what the cells that a change touches may gain or lose together
 STRAIGHT = 1e-8  # of the spacing: a corner nearer than this to the line between its fixed neighbours slides along it
 
 Point = tuple[float, float]
@@ -58,6 +59,14 @@ class _Net:
         (x, y), (u, v) = self.point[a], self.point[b]
         return (u - x) / self.spacing[0], (v - y) / self.spacing[1]
 
+    def area(self, c: int) -> float:
+        """Area of a cell (m2)."""
+        corner = np.array([self.point[k] for k in self.rings[c]])
+        if len(corner) < 3:
+            return 0.0
+        after, here = np.roll(corner, -1, axis=0) - corner[0], corner - corner[0]
+        return float((here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]).sum()) / 2.0
+
     def thinness(self, c: int) -> float:
         """Inradius proxy 2 A / P of a cell (m), negative where it is not simple."""
         import shapely
@@ -68,10 +77,7 @@ class _Net:
         polygon = shapely.polygons(corner)
         if not shapely.is_valid(polygon):
             return -1.0
-        after = np.roll(corner, -1, axis=0) - corner[0]
-        here = corner - corner[0]
-        area = float((here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]).sum()) / 2.0
-        return 2.0 * area / float(shapely.length(polygon))
+        return 2.0 * self.area(c) / float(shapely.length(polygon))
 
 
 def without_short_joints(found: Subdivision, spacing: Floats, least: float) -> tuple[Subdivision, int]:
@@ -170,11 +176,12 @@ def _merged(net: _Net, a: int, b: int) -> bool:
         return False
     touched = sorted((net.cells[a] | net.cells[b]) - {-1})
     before = {c: (net.rings[c], net.thinness(c)) for c in touched}
+    whole = sum(map(net.area, touched))
     for c in touched:
         ring = [keep if k == gone else k for k in net.rings[c]]
         net.rings[c] = [k for k, after in zip(ring, ring[1:] + ring[:1], strict=True) if k != after]
     simple = all(len(set(net.rings[c])) == len(net.rings[c]) for c in touched)
-    if not (simple and all(_good(net, c, before[c][1]) for c in touched)):
+    if not (simple and _covers(net, touched, whole) and all(_good(net, c, before[c][1]) for c in touched)):
         for c in touched:
             net.rings[c] = before[c][0]
         return False
@@ -191,6 +198,11 @@ def _on_side(net: _Net, p: int, q: int) -> bool:
     return abs(u * way[1] - v * way[0]) <= STRAIGHT
 
 
+def _covers(net: _Net, touched: list[int], before: float) -> bool:
+    """Whether cells have the area together that they had before (m2)."""
+    return abs(sum(map(net.area, touched)) - before) <= COVER * net.spacing[0] * net.spacing[1]
+
+
 def _good(net: _Net, c: int, before: float) -> bool:
     return net.thinness(c) >= min(before, net.least) and net.thinness(c) > 0.0
 
@@ -198,13 +210,13 @@ def _good(net: _Net, c: int, before: float) -> bool:
 def _parted(net: _Net, a: int, b: int) -> bool:
     """Move the ends apart, as far as they are free to go."""
     touched = sorted((net.cells[a] | net.cells[b]) - {-1})
-    thin = {c: net.thinness(c) for c in touched}
+    thin, whole = {c: net.thinness(c) for c in touched}, sum(map(net.area, touched))
     old = net.point[a], net.point[b]
     short = _count_short(net, a, b)
     for new in _stretched(net, a, b):
         net.point[a], net.point[b] = new
         if not net.length(a, b) < SHORT and _count_short(net, a, b) < short:
-            if all(_good(net, c, thin[c]) for c in touched):
+            if _covers(net, touched, whole) and all(_good(net, c, thin[c]) for c in touched):
                 return True
         net.point[a], net.point[b] = old
     return False

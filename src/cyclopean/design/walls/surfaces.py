@@ -32,10 +32,12 @@ __all__ = [
     "Free",
     "HeightGrid",
     "Plane",
+    "ReturnPlane",
     "Ruled",
     "Sphere",
     "Surface",
     "Thickness",
+    "Twist",
     "refuse_folds",
     "tightest_radius",
 ]
@@ -59,6 +61,21 @@ class Plane:
         """Points (m) and outward unit normals, (n, 3) each."""
         u, v = np.asarray(uv, float).T
         return _columns(u, 0.0, v), _columns(0.0 * u, -1.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ReturnPlane:
+    """The upright plane in which a wall goes on that turns back by a right angle at the right end of `Plane`."""
+
+    x: float  # m; where the corner is
+
+    def __post_init__(self) -> None:
+        finite("return plane x", self.x)
+
+    def at(self, uv: Floats) -> tuple[Floats, Floats]:
+        """Points (m) and outward unit normals, (n, 3) each."""
+        u, v = np.asarray(uv, float).T
+        return _columns(0.0 * u + self.x, u, v), _columns(1.0 + 0.0 * u, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,6 +211,32 @@ class Free:
         if len(answer) != 3:
             raise InputError(f"surface: expected x, y, z for every u, v, got {len(answer)} rows")
         return sealed("surface", _columns(*answer, like=u), len(u), 3)
+
+
+@dataclass(frozen=True, slots=True)
+class Twist:
+    """Straight foot, and a straight top turned in plan about the middle; ruled between."""
+
+    degrees: float  # of the top, counter-clockwise seen from above
+    width: float  # m
+    height: float  # m
+
+    def __post_init__(self) -> None:
+        within("twist", self.degrees, -80.0, 80.0)
+        positive("surface width", self.width)
+        positive("surface height", self.height)
+
+    def at(self, uv: Floats) -> tuple[Floats, Floats]:
+        """Points (m) and outward unit normals, (n, 3) each."""
+        return Ruled(self._foot, self._top, self.width, self.height).at(uv)
+
+    def _foot(self, u: Floats) -> tuple[Floats, float, float]:
+        return u, 0.0, 0.0
+
+    def _top(self, u: Floats) -> tuple[Floats, Floats, float]:
+        cos, sin = np.cos(np.radians(self.degrees)), np.sin(np.radians(self.degrees))
+        middle = self.width / 2.0
+        return middle + (u - middle) * cos, (u - middle) * sin, self.height
 
 
 @dataclass(frozen=True, slots=True, eq=False)

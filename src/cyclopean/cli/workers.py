@@ -1,0 +1,62 @@
+"""Where long work is done: in this process, in others on this machine, or on a cluster."""
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+
+from cyclopean.errors import InputError
+
+__all__ = ["workers"]
+
+MOST = 256
+PATIENCE = "10s"  # for a cluster to answer
+
+
+@contextmanager
+def workers(count: int, cluster: str | None) -> Iterator[Executor | None]:
+    """Open what the work is to be done by, and close it afterwards.
+
+    Parameters
+    ----------
+    count : int
+        Processes on this machine; 1 = this one.
+    cluster : str, optional
+        Address of the scheduler of a dask cluster, such as tcp://10.0.0.1:8786.
+
+    Raises
+    ------
+    InputError
+        Both are asked for, the cluster does not answer, or its library is not installed.
+    """
+    if not 1 <= count <= MOST:
+        raise InputError(f"--workers: {count} is not between 1 and {MOST}")
+    if cluster is not None:
+        if count != 1:
+            raise InputError("--workers: has no say over a cluster; leave it out, or leave out --cluster")
+        with _cluster(cluster) as executor:
+            yield executor
+    elif count == 1:
+        yield None
+    else:
+        import multiprocessing
+        from concurrent.futures import ProcessPoolExecutor
+
+        with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as executor:
+            yield executor
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--cluster: needs dask; install it with: pip install 'cyclopean[cluster]'") from None
+    try:
+        client = Client(address, timeout=PATIENCE)
+    except (OSError, ValueError, TimeoutError) as error:
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"--cluster {address}: no scheduler answers there ({why})") from None
+    with client:
+        if not client.scheduler_info()["workers"]:
+            raise InputError(f"--cluster {address}: the cluster has no workers; start some")
+        yield client.get_executor()

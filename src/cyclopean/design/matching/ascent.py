@@ -1,0 +1,388 @@
+"""Climb what all stones share with their cells at once: poses, and the sites and weights of the power diagram.
+
+The wall lies flat here, in (u, v, t): along it, up it, and outwards from its face (m). The cell of site i is bounded
+against site j by the line of equal power. With G = (p - origin) / spacing, in which the diagram is drawn,
+
+    s = (pow_i - pow_j) / 2L,   pow_i = |G - g_i|^2 - w_i,   L = |(g_j - g_i) / spacing|,
+
+is the distance (m) of a point p from that line, negative on i's side, and with its unit normal n (towards j)
+
+    ds/dg_i = -(G - g_i) / L + s n / (L spacing),    ds/dg_j = (G - g_j) / L - s n / (L spacing),    ds/dw_i = -1 / 2L.
+
+The ends and the faces of the wall are planes that stay; what takes stone from a cell (openings, dressed stones, ground)
+is convex, and a point lies outside of it where it is beyond one of its sides. So the depth of a point in its cell is
+
+    s = max(max over lines and planes of s_k,  max over obstacles of min over sides of -s_e)
+
+and the volume that stone i (n points, each of V_i / n) shares with its cell is smoothed over a width e to
+
+    V_i / n  sum over points of  phi(s / e),    phi(x) = 1/2 - 3/4 x + 1/4 x^3 within -1..1, 1 before, 0 beyond.
+
+The sum of that over all stones is climbed by Adam (Kingma and Ba 2015), whose second moments are those of blocks of
+variables: shifts, turns, sites, weights. Steps and widths shrink. A diagram of moving cells forgets no volume: what one
+stone's cell gains, another's loses.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.design.matching.refine import bonded, turned_by
+from cyclopean.geometry import power_diagram
+
+__all__ = ["Bodies", "Climb", "FlatWall", "Gradient", "Obstacles", "State", "climbed", "diagram_neighbours", "gradient"]
+
+Singles = NDArray[np.float32]
+
+BATCH = 1 << 19  # points times planes at a time
+FAR = 1e3  # m: offset of a plane that everything is before
+BESIDE = 8  # sites by which a hidden one is bounded
+MOMENTS = (0.85, 0.95)  # of what was, in the means of the gradient and its square
+FLOOR = 1e-3  # of the mean size of a block: so small a gradient moves nothing
+EDGE = 0.02  # spacings: no site comes nearer to the end of the grid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacles:
+    """Convex parts of the wall's plane in which no cell is; their sides filled up with normal 0 and offset FAR."""
+
+    corners: tuple[Floats, ...]  # (k, 2) m, counter-clockwise
+    normal: Floats  # (o, e, 2) outward
+    offset: Floats  # (o, e) m
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlatWall:
+    """What bounds the cells beside their neighbours."""
+
+    origin: Floats  # (2,) m, of the grid
+    spacing: Floats  # (2,) m
+    size: Floats  # (2,) m: width and height
+    grid: Floats  # (2,) columns and rows: no site leaves these
+    depth: float  # m
+    batter: float  # m a metre
+    obstacles: Obstacles
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """Stones in cells: b of them."""
+
+    points: Singles  # (b, n, 3) m, body frame
+    volume: Floats  # (b,) m3
+    site: Ints  # (b,) in whose cell each lies
+    held: Bools  # (b,) bodies that do not move: a cell that has no stone is filled with what it was
+    bond: tuple[Floats, float] | None = (
+        None  # ways (b, 3) of longest axes in (u, v, t), and by how much they may be off (radians)
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """What moves."""
+
+    point: Floats  # (s, 2) sites, in spacings
+    weight: Floats  # (s,) in mean cells
+    rotation: Floats  # (b, 3, 3) body to (u, v, t)
+    shift: Floats  # (b, 3) m: centroids in (u, v, t)
+
+
+@dataclass(frozen=True, slots=True)
+class Climb:
+    """How to climb. Widths are shares of a stone's radius of gyration; steps, of it, of a radian, and of a spacing."""
+
+    steps: int = 150
+    width: tuple[float, float] = (0.12, 0.02)
+    step: tuple[float, float] = (0.03, 0.003)
+    redrawn: int = 5  # steps between two diagrams
+    tether: float = 0.0  # mean volumes of a stone that it costs to move a site by one spacing, squared and halved
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gradient:
+    """Shared volume (m3), by counting and smoothed, and the gradient of the latter."""
+
+    counted: float
+    smooth: float
+    shift: Floats  # (b, 3) m2
+    turn: Floats  # (b, 3) m3 a radian
+    point: Floats  # (s, 2) m3 a spacing
+    weight: Floats  # (s,) m3
+
+
+def climbed(
+    wall: FlatWall,
+    bodies: Bodies,
+    state: State,
+    climb: Climb,
+    progress: Callable[[str], None] = lambda _: None,
+) -> tuple[State, float]:
+    """Climb, and return the best state met at which the diagram was fresh, with the volume it shares by counting (m3).
+
+    The volume is less what the tether costs; the state given is among those compared.
+    """
+    start, reach = state, _reach(bodies)
+    mean = np.zeros((max(len(bodies.site), 1), 6)), np.zeros((len(state.weight), 3))
+    square = np.zeros_like(mean[0]), np.zeros_like(mean[1])
+    best, top = state, -np.inf
+    beside = np.zeros((0, 0), np.int64)
+    for k in range(climb.steps + 1):
+        done = min(1.0, k / max(1, climb.steps - 1))
+        width = climb.width[0] * (climb.width[1] / climb.width[0]) ** done
+        step = climb.step[0] * (climb.step[1] / climb.step[0]) ** done
+        fresh = k % climb.redrawn == 0 or k == climb.steps
+        if fresh:
+            progress(f"negotiating: {k} of {climb.steps}")
+            beside = diagram_neighbours(wall, state)
+        found = gradient(wall, bodies, state, beside, width * reach)
+        pull = climb.tether * float(bodies.volume.mean())
+        off = np.column_stack([state.point - start.point, state.weight - start.weight])
+        value = found.counted - pull * float((off**2).sum()) / 2.0
+        if fresh and value > top:
+            best, top = state, value
+        if k == climb.steps:
+            break
+        ways = (
+            np.column_stack([found.shift * reach[:, None], found.turn]) * ~bodies.held[:, None],
+            np.column_stack([found.point, found.weight]) - pull * off,
+        )
+        moves = []
+        for way, first, second, blocks in zip(ways, mean, square, ((0, 3, 6), (0, 2, 3)), strict=True):
+            first += (1.0 - MOMENTS[0]) * (way - first)
+            second += (1.0 - MOMENTS[1]) * (way**2 - second)
+            moves.append(step * _scaled(first, second, k + 1, blocks))
+        state = _moved(wall, bodies, state, moves, reach)
+    return best, top
+
+
+def _scaled(first: Floats, second: Floats, count: int, blocks: tuple[int, ...]) -> Floats:
+    """Adam's direction, where the variables of a block share one second moment."""
+    size = second.copy()
+    for a, b in pairwise(blocks):
+        size[:, a:b] = size[:, a:b].mean(axis=1, keepdims=True)
+    least = FLOOR * np.sqrt(size.mean()) + 1e-300
+    corrected = np.sqrt(size / (1.0 - MOMENTS[1] ** count)) + least
+    return np.asarray(first / (1.0 - MOMENTS[0] ** count) / corrected)
+
+
+def _moved(wall: FlatWall, bodies: Bodies, state: State, moves: list[Floats], reach: Floats) -> State:
+    poses, sites = moves
+    point = np.clip(state.point + sites[:, :2], EDGE, wall.grid - EDGE)
+    weight = state.weight + sites[:, 2]
+    rotation = turned_by(poses[:, 3:]) @ state.rotation
+    return State(
+        point,
+        weight - (weight.mean() - state.weight.mean()),  # a common weight moves no line
+        rotation if bodies.bond is None else bonded(rotation, *bodies.bond),
+        state.shift + poses[:, :3] * reach[:, None],
+    )
+
+
+def _reach(bodies: Bodies) -> Floats:
+    """Radius of gyration of each stone (m), (b,)."""
+    return np.sqrt((bodies.points.astype(float) ** 2).sum(axis=2).mean(axis=1))
+
+
+def diagram_neighbours(wall: FlatWall, state: State) -> Ints:
+    """(s, k) sites whose cells border on that of each, filled up with -1.
+
+    A site that has no cell is bounded by those nearest to it, so that its stone lies outside.
+    """
+    from scipy.spatial import cKDTree
+
+    low, high = -wall.origin / wall.spacing, (wall.size - wall.origin) / wall.spacing
+    cells = power_diagram(state.point, state.weight, low, high)
+    pair = cells.side[(cells.side >= 0).all(axis=1)]
+    pair = np.unique(cells.site[np.concatenate([pair, pair[:, ::-1]])].reshape(-1, 2), axis=0)
+    hidden = np.setdiff1d(np.arange(len(state.weight)), cells.site)
+    if len(hidden):
+        near = cKDTree(state.point).query(state.point[hidden], min(BESIDE + 1, len(state.point)))[1]
+        more = np.column_stack([np.repeat(hidden, near.shape[1]), near.ravel()])
+        pair = np.concatenate([pair, more[more[:, 0] != more[:, 1]]])
+        pair = pair[np.lexsort((pair[:, 1], pair[:, 0]))]
+    count = np.bincount(pair[:, 0], minlength=len(state.weight))
+    beside = np.full((len(state.weight), int(count.max(initial=1))), -1, np.int64)
+    first = np.cumsum(count) - count
+    beside[pair[:, 0], np.arange(len(pair)) - first[pair[:, 0]]] = pair[:, 1]
+    return beside
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lines:
+    """Bisectors of each body's site and its neighbours."""
+
+    other: Ints  # (b, k) site beyond the line, -1 = none
+    normal: Floats  # (b, k, 2)
+    offset: Floats  # (b, k) m
+    length: Floats  # (b, k) L, 1/m
+
+
+def _lines(wall: FlatWall, bodies: Bodies, state: State, beside: Ints) -> _Lines:
+    other = beside[bodies.site]
+    some = other >= 0
+    own, far = bodies.site[:, None], np.where(some, other, 0)
+    across = (state.point[far] - state.point[own]) / wall.spacing
+    length = np.maximum(np.linalg.norm(across, axis=2), 1e-12)
+    normal = np.where(some[..., None], across / length[..., None], 0.0)
+    lifted = (state.point**2).sum(axis=1) - state.weight
+    offset = (lifted[far] - lifted[own]) / (2.0 * length) + normal @ wall.origin
+    return _Lines(other, normal, np.where(some, offset, FAR), length)
+
+
+def gradient(wall: FlatWall, bodies: Bodies, state: State, beside: Ints, width: Floats) -> Gradient:
+    """Shared volume and its gradient, for given neighbours.
+
+    Parameters
+    ----------
+    wall : FlatWall
+        What stays.
+    bodies : Bodies
+        The stones.
+    state : State
+        What moves.
+    beside : (s, k) int
+        Neighbours of each site, see `diagram_neighbours`.
+    width : (b,) float
+        To which each stone's border is smoothed (m).
+
+    Returns
+    -------
+    Gradient
+    """
+    lines = _lines(wall, bodies, state, beside)
+    normal, offset = _planes(wall, lines)
+    # about the stone's own centroid, which keeps single precision precise
+    offset = offset - np.einsum("bpk,bk->bp", normal, state.shift)
+    near = _near(wall, bodies, state)
+    count = len(bodies.site)
+    inside, smooth = np.zeros(count), np.zeros(count)
+    force, turn = np.zeros((count, 3)), np.zeros((count, 3))
+    moment = np.zeros((*offset.shape, 5))  # of the points that each plane pushes: first moments, sum, sum of s
+    size = max(1, BATCH // max(1, bodies.points.shape[1] * offset.shape[1]))
+    for rows in _batches(near, size):
+        chosen = near[rows[0]]
+        walls = None
+        if len(chosen):
+            edge = np.concatenate(
+                [wall.obstacles.normal[chosen], np.zeros((*wall.obstacles.offset[chosen].shape, 1))], 2
+            )
+            walls = edge, wall.obstacles.offset[chosen] - np.einsum("oek,bk->boe", edge, state.shift[rows])
+        found = _pushes(bodies, state.rotation, (normal, offset), walls, width, rows)
+        inside[rows], smooth[rows], force[rows], turn[rows], moment[rows] = found
+    each = bodies.volume / bodies.points.shape[1]
+    moment *= each[:, None, None]
+    k = lines.other.shape[1]
+    point, weight = _site_gradient(wall, bodies, state, lines, moment[:, :k])
+    return Gradient(
+        float((inside * each).sum()),
+        float((smooth * each).sum()),
+        force * each[:, None],
+        turn * each[:, None],
+        point,
+        weight,
+    )
+
+
+def _planes(wall: FlatWall, lines: _Lines) -> tuple[Floats, Floats]:
+    """Normals (b, k + 6, 3) and offsets (b, k + 6) of the lines, the ends, the top, the foot, and the faces."""
+    count, k = lines.other.shape
+    slope = float(np.hypot(1.0, wall.batter))
+    fixed = np.array(
+        [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, wall.batter / slope, 1 / slope], [0, 0, -1]], float
+    )
+    normal = np.zeros((count, k + len(fixed), 3))
+    normal[:, :k, :2], normal[:, k:] = lines.normal, fixed
+    ends = np.array([0.0, wall.size[0], 0.0, wall.size[1], 0.0, wall.depth])
+    return normal, np.concatenate([lines.offset, np.broadcast_to(ends, (count, len(ends)))], axis=1)
+
+
+def _near(wall: FlatWall, bodies: Bodies, state: State) -> list[Ints]:
+    """Obstacles within reach of each stone."""
+    if not len(wall.obstacles):
+        return [np.zeros(0, np.int64)] * len(bodies.site)
+    radius = np.sqrt((bodies.points**2).sum(axis=2).max(axis=1))
+    low = np.stack([c.min(axis=0) for c in wall.obstacles.corners])
+    high = np.stack([c.max(axis=0) for c in wall.obstacles.corners])
+    here = state.shift[:, None, :2]
+    gap = np.linalg.norm(np.maximum(np.maximum(low - here, here - high), 0.0), axis=2)
+    return [np.flatnonzero(row) for row in gap <= radius[:, None]]
+
+
+def _batches(near: list[Ints], size: int) -> list[Ints]:
+    """Stones with the same obstacles together, `size` at most."""
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for row, chosen in enumerate(near):
+        groups.setdefault(tuple(chosen.tolist()), []).append(row)
+    return [np.array(g[k : k + size]) for g in groups.values() for k in range(0, len(g), size)]
+
+
+def _pushes(
+    bodies: Bodies,
+    rotation: Floats,
+    planes: tuple[Floats, Floats],
+    walls: tuple[Floats, Floats] | None,
+    width: Floats,
+    rows: Ints,
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Per stone: points inside, sum of phi, its gradient by shift and turn, and what each plane is pushed with."""
+    turned = rotation[rows].astype(np.float32) @ bodies.points[rows].transpose(0, 2, 1)
+    turned = np.concatenate([turned, np.ones_like(turned[:, :1])], axis=1)  # (b, 4, n)
+    normal = planes[0][rows].astype(np.float32)
+    plane = np.concatenate([normal, -planes[1][rows, :, None].astype(np.float32)], axis=2)
+    depth = plane @ turned  # (b, p, n)
+    outermost = depth.max(axis=1)
+    taken = None
+    if walls is not None:
+        sides = np.broadcast_to(walls[0], (len(rows), *walls[0].shape)).astype(np.float32)
+        side = np.concatenate([sides, -walls[1][..., None].astype(np.float32)], axis=3)  # (b, o, e, 4)
+        within = (side.reshape(len(rows), -1, 4) @ turned).reshape(*side.shape[:3], -1)
+        beyond = within.max(axis=2)  # (b, o, n): how far out of each obstacle, negative inside
+        worst = -beyond.min(axis=1)
+        taken = (within == -worst[:, None, None]) & (worst > outermost)[:, None, None]
+        outermost = np.maximum(outermost, worst)
+    share = outermost / width[rows, None].astype(np.float32)
+    np.clip(share, -1.0, 1.0, out=share)
+    phi = 0.5 - 0.75 * share + 0.25 * share**3
+    push = np.float32(0.75) * (1.0 - share**2) / width[rows, None].astype(np.float32)
+    pushed = np.multiply(depth == outermost[:, None], push[:, None], dtype=np.float32)
+    moment = pushed @ turned.transpose(0, 2, 1)  # (b, p, 4)
+    force = -(moment[:, :, 3:] * normal).sum(axis=1)
+    turn = -np.cross(moment[:, :, :3], normal).sum(axis=1)
+    if taken is not None:
+        pressed = np.multiply(taken, push[:, None, None], dtype=np.float32).reshape(len(rows), -1, push.shape[1])
+        pressure = pressed @ turned.transpose(0, 2, 1)
+        out = sides.reshape(len(rows), -1, 3)
+        force += (pressure[:, :, 3:] * out).sum(axis=1)
+        turn += np.cross(pressure[:, :, :3], out).sum(axis=1)
+    deep = (pushed * depth).sum(axis=2, keepdims=True)
+    inside = (outermost <= 0.0).sum(axis=1)
+    return inside, phi.sum(axis=1, dtype=float), force, turn, np.concatenate([moment, deep], axis=2)
+
+
+def _site_gradient(
+    wall: FlatWall, bodies: Bodies, state: State, lines: _Lines, moment: Floats
+) -> tuple[Floats, Floats]:
+    """Gradient by sites (s, 2) and weights (s,), from the moments (b, k, 5) of the points that push each line."""
+    some = lines.other >= 0
+    own, far = np.broadcast_to(bodies.site[:, None], some.shape)[some], lines.other[some]
+    mass, deep, length = moment[some][:, 3:4], moment[some][:, 4:], lines.length[some][:, None]
+    body = np.broadcast_to(np.arange(len(bodies.site))[:, None], some.shape)[some]
+    first = moment[some][:, :2] + mass * (state.shift[body, :2] - wall.origin)
+    first /= wall.spacing  # sum of G
+    turn = deep * lines.normal[some] / wall.spacing
+    near = (first - mass * state.point[own] - turn) / length
+    away = (first - mass * state.point[far] - turn) / length
+    point, weight = np.zeros_like(state.point), np.zeros_like(state.weight)
+    np.add.at(point, own, near)
+    np.add.at(point, far, -away)
+    half = (mass / (2.0 * length))[:, 0]
+    np.add.at(weight, own, half)
+    np.add.at(weight, far, -half)
+    return point, weight

@@ -1,0 +1,246 @@
+"""The wall as it will be built: carved stones in place of cells, and the joints where two of them really touch.
+
+A cell that its stone does not fill leaves gaps in the joints around it. In every joint of the drawn wall, two carved
+stones touch where the faces of both reach the joint's plane:
+
+    R = (faces of stone a in the plane) ∩ (faces of stone b in the plane) ∩ (the drawn joint).
+
+R may be ragged, and in several patches. The contact is the **convex hull** of R, one for each drawn joint.
+
+**Why the hull is right.** Every corner of the hull is a point of R, so the stones do touch there. A force at a point
+p = sum s_i p_i of the hull (s_i >= 0, sum s_i = 1), and its moment, are those of the forces s_i f at the corners p_i;
+all corners share one normal and one friction coefficient, so s_i f is admissible where f is. Hence forces at the
+corners of the hull and pressure spread over R have the same resultants: rigid-block equilibrium cannot tell them apart,
+in both directions, and it does not matter whether R is in one piece. Coupled analysis also asks that R does not overlap
+by more than eps: of two rigid stones the distance is an affine function of the place in the plane, so it keeps its
+bound on R if and only if it does at the corners of the hull. As for every contact, forces are placed at corners there,
+and friction is held against the sliding of the corner it acts at.
+
+**What is given up.** A hull of more than `CORNERS` corners is replaced by the polygon of that many of them which loses
+least area, corner by corner. What is analysed then is a wall whose stones touch a little less than they do: a state of
+rigid-block equilibrium found for it is one of the true wall. A mechanism, and the bound on overlap in coupled analysis,
+are those of the reduced joints; `CarvedWall.kept` says how much of each hull is left.
+
+Joints of the drawn wall keep their friction. Blocks that are held stay as they are drawn. A cell without a stone is
+left out, with its joints. Curved joints that were drawn as the best plane through their corners stay that plane, and
+both faces are laid into it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cyclopean.arrays import Floats, Ints, sealed
+from cyclopean.assembly import Assembly, Block, Contacts, Load, check_contacts, detect, length_tolerance, supports
+from cyclopean.design.matching.carving import Carved
+from cyclopean.errors import InputError
+
+__all__ = ["CORNERS", "CarvedWall", "carved_wall"]
+
+CORNERS = 8  # of a contact
+ALIGNED = 0.95  # cosine between a face and the joint that it may lie in, as the certificate checker has it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CarvedWall:
+    """The wall as it will be built, and what became of the joints that were drawn (c of them)."""
+
+    assembly: Assembly  # held blocks as drawn, and the carved stones under the ids of their cells; with contacts
+    missing: tuple[str, ...]  # cells that have no stone
+    drawn: Floats  # (c,) m2 of each drawn joint
+    touching: Floats  # (c,) m2 where the stones really touch; 0 where they do not
+    kept: Floats  # (c,) area of the contact over that of the hull of the touching region; 1 where nothing was given up
+    joint: Ints  # drawn joint of each contact of the assembly
+    notes: tuple[str, ...]
+
+    @property
+    def touching_share(self) -> float:
+        """Share of the drawn joints' area over which stones really touch."""
+        whole = float(self.drawn.sum())
+        return float(self.touching.sum()) / whole if whole > 0.0 else 0.0
+
+
+def carved_wall(
+    wall: Assembly, carved: Sequence[Carved], *, fixed: ArrayLike | None = None, corners: int = CORNERS
+) -> CarvedWall:
+    """Put carved stones into a wall and find where they touch.
+
+    Parameters
+    ----------
+    wall : Assembly
+        As drawn; its contacts are detected where it gives none.
+    carved : sequence of Carved
+        Stones carved back to blocks of this wall.
+    fixed : (n,) array_like of bool, optional
+        Blocks that are held and stay as drawn; what `supports` says of the wall where not given.
+    corners : int
+        Most corners of a contact, at least 3.
+
+    Returns
+    -------
+    CarvedWall
+
+    Raises
+    ------
+    InputError
+        A stone for a cell that the wall does not have or that is held, two for one, or fewer than 3 corners.
+    """
+    if corners < 3:
+        raise InputError(f"corners: a contact needs at least 3, got {corners}")
+    held = supports(wall)[0] if fixed is None else sealed("fixed", fixed, len(wall), dtype=np.bool_)
+    stones = _by_block(wall, carved, held.tolist())
+    joints, furthest = _drawn_joints(wall)
+    tolerance = length_tolerance(wall)
+    touching, kept = np.zeros(len(joints)), np.ones(len(joints))
+    frames = joints.frame
+    polygons: list[Floats] = []
+    which: list[int] = []
+    for k in range(len(joints)):
+        ends = int(joints.a[k]), int(joints.b[k])
+        if any(i not in stones and not held[i] for i in ends):
+            continue
+        found = _touching(
+            joints.polygon(k),
+            frames[k],
+            [stones.get(i) for i in ends],
+            max(tolerance, 2.0 * furthest),
+            corners,
+            tolerance,
+        )
+        if found is not None:
+            polygon, touching[k], kept[k] = found
+            polygons.append(polygon)
+            which.append(k)
+    present = [i for i in range(len(wall)) if held[i] or i in stones]
+    place = {block: k for k, block in enumerate(present)}
+    contacts = Contacts.of(
+        [(place[int(joints.a[k])], place[int(joints.b[k])]) for k in which],
+        polygons,
+        [None if np.isnan(joints.mu[k]) else float(joints.mu[k]) for k in which],
+    )
+    blocks = tuple(_block(wall.blocks[i], stones.get(i), bool(held[i])) for i in present)
+    loads = tuple(Load(place[load.block], load.force, load.point) for load in wall.loads if load.block in place)
+    missing = tuple(block.id for i, block in enumerate(wall.blocks) if i not in place)
+    return CarvedWall(
+        Assembly(blocks, contacts, loads, f"{wall.name}, carved"),
+        missing,
+        joints.area,
+        touching,
+        kept,
+        np.array(which, np.int64),
+        _notes(wall, joints, missing, touching, len(wall.loads) - len(loads), place),
+    )
+
+
+def _by_block(wall: Assembly, carved: Sequence[Carved], held: Sequence[bool]) -> dict[int, Carved]:
+    """Carved stones by the number of their block; those of which nothing is left are left out."""
+    number = {block.id: i for i, block in enumerate(wall.blocks)}
+    found: dict[int, Carved] = {}
+    for stone in carved:
+        if stone.cell not in number:
+            raise InputError(f"stone '{stone.stone}': the wall has no block '{stone.cell}'")
+        i = number[stone.cell]
+        if held[i]:
+            raise InputError(f"stone '{stone.stone}': block '{stone.cell}' is held, it is no cell")
+        if i in found:
+            raise InputError(f"cell '{stone.cell}': has two stones, '{found[i].stone}' and '{stone.stone}'")
+        if stone.volume > 0.0:
+            found[i] = stone
+    return found
+
+
+def _drawn_joints(wall: Assembly) -> tuple[Contacts, float]:
+    """Joints of the drawn wall, each turned from a into b, and how far (m) the furthest lies off its faces."""
+    if wall.contacts is None:
+        return detect(wall).contacts, 0.0
+    joints, furthest, _ = check_contacts(wall, wall.contacts)
+    return joints, furthest
+
+
+def _touching(
+    polygon: Floats, frame: Floats, sides: Sequence[Carved | None], near: float, corners: int, tolerance: float
+) -> tuple[Floats, float, float] | None:
+    """Contact polygon, touching area and share of the hull of one joint; None where the stones do not touch.
+
+    A side that is None is a held block, which reaches all over the drawn joint.
+    """
+    import shapely
+
+    origin = polygon.mean(axis=0)
+    region: Any = shapely.make_valid(shapely.Polygon((polygon - origin) @ frame[1:].T))
+    for stone, sign in zip(sides, (1.0, -1.0), strict=True):
+        if stone is not None and not region.is_empty:
+            region = shapely.intersection(region, _faces_in_plane(stone, sign * frame[0], origin, frame, near))
+    hull = shapely.convex_hull(region)
+    if not 2.0 * hull.area > tolerance * hull.length:  # a strip no wider than the tolerance, a line, nothing
+        return None
+    outline = shapely.get_coordinates(hull.exterior)[:-1]
+    ring = _inscribed(outline if _area(outline) > 0.0 else outline[::-1], corners)
+    return origin + ring @ frame[1:], float(region.area), float(_area(ring) / hull.area)
+
+
+def _faces_in_plane(stone: Carved, normal: Floats, origin: Floats, frame: Floats, near: float) -> Any:
+    """Union of the stone's faces that lie in a plane and look its way, drawn in the plane's frame."""
+    import shapely
+
+    local = stone.vertices - origin
+    low = np.abs(local @ normal) <= near
+    flat = stone.triangles[low[stone.triangles].all(axis=1)]
+    edge = local[flat]
+    double = np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0])
+    facing = double @ normal > ALIGNED * np.linalg.norm(double, axis=1)
+    return shapely.union_all(shapely.polygons(local[flat[facing]] @ frame[1:].T))
+
+
+def _area(ring: Floats) -> float:
+    """Area (m2) of a ring; negative where it runs clockwise."""
+    x, y = (ring - ring[0]).T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
+
+
+def _inscribed(ring: Floats, most: int) -> Floats:
+    """Convex ring without the corners that add least, one after the other, until it has no more than `most`."""
+    while len(ring) > most:
+        before, after = np.roll(ring, 1, axis=0) - ring, np.roll(ring, -1, axis=0) - ring
+        ear = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
+        ring = np.delete(ring, int(np.argmin(ear)), axis=0)
+    return ring
+
+
+def _block(drawn: Block, stone: Carved | None, held: bool) -> Block:
+    if stone is None:
+        return Block(drawn.id, drawn.vertices, drawn.faces, drawn.density, held, drawn.group)
+    density = drawn.density if stone.density is None else stone.density
+    faces = tuple(map(tuple, stone.triangles.tolist()))
+    return Block(drawn.id, stone.vertices, faces, density, held, drawn.group)
+
+
+def _notes(
+    wall: Assembly,
+    joints: Contacts,
+    missing: Sequence[str],
+    touching: Floats,
+    loads_lost: int,
+    place: Mapping[int, int],
+) -> tuple[str, ...]:
+    """What a person should be told."""
+    notes = []
+    if missing:
+        notes.append(f"{len(missing)} cell(s) have no stone: {_some(missing)}")
+    if loads_lost:
+        notes.append(f"{loads_lost} load(s) acted on cells that have no stone, and are left out")
+    there = np.array([int(a) in place and int(b) in place for a, b in zip(joints.a, joints.b, strict=True)], bool)
+    apart = np.flatnonzero(there & ~(touching > 0.0))
+    if len(apart):
+        names = [f"{wall.blocks[joints.a[k]].id}-{wall.blocks[joints.b[k]].id}" for k in apart]
+        notes.append(f"{len(apart)} drawn joint(s) do not touch once carved: {_some(names)}")
+    return tuple(notes)
+
+
+def _some(names: Sequence[str], most: int = 6) -> str:
+    return ", ".join(f"'{name}'" for name in names[:most]) + (
+        f" and {len(names) - most} more" if len(names) > most else ""
+    )

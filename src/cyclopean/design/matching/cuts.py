@@ -1,0 +1,296 @@
+"""Where a stone is cut: the planes of its cell, traced through the boolean operations without any tolerance.
+
+manifold3d remembers of every triangle that comes out of an operation which solid it came from, and which triangle of
+that. So a face of a carved stone or of an offcut is known to lie on a plane of the cell because it *is* part of it.
+
+A cell is a closed block of the wall: flat polygons, also ones that are not convex, and fans of triangles where a face
+is curved. Its triangles are sorted into planes once, the largest first.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cyclopean.arrays import Floats, Ints, sealed
+from cyclopean.assembly import Block
+from cyclopean.design.stones.stone import Stone
+from cyclopean.geometry.solids import Solid, mesh_of
+
+__all__ = [
+    "OWN",
+    "CellPlanes",
+    "Cut",
+    "Piece",
+    "cuts_of",
+    "enclosed",
+    "labelled",
+    "pieces_with_cavities",
+    "planes_of",
+    "reaches",
+]
+
+OWN = -1  # label of what is the stone's own surface
+PLANE = 1e-6  # of the cell's size: corners within this of a plane lie in it, as for contacts
+SAME_SIDE = 0.9  # cosine below which two triangles are not in one plane, however small they are
+TRACE = 1e-9  # of the stone's size: where the stone reaches no further beyond a plane, it was not cut by it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellPlanes:
+    """The triangles of a cell and the k planes they lie in, about an origin of its own."""
+
+    vertices: Floats  # (v, 3) m, about the origin
+    triangles: Ints  # (t, 3)
+    plane: Ints  # (t,) plane of each triangle
+    normal: Floats  # (k, 3) unit, outward
+    offset: Floats  # (k,) m
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A connected solid that came out of stone and cell, each triangle with the plane of the cell that it lies on."""
+
+    vertices: Floats  # (v, 3) m, about the cell's origin
+    triangles: Ints  # (t, 3)
+    plane: Ints  # (t,) plane of the cell, or OWN
+    volume: float  # m3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """One plane on which the stone is cut, as seen from the stone's own frame."""
+
+    normal: Floats  # (3,) unit, towards what comes off
+    offset: float  # m; what stays has normal . x <= offset
+    area: float  # m2 of the face that is left
+    depth: float  # m; how far what comes off here reaches beyond the plane
+    dressing: bool  # too shallow to be called a cut
+    to_axis: float  # degrees between the plane and the stone's longest axis: 90 = square across it, 0 = along it
+    to_flat: float | None  # degrees to the nearest face that the stone has already: 0 = parallel; None = it has none
+    beside: tuple[
+        tuple[int, float], ...
+    ]  # neighbouring cuts (their indices), angle of the stone between them (degrees)
+
+
+def planes_of(cell: Block, origin: Floats) -> CellPlanes:
+    """Triangles and planes of a cell, about `origin` (3,) m."""
+    vertices: Floats = cell.vertices - origin
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0))) if len(vertices) else 0.0
+    corners = [t for face in cell.faces for t in _triangulated(vertices, face, PLANE * size)]
+    triangles = np.array(corners, np.int64).reshape(-1, 3)
+    edge = vertices[triangles]
+    double = np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0])
+    length = np.linalg.norm(double, axis=1)
+    unit = double / np.where(length > 0.0, length, 1.0)[:, None]
+    plane = np.full(len(triangles), OWN, np.int64)
+    normals: list[Floats] = []
+    offsets: list[float] = []
+    for t in np.argsort(-length, kind="stable"):
+        if plane[t] != OWN:
+            continue
+        offset = float(unit[t] @ edge[t].mean(axis=0))
+        in_it = (np.abs(edge @ unit[t] - offset) <= PLANE * size).all(axis=1)
+        in_it &= (unit @ unit[t] >= SAME_SIDE) | ~(length > 0.0)
+        plane[in_it & (plane == OWN)] = len(normals)
+        plane[t] = len(normals)
+        normals.append(unit[t])
+        offsets.append(offset)
+    return CellPlanes(vertices, triangles, plane, np.array(normals).reshape(-1, 3), np.array(offsets))
+
+
+def _triangulated(vertices: Floats, face: Sequence[int], tolerance: float) -> list[tuple[int, int, int]]:
+    """Triangles of a polygon: its fan, unless it is flat and not convex, when the fan would fold over itself."""
+    fan = [(face[0], face[k], face[k + 1]) for k in range(1, len(face) - 1)]
+    if len(fan) == 1:
+        return fan
+    ring = vertices[list(face)]
+    double = np.cross(ring[1:-1] - ring[0], ring[2:] - ring[0])
+    normal = double.sum(axis=0)
+    if not np.linalg.norm(normal) > 0.0 or (double @ normal >= 0.0).all():
+        return fan
+    normal /= np.linalg.norm(normal)
+    if not np.ptp(ring @ normal) <= 2.0 * tolerance:
+        return fan
+    from manifold3d import triangulate
+
+    from cyclopean.geometry import frames_from_normals
+
+    flat = (ring - ring[0]) @ frames_from_normals(normal[None])[0, 1:].T
+    return [(face[a], face[b], face[c]) for a, b, c in triangulate([flat]).tolist()]
+
+
+def pieces_with_cavities(solid: Solid) -> list[list[Solid]]:
+    """Connected solids, largest first, each with the shells of the cavities in it.
+
+    manifold3d takes a solid apart by its surface, so that a cavity comes out as a shell of its own, inside out. It is
+    given back to the smallest piece that it lies in.
+    """
+    shells = [shell for shell in solid.decompose() if not shell.is_empty()]
+    volume = [enclosed(*mesh_of(shell)) for shell in shells]
+    outer = sorted((k for k in range(len(shells)) if volume[k] > 0.0), key=lambda k: volume[k])
+    found = {k: [shells[k]] for k in outer}
+    for k in range(len(shells)):
+        if volume[k] < 0.0:
+            point = mesh_of(shells[k])[0][0]
+            around = next((o for o in outer if volume[o] > -volume[k] and _holds(shells[o], point)), None)
+            if around is not None:
+                found[around].append(shells[k])
+    return [found[k] for k in outer[::-1]]
+
+
+def _holds(shell: Solid, point: Floats) -> bool:
+    """Whether a point that is not on it lies inside a shell: the solid angle under which it is seen is 4 pi, or 0."""
+    vertices, triangles = mesh_of(shell)
+    a, b, c = np.moveaxis(vertices[triangles] - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+    over = np.einsum("ti,ti->t", a, np.cross(b, c))
+    under = la * lb * lc + (
+        np.einsum("ti,ti->t", a, b) * lc + np.einsum("ti,ti->t", b, c) * la + np.einsum("ti,ti->t", c, a) * lb
+    )
+    return bool(2.0 * np.arctan2(over, under).sum() > 2.0 * np.pi)
+
+
+def labelled(shells: Sequence[Solid], room: Solid, planes: CellPlanes) -> Piece:
+    """One mesh of shells that belong together, each triangle with the plane of the cell that it comes from.
+
+    Parameters
+    ----------
+    shells : sequence of Solid
+        What came out of an operation on stone and cell.
+    room : Solid
+        The cell that went in, made of `planes.triangles`.
+    planes : CellPlanes
+        Its planes.
+    """
+    own = set(np.asarray(room.to_mesh64().run_original_id).tolist())
+    points, corners, labels, before = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)], 0
+    for shell in shells:
+        mesh = shell.to_mesh64()
+        start = np.array(mesh.run_index, np.int64) // 3
+        source = np.repeat(np.asarray(mesh.run_original_id, np.int64), start[1:] - start[:-1])
+        of_cell = np.isin(source, list(own))
+        face = np.where(of_cell, np.asarray(mesh.face_id, np.int64), 0)
+        point, corner = mesh_of(shell)
+        points.append(point)
+        corners.append(corner + before)
+        labels.append(np.where(of_cell, planes.plane[face], OWN))
+        before += len(point)
+    vertices, triangles = np.concatenate(points), np.concatenate(corners)
+    return Piece(vertices, triangles, np.concatenate(labels), enclosed(vertices, triangles))
+
+
+def enclosed(vertices: Floats, triangles: Ints) -> float:
+    """Volume (m3) within closed triangles, by tetrahedra to the first vertex."""
+    if not len(triangles):
+        return 0.0
+    a, b, c = np.moveaxis(vertices[triangles] - vertices[triangles[0, 0]], 1, 0)
+    return float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
+
+
+def reaches(piece: Piece, planes: CellPlanes) -> Floats:
+    """(k,) how far (m) an offcut reaches beyond each plane that it was cut off by; -1 for planes that it is not at."""
+    found = np.full(len(planes.normal), -1.0)
+    for k in np.unique(piece.plane[piece.plane != OWN]).tolist():
+        found[k] = max(float((piece.vertices @ planes.normal[k] - planes.offset[k]).max()), 0.0)
+    return found
+
+
+def cuts_of(
+    stone: Stone,
+    kept: Piece,
+    planes: CellPlanes,
+    depth: Floats,
+    turn: Floats,
+    middle: Floats,
+    least: float,
+    flat: Floats,
+) -> tuple[tuple[Cut, ...], Ints]:
+    """Cuts of a carved stone, the largest first, and the cut of each of its triangles.
+
+    Parameters
+    ----------
+    stone : Stone
+        As it is in its own frame.
+    kept : Piece
+        What is left of it.
+    planes : CellPlanes
+        Of its cell.
+    depth : (k,) Floats
+        m; how far what comes off reaches beyond each plane, negative where nothing does.
+    turn, middle : (3, 3) and (3,) Floats
+        Rotation of the stone, and where its centroid lies about the cell's origin (m).
+    least : float
+        m; a cut that is no deeper is dressing.
+    flat : (f, 3) Floats
+        Outward unit normals of faces that the stone has already, in its own frame.
+
+    Returns
+    -------
+    cuts : tuple of Cut
+    label : (t,) Ints
+        Index of the cut that each triangle lies on, or OWN.
+    """
+    area = np.zeros(len(planes.normal))
+    edge = kept.vertices[kept.triangles]
+    size = np.linalg.norm(np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0]), axis=1) / 2.0
+    on = kept.plane != OWN
+    np.add.at(area, kept.plane[on], size[on])
+    trace = TRACE * float(np.linalg.norm(np.ptp(stone.vertices, axis=0)))
+    chosen = np.flatnonzero((area > 0.0) & (depth > trace))
+    chosen = chosen[np.argsort(-area[chosen], kind="stable")]
+    rank = np.full(len(planes.normal) + 1, OWN)  # the last entry is that of OWN itself
+    rank[chosen] = np.arange(len(chosen))
+    label = rank[kept.plane].astype(np.int64)
+    beside = _neighbours(kept, label, planes.normal[chosen], planes.offset[chosen])
+    cuts = []
+    for i, k in enumerate(chosen.tolist()):
+        normal = turn.T @ planes.normal[k]
+        offset = float(planes.offset[k] - planes.normal[k] @ middle + normal @ stone.centroid)
+        across = float(np.degrees(np.arcsin(min(abs(float(normal @ stone.axes[0])), 1.0))))
+        cuts.append(
+            Cut(
+                sealed("normal", normal, 3),
+                offset,
+                float(area[k]),
+                float(depth[k]),
+                bool(depth[k] <= least),
+                across,
+                float(np.degrees(_angles(flat, normal).min())) if len(flat) else None,
+                beside[i],
+            )
+        )
+    return tuple(cuts), label
+
+
+def _angles(normals: Floats, normal: Floats) -> Floats:
+    """(k,) radians between unit vectors and another one; exact near 0, where the cosine is not."""
+    return np.asarray(2.0 * np.arcsin(np.clip(np.linalg.norm(normals - normal, axis=1) / 2.0, 0.0, 1.0)))
+
+
+def _neighbours(kept: Piece, label: Ints, normal: Floats, offset: Floats) -> list[tuple[tuple[int, float], ...]]:
+    """Cuts that share an edge with each cut, and the angle of the stone between the two (degrees).
+
+    Below 180 where the stone is convex there; what is told by the side of the other plane on which a face lies. An
+    edge between two planes of a cell that is not convex may be of both kinds; the longer one counts.
+    """
+    triangle = kept.triangles
+    here = np.concatenate([triangle, triangle[:, [1, 2, 0]], triangle[:, [2, 0, 1]]])  # start, end, opposite corner
+    owner = np.tile(np.arange(len(triangle)), 3)
+    count = max(len(kept.vertices), 1)
+    key, back = here[:, 0] * count + here[:, 1], here[:, 1] * count + here[:, 0]
+    order = np.argsort(key)
+    twin = order[np.minimum(np.searchsorted(key[order], back), max(len(key) - 1, 0))] if len(key) else order
+    one, two = label[owner], label[owner[twin]] if len(key) else label[owner]
+    folded: dict[tuple[int, int], float] = {}  # length of convex edges less that of hollow ones
+    for e in np.flatnonzero((one != OWN) & (two != OWN) & (one != two)).tolist():
+        i, j = int(one[e]), int(two[e])
+        start, end, corner = kept.vertices[here[e]]
+        length = float(np.linalg.norm(end - start))
+        below = float(normal[j] @ corner) <= offset[j]
+        folded[i, j] = folded.get((i, j), 0.0) + (length if below else -length)
+    found: list[list[tuple[int, float]]] = [[] for _ in normal]
+    for (i, j), more in sorted(folded.items()):
+        turn = float(np.degrees(_angles(normal[j : j + 1], normal[i])[0]))
+        found[i].append((j, 180.0 - turn if more >= 0.0 else 180.0 + turn))
+    return [tuple(row) for row in found]

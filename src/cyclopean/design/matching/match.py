@@ -1,0 +1,291 @@
+"""Match stones to the cells of a wall: which goes where, how it is turned, what is carved off and what is missing."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cyclopean.arrays import Bools, Floats, Ints, sealed
+from cyclopean.design.matching.assignment import assign, costs, prices, weight_for_gap
+from cyclopean.design.matching.candidates import EXACT, POLISH, POLISHED, REFINED, Candidates
+from cyclopean.design.matching.cells import Cells
+from cyclopean.design.matching.coarse import POINTS, rank, rotations
+from cyclopean.design.options import at_least, positive, within
+from cyclopean.design.stones.inventory import Inventory
+from cyclopean.design.stones.sampling import body_points
+from cyclopean.design.stones.stone import Stone
+from cyclopean.errors import InputError
+
+__all__ = ["Match", "MatchSettings", "Placement", "match_stones"]
+
+Bond = Literal["free", "into", "along"]
+
+TWINS = 3  # stones of a cell's own shape that are refined in it, whatever their rank
+NEARLY = 4  # pairs a cell, next in line by their prices, that are polished with the chosen ones to begin with
+EAGER = 2  # rounds in which they are
+ROUNDS = 12
+GAP_SLACK = 0.01  # by which the total gap may miss what was asked before it is said
+
+
+@dataclass(frozen=True, slots=True)
+class MatchSettings:
+    """What is asked of a match, and how much trouble is taken over it."""
+
+    weight: float = 1.0  # w: what a litre of void costs, where a litre carved off costs 1
+    gap: float | None = None  # G: total gap that is accepted; w is then found by bisection; None = w as given
+    points: int = 1024  # by which a pair is polished, inside each stone
+    shortlist: int = 12  # pairs a cell that are refined to begin with
+    starts: int = 2  # rotations from which a pair is refined
+    bond: Bond = "free"  # where the longest axis of a stone lies: anywhere, into the wall, or along it
+    bond_angle: float = 30.0  # degrees by which it may be off
+    climbs: int = 200  # pairs whose poses may climb by exact volumes, shared out evenly among the cells
+    refine: bool = True  # False = poses as ranked, about the centroids; for comparison
+
+    def __post_init__(self) -> None:
+        positive("weight", self.weight)
+        if self.gap is not None:
+            within("gap", self.gap, 0.0, 1.0)
+        for name, least in (("points", 64), ("shortlist", 1), ("starts", 1), ("climbs", 0)):
+            at_least(name, getattr(self, name), least)
+        within("bond_angle", self.bond_angle, 0.0, 90.0)
+        if self.bond not in ("free", "into", "along"):
+            raise InputError(f"bond: expected free, into or along, got {self.bond!r}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placement:
+    """One stone in one cell. A point x of the stone's own frame comes to rotation x + shift in the wall."""
+
+    stone: int  # index into the stones given
+    cell: int  # index into the cells
+    rotation: Floats  # (3, 3)
+    shift: Floats  # (3,) m
+    shared: float  # m3 that stone and cell have in common, exact
+    carved_share: float  # lambda = 1 - shared / volume of the stone
+    gap_share: float  # 1 - shared / volume of the cell
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotation", sealed("rotation", self.rotation, 3, 3))
+        object.__setattr__(self, "shift", sealed("shift", self.shift, 3))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """Which stone goes into which cell. Imposition is the chapter's Lambda."""
+
+    placements: tuple[Placement, ...]  # by cell
+    unused: Ints  # stones
+    empty: Ints  # cells that have no stone
+    imposition: float  # Lambda: carved volume / volume of the stones that are placed
+    gap: float  # void / volume of the cells that have a stone
+    gap_of_wall: float  # void / volume of all cells; one without a stone is all void
+    weight: float  # w that was used
+    settings: MatchSettings
+    notes: tuple[str, ...] = ()  # what a reader should know, one line each
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("unused", "empty"):
+            object.__setattr__(self, name, sealed(name, getattr(self, name), None, dtype=np.int64))
+
+    def __len__(self) -> int:
+        return len(self.placements)
+
+
+def match_stones(
+    stones: Inventory | Sequence[Stone],
+    cells: Cells,
+    settings: MatchSettings | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+    start: Match | None = None,
+    points: NDArray[np.float32] | None = None,
+    yielding: float = 0.0,
+) -> Match:
+    """Place stones in the cells of a wall so that carved + w void is least.
+
+    All stones are ranked in all cells (`coarse`); those that dual prices of the assignment say are worth it are refined
+    (`refine`); the pairs that are chosen are polished, then measured by exact solids, and the assignment is made again
+    until it stands. Every volume of the answer is exact.
+
+    Parameters
+    ----------
+    stones : Inventory or sequence of Stone
+        At least one; more than there are cells, or fewer.
+    cells : Cells
+        Where they may go.
+    settings : MatchSettings, optional
+        What is asked.
+    executor : Executor, optional
+        Runs ranking and refining; this process where not given. The answer is the same.
+    progress : callable
+        Told what is being done.
+    start : Match, optional
+        An earlier answer, by the same stones for as many cells: its pairs and poses are candidates too.
+    points : (n, p, 3) float32, optional
+        `body_points` of the stones, at least 1,024 of each and as many as the settings ask for, where they are at hand.
+    yielding : float
+        Share of what the pairs of `start` have in common that does not count when stones are assigned: cells that have
+        moved towards their stones would else keep them, and others, towards which they could move too, have no chance.
+
+    Returns
+    -------
+    Match
+
+    Raises
+    ------
+    InputError
+        No stones, or one that is no closed solid.
+    """
+    settings = settings or MatchSettings()
+    stock = tuple(stones.stones if isinstance(stones, Inventory) else stones)
+    if not stock:
+        raise InputError("stones: there are none to match; give at least one")
+    began = perf_counter()
+    seconds: dict[str, float] = {}
+    progress("sampling stones")
+    count = max(settings.points, POINTS)
+    if points is not None and (len(points) != len(stock) or points.shape[1] < count):
+        raise InputError(f"points: {points.shape[1]} of {len(points)} stones; expected {count} of {len(stock)}")
+    points = body_points(stock, count) if points is None else points[:, :count]
+    seconds["points"] = perf_counter() - began
+    ranked = perf_counter()
+    axes = cells.frame if settings.bond == "along" else cells.axes
+    allowed, bond = _bonds(settings, cells, axes)
+    volume = np.array([s.volume for s in stock])
+    ranking = rank(points, volume, cells, axes, allowed, settings.starts, executor, progress)
+    seconds["rank"] = perf_counter() - ranked
+    work = Candidates(stock, points, cells, ranking, axes, bond, executor, progress)
+    if start is not None:
+        stone, cell, rotation, shift = _incumbents(start, stock, cells)
+        work.take(stone, cell, rotation, shift)
+        # measured at once, so that whoever takes their place is better, and not only thought to be
+        work.improve(stone, cell, EXACT, replace(POLISH, points=settings.points))
+        work.hold_back(stone, cell, yielding)
+    weight, chosen = _settled(work, settings)
+    found = _answer(work, settings, weight, chosen)
+    total = perf_counter() - began
+    return replace(found, seconds={**seconds, **work.seconds, "total": total})
+
+
+def _bonds(settings: MatchSettings, cells: Cells, axes: Floats) -> tuple[Bools, tuple[Floats, float] | None]:
+    """Rotations (48,) that the bond allows, and along what each cell's stone has its longest axis."""
+    if settings.bond == "free":
+        return np.ones(48, bool), None
+    angle = float(np.radians(settings.bond_angle))
+    row = 2 if settings.bond == "into" else 0
+    allowed = np.abs(rotations()[:, row, 0]) >= np.cos(angle) - 1e-9
+    return allowed, (axes[:, row], angle)
+
+
+def _incumbents(start: Match, stock: Sequence[Stone], cells: Cells) -> tuple[Ints, Ints, Floats, Floats]:
+    """Pairs of an earlier match, and their poses by body frames."""
+    if any(p.stone >= len(stock) or p.cell >= len(cells) for p in start.placements):
+        raise InputError("start: names a stone or a cell that is not there; start from a match of the same two")
+    stone = np.array([p.stone for p in start.placements], np.int64)
+    cell = np.array([p.cell for p in start.placements], np.int64)
+    rotation = np.array([p.rotation @ stock[p.stone].axes.T for p in start.placements]).reshape(-1, 3, 3)
+    shift = np.array([p.rotation @ stock[p.stone].centroid + p.shift for p in start.placements]).reshape(-1, 3)
+    return stone, cell, rotation, shift - cells.centre[cell]
+
+
+def _settled(work: Candidates, settings: MatchSettings) -> tuple[float, Ints]:
+    """Weight and stone of each cell, all of whose pairs are measured."""
+    polish = replace(POLISH, points=settings.points)
+    levels = (POLISHED, EXACT) if settings.refine else (EXACT,)
+    each = settings.climbs // len(work.cells)  # a wall of many cells has its choice of stones instead
+    work.climbs = settings.climbs if each and settings.refine else 0
+    weight, chosen = _chosen(work, settings)
+    if settings.refine:
+        work.improve(*work.twins(TWINS), EXACT, polish)
+        work.improve(*_unique(work, *_shortlist(work, weight, chosen, settings.shortlist)), REFINED)
+    for level in levels:
+        for turn in range(ROUNDS):
+            weight, chosen = _chosen(work, settings)
+            stone, cell = chosen[chosen >= 0], np.flatnonzero(chosen >= 0)
+            if work.settled(stone, cell, level).all():
+                break
+            most = NEARLY if level == POLISHED else min(each // 2, NEARLY)
+            if turn < EAGER and most:
+                near, place = _shortlist(work, weight, chosen, most)
+                known = work.settled(near, place, level - 1)
+                stone, cell = np.concatenate([stone, near[known]]), np.concatenate([cell, place[known]])
+            work.improve(*_unique(work, stone, cell), level, polish)
+    return weight, chosen
+
+
+def _chosen(work: Candidates, settings: MatchSettings) -> tuple[float, Ints]:
+    """Weight, and the best assignment by what is known now."""
+    if settings.gap is not None:
+        return weight_for_gap(work.worth, work.volume, work.cells.volume, settings.gap)
+    return settings.weight, assign(work.worth, work.volume, settings.weight)
+
+
+def _shortlist(work: Candidates, weight: float, chosen: Ints, most: int) -> tuple[Ints, Ints]:
+    """Pairs of least reduced cost, so many for each cell (each stone, where these are fewer), and those chosen."""
+    cost = costs(work.worth, work.volume, weight)
+    u, v = prices(cost, chosen)
+    reduced = cost - u[:, None] - v
+    n, m = reduced.shape
+    if n >= m:
+        most = min(most, n)
+        stone = np.argpartition(reduced, most - 1, axis=0)[:most].ravel()
+        cell = np.tile(np.arange(m), most)
+    else:
+        most = min(most, m)
+        cell = np.argpartition(reduced, most - 1, axis=1)[:, :most].ravel()
+        stone = np.repeat(np.arange(n), most)
+    filled = np.flatnonzero(chosen >= 0)
+    return np.concatenate([stone, chosen[filled]]), np.concatenate([cell, filled])
+
+
+def _unique(work: Candidates, stone: Ints, cell: Ints) -> tuple[Ints, Ints]:
+    m = len(work.cells)
+    found, other = np.divmod(np.unique(stone * m + cell), m)
+    return found, other
+
+
+def _answer(work: Candidates, settings: MatchSettings, weight: float, chosen: Ints) -> Match:
+    """The match in numbers, all exact."""
+    cells, filled = work.cells, np.flatnonzero(chosen >= 0)
+    work.improve(chosen[filled], filled, EXACT)
+    placements = []
+    for j in filled.tolist():
+        i = int(chosen[j])
+        stone, (turn, move) = work.stones[i], work.pose(i, j)
+        rotation, shared = turn @ stone.axes, float(work.value[i, j])
+        placements.append(
+            Placement(
+                stone=i,
+                cell=j,
+                rotation=rotation,
+                shift=cells.centre[j] + move - rotation @ stone.centroid,
+                shared=shared,
+                carved_share=max(0.0, 1.0 - shared / stone.volume),
+                gap_share=max(0.0, 1.0 - shared / float(cells.volume[j])),
+            )
+        )
+    shared = sum(p.shared for p in placements)
+    wall = max(0.0, 1.0 - shared / float(cells.volume.sum()))
+    notes = []
+    if settings.gap is not None and not wall <= settings.gap + GAP_SLACK:
+        notes.append(f"gap {settings.gap:g} cannot be reached with these stones: {wall:.3f} of the wall is void")
+    if len(filled) < len(cells):
+        notes.append(
+            f"{len(cells) - len(filled)} of {len(cells)} cells stay empty: there are only {len(work.stones)} stones"
+        )
+    return Match(
+        placements=tuple(placements),
+        unused=np.setdiff1d(np.arange(len(work.stones)), chosen),
+        empty=np.flatnonzero(chosen < 0),
+        imposition=max(0.0, 1.0 - shared / float(work.volume[chosen[filled]].sum())),
+        gap=max(0.0, 1.0 - shared / float(cells.volume[filled].sum())),
+        gap_of_wall=wall,
+        weight=weight,
+        settings=settings,
+        notes=tuple(notes),
+    )

@@ -1,0 +1,507 @@
+"""Negotiation: the cells of a polygonal wall move towards the stones that they were given, and stones are given anew.
+
+A round is a climb of all poses, sites and weights at once (`ascent`), the wall drawn again from the moved seeds with
+exact joints, and a match in the cells it really has, in which the stones placed before are candidates. What is reported
+of a round is exact. The wall that is returned is that of the best round, by carved + w void.
+
+`share` says how much the wall gives: 0 = imposition, cells stay as drawn; 1 = the cells go wherever the stones want
+them. Between, seeds are tied to where they were drawn, and courses are levelled by (1 - share) of what the drawing
+asked for, since level courses are what a designer imposes.
+
+No stone of the drawing is lost: seeds stay on the wall, and a step that hides a cell or makes a sliver of it is taken
+back by halves. A wall that stands is not given up for one that does not: then the seeds go back towards the drawing
+until coupled analysis says that it stands.
+
+The chapter's section 5.6 asks for this dialogue between stock and design; for the matching of irregular stock see
+Bukauskas et al. (2019), Bruetting et al. (2019) and Clifford and McGee (2018).
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cyclopean.arrays import Floats, Ints
+from cyclopean.design.matching.ascent import Bodies, Climb, State, climbed
+from cyclopean.design.matching.candidates import CLIMB, POLISH
+from cyclopean.design.matching.cells import Cells, cells_of
+from cyclopean.design.matching.exact import FLIPS, Solids
+from cyclopean.design.matching.flattening import flat_wall, frames_at
+from cyclopean.design.matching.match import Match, MatchSettings, Placement, match_stones
+from cyclopean.design.matching.refine import Bonds, Schedule, refine
+from cyclopean.design.options import at_least, within
+from cyclopean.design.stones.inventory import Inventory
+from cyclopean.design.stones.sampling import body_points
+from cyclopean.design.stones.stone import Stone, stone_of
+from cyclopean.design.walls.pattern import Pattern, PatternSettings, Seeds, draw_from, live_seeds
+from cyclopean.design.walls.polygonal import PolygonalWall, laid_wall, verdict
+from cyclopean.errors import InputError
+
+__all__ = ["Negotiation", "Round", "negotiate"]
+
+Pose = tuple[Floats, Floats]  # rotation (3, 3) and centroid (3,) m of a body frame, in the wall
+Poses = dict[int, Pose]
+
+POINTS = 1024  # of each stone in a climb
+TETHER = 1.0  # mean volumes of a stone, at an even share, that moving a site by a spacing costs, squared and halved
+YIELD = 0.04  # of what a stone has in common with its cell: what moving the cell for another stone may gain
+YIELDED = 0.6  # of that, from round to round
+TRIES = 10  # of drawing a wall none of whose stones is lost
+NEAR = 1.6  # spacings: seeds that step back together with one that lost its stone
+BACK = (0.75, 0.5, 0.25, 0.0)  # shares of the way from the drawing that are tried when the wall does not stand
+COVERED = 1e-9  # of the wall: so much may be missing of its cells' area
+MET = 0.002  # by which the total gap may miss what was asked
+ROUNDS, WORK = (3, 12), 600  # rounds where their number is not given; cells times rounds
+SPARE = 600  # pairs that are tried to meet a gap, one of them taking the place of another
+FINALISTS = 8  # of these, that are measured
+DENSE = 0.96  # of what a pair was seen to share in a short climb: what it is taken to share
+FALL = 0.1  # by which the total gap falls, about, where the weight of void grows by a factor e
+STABLE = "stable"
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """What came of a round; all volumes exact."""
+
+    imposition: float  # Lambda
+    gap: float  # void / volume of the wall
+    carved: float  # m3
+    void: float  # m3
+    weight: float  # w
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Negotiation:
+    """The wall in the end, which stone goes where in it, and how it came about."""
+
+    wall: PolygonalWall
+    match: Match  # in `cells_of(wall.assembly)`
+    rounds: tuple[Round, ...]  # the first is the wall as drawn, the last the wall as it is
+    notes: tuple[str, ...] = ()  # what a reader should know, one line each
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Turn:
+    """A wall, what it grows from, and what stands in it."""
+
+    wall: PolygonalWall
+    seeds: Seeds
+    cells: Cells
+    match: Match
+
+    @property
+    def site(self) -> Ints:
+        """Seed of each cell; -1 for dressed stones."""
+        return self.wall.pattern.subdivision.site
+
+    @property
+    def carved(self) -> float:
+        """m3."""
+        return sum(_carved(p) for p in self.match.placements)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Talk:
+    """What stays the same throughout."""
+
+    stock: tuple[Stone, ...]
+    points: NDArray[np.float32]
+    settings: MatchSettings
+    climb: Climb
+    executor: Executor | None
+    progress: Callable[[str], None]
+
+    def matched(self, cells: Cells, weight: float | None, start: Match | None = None, yielding: float = 0.0) -> Match:
+        """Stones given to cells at a weight of void, or as the settings say."""
+        settings = self.settings
+        if weight is not None:
+            settings = replace(settings, weight=weight, gap=None)
+        if yielding:  # the climb that follows moves the poses anyway
+            settings = replace(settings, climbs=0)
+        return match_stones(
+            self.stock, cells, settings, self.executor, self.progress, start, self.points, yielding=yielding
+        )
+
+
+def negotiate(
+    stones: Inventory | Sequence[Stone],
+    drawn: PolygonalWall,
+    settings: MatchSettings | None = None,
+    share: float = 1.0,
+    rounds: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+    climb: Climb | None = None,
+) -> Negotiation:
+    """Match stones to a wall whose cells move towards them.
+
+    Parameters
+    ----------
+    stones : Inventory or sequence of Stone
+        At least one; more than there are cells, or fewer.
+    drawn : PolygonalWall
+        Drawn from seeds.
+    settings : MatchSettings, optional
+        What is asked of the match. With a `gap`, the weight of void is found so that the total gap is that in the end.
+    share : float
+        0 = the cells stay as drawn, to 1 = they go where the stones want them.
+    rounds : int, optional
+        Of climbing and matching; 0 is the same as a share of 0. Not given, 3 on a wall of 200 stones or more, and up to
+        12 on smaller ones, where they cost little.
+    executor : Executor, optional
+        Runs ranking and refining; this process where not given. The answer is the same.
+    progress : callable
+        Told what is being done.
+    climb : Climb, optional
+        How sites and poses climb; its tether is set by the share.
+
+    Returns
+    -------
+    Negotiation
+        The drawn wall itself where no other is better.
+
+    Raises
+    ------
+    InputError
+        A share beyond 0..1, a wall that was not drawn from seeds, or as `match_stones`.
+    """
+    settings = settings or MatchSettings()
+    within("negotiate", share, 0.0, 1.0)
+    if rounds is not None:
+        at_least("rounds", rounds, 0)
+    stock = tuple(stones.stones if isinstance(stones, Inventory) else stones)
+    began = perf_counter()
+    if not stock:
+        raise InputError("stones: there are none to match; give at least one")
+    progress("sampling stones")
+    points = body_points(stock, max(POINTS, settings.points))
+    seeds, _ = _freed(drawn, 0.0)
+    tether = TETHER * (1.0 - share) / share if share else 0.0
+    talk = _Talk(stock, points, settings, replace(climb or Climb(), tether=tether), executor, progress)
+    cells = cells_of(drawn.assembly)
+    first = _Turn(drawn, seeds, cells, talk.matched(cells, None))
+    story = [_told(first, began)]
+    if share == 0.0 or rounds == 0:
+        return Negotiation(drawn, first.match, tuple(story), first.match.notes)
+    base, coursed = _base(first, share)
+    best, told = _rounds(talk, first, base, int(np.clip(WORK // len(cells), *ROUNDS)) if rounds is None else rounds)
+    began = perf_counter()
+    end, notes = _standing(talk, first, best)
+    if end is not best:
+        told.append(_told(end, began))
+    return Negotiation(end.wall, end.match, (*story, *told), (*end.match.notes, *coursed, *notes))
+
+
+def _rounds(talk: _Talk, first: _Turn, base: _Turn, rounds: int) -> tuple[_Turn, list[Round]]:
+    """The best turn, and what came of each.
+
+    Cells that move close some of the gap. Where a total gap is asked for, the weight of void falls from round to round
+    until it is that again, with stones of which less is carved.
+    """
+    best, told, weight = first, list[Round](), first.match.weight
+    for number in range(rounds):
+        began = perf_counter()
+        turn = base if best is first else best
+        if number:
+            yielding = YIELD * YIELDED ** (number - 1)
+            turn = replace(turn, match=talk.matched(turn.cells, weight, turn.match, yielding))
+        moved = _climbed(talk, turn)
+        if moved is not None:
+            best = min(best, moved, key=lambda one: _cost(one, weight))
+        told.append(_told(best, began))
+        weight = _reweighted(talk, best, weight)
+    began = perf_counter()
+    settled = replace(
+        best, match=talk.matched(best.cells, None if talk.settings.gap is not None else weight, best.match)
+    )
+    best = min(best, settled, key=lambda one: (_missed(talk, one), _cost(one, weight)))
+    if _missed(talk, best) and len(best.cells) <= SPARE // 2:
+        best = _trimmed(talk, best)
+    told[-1] = replace(_told(best, began), seconds=told[-1].seconds + perf_counter() - began)
+    return best, told
+
+
+def _missed(talk: _Talk, turn: _Turn) -> float:
+    """By how much the total gap is further than `MET` from what was asked."""
+    asked = talk.settings.gap
+    return 0.0 if asked is None else max(0.0, abs(turn.match.gap_of_wall - asked) - MET)
+
+
+def _reweighted(talk: _Talk, turn: _Turn, weight: float) -> float:
+    """The weight at which the gap should be what was asked, by what is usual."""
+    asked = talk.settings.gap
+    if asked is None:
+        return weight
+    return weight * float(np.exp(np.clip((turn.match.gap_of_wall - asked) / FALL, -0.5, 0.5)))
+
+
+def _cost(turn: _Turn, weight: float) -> float:
+    """Carved + w void (m3)."""
+    return turn.carved + weight * _void(turn)
+
+
+def _void(turn: _Turn) -> float:
+    """m3, of the whole wall."""
+    return turn.match.gap_of_wall * float(turn.cells.volume.sum())
+
+
+def _told(turn: _Turn, began: float) -> Round:
+    match = turn.match
+    return Round(match.imposition, match.gap_of_wall, turn.carved, _void(turn), match.weight, perf_counter() - began)
+
+
+def _freed(drawn: PolygonalWall, share: float) -> tuple[Seeds, PatternSettings]:
+    """The seeds that have stones, and settings by which the same stones grow from them, less strictly coursed."""
+    pattern = drawn.pattern
+    if pattern.seeds is None:
+        raise InputError("negotiate: the wall was not drawn from seeds, so there are none to move; draw it anew")
+    live = live_seeds(pattern.seeds, pattern.settings)
+    sliver = pattern.settings.sliver * float(np.sqrt(len(live) / len(pattern.seeds)))
+    coursing = pattern.settings.coursing * (1.0 - share)
+    return Seeds(pattern.seeds.point[live], pattern.seeds.weight[live]), replace(
+        pattern.settings, sliver=sliver, coursing=coursing
+    )
+
+
+def _base(first: _Turn, share: float) -> tuple[_Turn, tuple[str, ...]]:
+    """The drawn wall, less strictly coursed as far as that loses no stone; its match is still that of the drawn one."""
+    for part in (1.0, 0.75, 0.5, 0.25, 0.0):
+        seeds, freed = _freed(first.wall, share * part)
+        pattern = draw_from(seeds, freed)
+        if _lost(pattern, seeds, freed, first.site) is None:
+            kept = f"courses stay levelled by {freed.coursing:.2g}: with less, stones of the drawing would be lost"
+            return replace(first, wall=_relaid(first.wall, pattern), seeds=seeds), () if part == 1.0 else (kept,)
+    raise InputError("negotiate: the wall is not what its seeds draw; draw it anew")
+
+
+def _relaid(wall: PolygonalWall, pattern: Pattern) -> PolygonalWall:
+    """Another pattern on the same surface."""
+    joints = wall.assembly.contacts
+    mu = None if joints is None or np.isnan(joints.mu[0]) else float(joints.mu[0])
+    density = wall.assembly.blocks[0].density
+    return laid_wall(pattern, wall.surface, wall.thickness, density=density, mu=mu, warped=wall.warped)
+
+
+def _climbed(talk: _Talk, turn: _Turn) -> _Turn | None:
+    """The same stones in cells that have moved towards them, measured; None where none can move."""
+    cell = np.concatenate([[p.cell for p in turn.match.placements], turn.match.empty]).astype(np.int64)
+    cell = cell[turn.site[cell] >= 0]
+    if not len(cell):
+        return None
+    bodies, state = _laid_flat(talk, turn, cell)
+    moved, _ = climbed(flat_wall(turn.wall), bodies, state, talk.climb, talk.progress)
+    seeds = Seeds(moved.point, moved.weight)
+    found = _redrawn(turn, seeds)
+    if found is None:
+        return None
+    wall, seeds = found
+    frames = frames_at(wall.surface, wall.pattern.subdivision.centroids()[cell])
+    poses = dict(zip(cell.tolist(), zip(*frames.laid(moved.rotation, moved.shift), strict=True), strict=True))
+    cells = cells_of(wall.assembly)
+    return _Turn(wall, seeds, cells, _polished(talk, turn.match, cells, poses))
+
+
+def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, State]:
+    """What lies in some cells, in the flat wall; a cell without a stone is filled with its own body, which stays."""
+    placed = {p.cell: p for p in turn.match.placements}
+    bodies, poses, points = [], [], []
+    for j in cell.tolist():
+        if (p := placed.get(j)) is not None:
+            stone = talk.stock[p.stone]
+            poses.append((p.rotation @ stone.axes.T, p.rotation @ stone.centroid + p.shift))
+            points.append(talk.points[p.stone, :POINTS])
+        else:
+            stone = _filling(turn.cells, j)
+            poses.append((stone.axes.T, stone.centroid))
+            points.append(body_points([stone], POINTS)[0])
+        bodies.append(stone)
+    frames = frames_at(turn.wall.surface, turn.wall.pattern.subdivision.centroids()[cell])
+    rotation, shift = (np.stack(part) for part in zip(*poses, strict=True))
+    held = np.array([j not in placed for j in cell.tolist()])
+    bond = _bonds(talk.settings, turn.cells, cell)
+    way = None if bond is None else (np.einsum("nij,nj->ni", frames.axes, bond[0]), bond[1])
+    volume = np.array([stone.volume for stone in bodies])
+    return (
+        Bodies(np.stack(points), volume, turn.site[cell], held, way),
+        State(turn.seeds.point, turn.seeds.weight, *frames.flat(rotation, shift)),
+    )
+
+
+def _filling(cells: Cells, cell: int) -> Stone:
+    """The body of a cell, as a stone."""
+    block = cells.assembly.blocks[int(cells.block[cell])]
+    fans = [(f[0], f[k], f[k + 1]) for f in block.faces for k in range(1, len(f) - 1)]
+    return stone_of(block.id, block.vertices, np.array(fans))
+
+
+def _bonds(settings: MatchSettings, cells: Cells, cell: Ints) -> tuple[Floats, float] | None:
+    """Along what the longest axes of stones in some cells lie, as `match_stones` means it."""
+    if settings.bond == "free":
+        return None
+    way = cells.frame[cell, 0] if settings.bond == "along" else cells.axes[cell, 2]
+    return way, float(np.radians(settings.bond_angle))
+
+
+def _redrawn(turn: _Turn, goal: Seeds) -> tuple[PolygonalWall, Seeds] | None:
+    """The wall of moved seeds with the same stones; seeds that would lose theirs go only part of the way.
+
+    Those near them wait with them, by halves. None where nothing comes of it.
+    """
+    old, settings = turn.seeds, turn.wall.pattern.settings
+    share = np.ones(len(old))
+    for _ in range(TRIES):
+        point = old.point + share[:, None] * (goal.point - old.point)
+        seeds = Seeds(point, old.weight + share * (goal.weight - old.weight))
+        try:
+            pattern = draw_from(seeds, settings)
+            lost = _lost(pattern, seeds, settings, turn.site)
+            if lost is None:
+                return _relaid(turn.wall, pattern), seeds
+        except InputError:  # too many slivers, or a stone that is turned inside out: where is not said
+            lost = np.arange(len(old))
+        apart = np.linalg.norm(point[:, None] - point[lost][None], axis=2).min(axis=1, initial=np.inf)
+        share[apart <= NEAR] *= 0.5 if len(lost) < len(old) else 0.25
+    return None
+
+
+def _lost(pattern: Pattern, seeds: Seeds, settings: PatternSettings, site: Ints) -> Ints | None:
+    """Seeds whose stones are not those of before; None where all are."""
+    found = pattern.subdivision.site
+    if not pattern.readout.culled and np.array_equal(found, site):
+        whole = abs(pattern.readout.coverage - 1.0) <= COVERED
+        return None if whole else np.arange(len(seeds))
+    if pattern.readout.culled:
+        return np.setdiff1d(np.arange(len(seeds)), live_seeds(seeds, settings))
+    count = [np.bincount(s[s >= 0], minlength=len(seeds)) for s in (found, site)]
+    differ = np.flatnonzero(count[0] != count[1])
+    return differ if len(differ) else np.arange(len(seeds))
+
+
+def _polished(talk: _Talk, match: Match, cells: Cells, poses: Poses) -> Match:
+    """The same pairs in other cells, their poses refined there and their volumes exact.
+
+    `poses` are those of body frames in the wall (m), by cell, where they are not those of the match.
+    """
+    stock = talk.stock
+    if not match.placements:
+        return match
+    start = [
+        poses.get(p.cell, (p.rotation @ stock[p.stone].axes.T, p.rotation @ stock[p.stone].centroid + p.shift))
+        for p in match.placements
+    ]
+    stone, cell = (np.array([getattr(p, name) for p in match.placements], np.int64) for name in ("stone", "cell"))
+    return _tallied(talk, match, cells, _placed(talk, cells, (stone, cell), start))
+
+
+def _refined(
+    talk: _Talk, cells: Cells, pairs: tuple[Ints, Ints], poses: Sequence[Pose], schedule: Schedule
+) -> tuple[Floats, Floats, Floats]:
+    """Share, rotation and shift from the cell's centre of pairs of a stone and a cell."""
+    bond = _bonds(talk.settings, cells, pairs[1])
+    rotation, shift = np.stack([r for r, _ in poses]), np.stack([t for _, t in poses])
+    start = rotation, shift - cells.centre[pairs[1]]
+    bonds = None if bond is None else Bonds(*bond)
+    return refine(talk.points, cells, pairs, start, schedule, bonds, talk.executor, talk.progress)
+
+
+def _placed(talk: _Talk, cells: Cells, pairs: tuple[Ints, Ints], poses: Sequence[Pose]) -> list[Placement]:
+    """Pairs, refined and measured."""
+    _, turned, moved = _refined(talk, cells, pairs, poses, replace(POLISH, points=talk.settings.points))
+    u, _, vt = np.linalg.svd(turned)  # they went through single precision
+    solids, found = Solids(talk.stock, cells), []
+    for i, j, turn, move in zip(pairs[0].tolist(), pairs[1].tolist(), u @ vt, moved, strict=True):
+        stone, room = talk.stock[i], float(cells.volume[j])
+        shared = min(solids.shared(i, j, turn, move), stone.volume, room)
+        rotation = turn @ stone.axes
+        shift = cells.centre[j] + move - rotation @ stone.centroid
+        found.append(Placement(i, j, rotation, shift, shared, 1.0 - shared / stone.volume, 1.0 - shared / room))
+    return found
+
+
+def _tallied(talk: _Talk, match: Match, cells: Cells, placements: Sequence[Placement]) -> Match:
+    """The match with these placements in the place of its own."""
+    shared = sum(p.shared for p in placements)
+    filled = np.array([p.cell for p in placements], np.int64)
+    return replace(
+        match,
+        placements=tuple(placements),
+        unused=np.setdiff1d(np.arange(len(talk.stock)), [p.stone for p in placements]),
+        imposition=1.0 - shared / sum(talk.stock[p.stone].volume for p in placements),
+        gap=1.0 - shared / float(cells.volume[filled].sum()),
+        gap_of_wall=1.0 - shared / float(cells.volume.sum()),
+    )
+
+
+def _trimmed(talk: _Talk, turn: _Turn) -> _Turn:
+    """One stone exchanged for an unused one so that the total gap is what was asked, as nearly as may be.
+
+    A small wall has few assignments, and none of the cheapest may have the gap that is wanted.
+    """
+    match, cells, stock = turn.match, turn.cells, talk.stock
+    asked = talk.settings.gap
+    if asked is None or not len(match.unused):
+        return turn
+    gain = (match.gap_of_wall - asked) * float(cells.volume.sum())  # m3 that are to be shared in addition
+    pairs = [
+        (abs(stock[i].volume - stock[p.stone].volume - gain), i, k)
+        for k, p in enumerate(match.placements)
+        for i in match.unused.tolist()
+    ]
+    pairs = sorted(pairs)[:SPARE]
+    stone = np.repeat([i for _, i, _ in pairs], len(FLIPS))
+    place = np.repeat([k for _, _, k in pairs], len(FLIPS))
+    at = [match.placements[k] for k in place.tolist()]
+    poses = [
+        (
+            p.rotation @ stock[p.stone].axes.T @ np.diag(FLIPS[f % len(FLIPS)]),
+            p.rotation @ stock[p.stone].centroid + p.shift,
+        )
+        for f, p in enumerate(at)
+    ]
+    cell = np.array([p.cell for p in at])
+    share, turned, moved = _refined(talk, cells, (stone, cell), poses, CLIMB)
+    shared = DENSE * share * np.array([stock[i].volume for i in stone.tolist()])
+    off = np.abs(shared - np.array([p.shared for p in at]) - gain)
+    carved = np.array([stock[i].volume for i in stone.tolist()]) - shared - np.array([_carved(p) for p in at])
+    weight = match.weight
+    order = np.argsort((1.0 + 2.0 * weight) * off + carved, kind="stable")[:FINALISTS]
+    best = turn
+    for k in order.tolist():
+        pose = [(turned[k], moved[k] + cells.centre[cell[k]])]
+        new = _placed(talk, cells, (stone[k : k + 1], cell[k : k + 1]), pose)[0]
+        own = [new if p.cell == new.cell else p for p in match.placements]
+        trial = replace(turn, match=_tallied(talk, match, cells, own))
+        best = min(best, trial, key=lambda one: (_missed(talk, one), _cost(one, weight)))
+    return best
+
+
+def _carved(placement: Placement) -> float:
+    """m3."""
+    return placement.shared * placement.carved_share / (1.0 - placement.carved_share) if placement.shared > 0.0 else 0.0
+
+
+def _standing(talk: _Talk, first: _Turn, best: _Turn) -> tuple[_Turn, tuple[str, ...]]:
+    """The best turn, if it stands or the drawn wall did not; else one on the way back to the drawing, and why."""
+    if best is first or verdict(best.wall.assembly) == STABLE:
+        return best, ()
+    before = verdict(first.wall.assembly)
+    if before != STABLE:
+        return best, (f"neither the drawn wall ({before}) nor the negotiated one can be said to stand",)
+    why = "the negotiated wall could not be shown to stand as the drawn one does"
+    for share in BACK:
+        talk.progress(f"going back to {share:.0%} of the way")
+        seeds = Seeds(
+            first.seeds.point + share * (best.seeds.point - first.seeds.point),
+            first.seeds.weight + share * (best.seeds.weight - first.seeds.weight),
+        )
+        found = _redrawn(best, seeds)
+        if found is None or verdict(found[0].assembly) != STABLE:
+            continue
+        cells = cells_of(found[0].assembly)
+        match = talk.matched(cells, best.match.weight, _polished(talk, best.match, cells, {}))
+        return _Turn(*found, cells, match), (f"{why}: the seeds went back to {share:.0%} of their way",)
+    return first, (f"{why}, nor any wall on the way: it is left as drawn",)

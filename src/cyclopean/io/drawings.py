@@ -1,0 +1,259 @@
+"""How a polygonal wall was drawn, kept in its model file so that it can be drawn again with its seeds moved.
+
+The optional key "drawing" of `cyclopean.model/1` holds what `design.walls` makes the blocks from: the settings of the
+pattern, the seeds as they were in the end (relaxed, improved, negotiated), the surface, the thickness, and how joints
+that are not flat were treated. Lengths in it are metres, whatever the units of the model:
+
+    {"schema": "cyclopean.drawing/1",
+     "settings": {"width": 3.0, "height": 1.8, ..., "openings": [{...}], "quoins": {...}, "coping": {...},
+                  "base": [[u, v], ...]},
+     "seeds": {"point": [[i, j], ...], "weight": [...]},              // in spacings of the grid, and mean cells
+     "surface": {"kind": "cylinder", "radius": 5.0, "middle": 1.5},
+     "depth": 0.2, "batter": 0.0, "density": null, "mu": null, "warped": "auto"}
+
+A key that is absent has its default. Ground that is a function of u is written as the points of its line. Surfaces made
+of functions cannot be written; such a wall has no drawing.
+
+The drawing describes the blocks beside it. Where it does not any more, because the file was edited, it is stale.
+"""
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from cyclopean.assembly import Assembly
+from cyclopean.design.walls.dressing import Coping, Quoins, foot_line
+from cyclopean.design.walls.joints import WARPED
+from cyclopean.design.walls.openings import Opening
+from cyclopean.design.walls.pattern import PatternSettings, Seeds, draw_from
+from cyclopean.design.walls.polygonal import PolygonalWall, laid_wall
+from cyclopean.design.walls.surfaces import (
+    Cone,
+    Cylinder,
+    HeightGrid,
+    Plane,
+    Sphere,
+    Surface,
+    Thickness,
+    Twist,
+    refuse_folds,
+)
+from cyclopean.errors import InputError
+from cyclopean.io.fields import array, found, label, mapping, number, parsed, text
+from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.model_json import SCHEMA, read_document
+
+__all__ = ["DRAWING", "drawing_dict", "read_drawing", "wall_of"]
+
+Made = TypeVar("Made")
+
+DRAWING = "cyclopean.drawing/1"
+SAME = 1e-9  # of the model's size: corners that are nearer than this to those of the drawing are as drawn
+MOST = 50_000  # seeds, courses, columns, voussoirs: more are not drawn
+
+_SURFACES: dict[str, Callable[..., Surface]] = {
+    "cone": Cone,
+    "cylinder": Cylinder,
+    "heights": HeightGrid,
+    "plane": Plane,
+    "sphere": Sphere,
+    "twist": Twist,
+}
+_DRAWING = ("batter", "density", "depth", "mu", "schema", "seeds", "settings", "surface", "warped")
+
+
+def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
+    """Return how a wall was drawn, as the "drawing" of a model file; None where that cannot be written.
+
+    That is so where the pattern did not grow from seeds, or the surface is made of functions.
+    """
+    seeds, settings = wall.pattern.seeds, wall.pattern.settings
+    kind = next((kind for kind, made in _SURFACES.items() if type(wall.surface) is made), None)
+    if seeds is None or kind is None:
+        return None
+    base = settings.base
+    if callable(base):
+        ground = foot_line(base, None, settings.width, max(8, 3 * settings.columns))
+        base = None if ground is None else ground.tolist()
+    mu = None if wall.assembly.contacts is None else wall.assembly.contacts.mu[0]
+    return {
+        "schema": DRAWING,
+        "settings": _plain(settings) | {"base": _plain(base)},
+        "seeds": {"point": seeds.point.tolist(), "weight": seeds.weight.tolist()},
+        "surface": {"kind": kind, **_plain(wall.surface)},
+        "depth": float(wall.thickness.depth),
+        "batter": float(wall.thickness.batter),
+        "density": wall.assembly.blocks[0].density,
+        "mu": None if mu is None or np.isnan(mu) else float(mu),
+        "warped": wall.warped,
+    }
+
+
+def read_drawing(path: PathLike) -> tuple[PolygonalWall | None, tuple[str, ...]]:
+    """Draw the wall of a model file again, from its "drawing".
+
+    Parameters
+    ----------
+    path : path
+        A `cyclopean.model/1` file.
+
+    Returns
+    -------
+    wall : PolygonalWall or None
+        None where the file says nothing of how it was drawn, or where its blocks are not those of the drawing.
+    warnings : tuple of str
+        Why there is none though the file has a drawing, and what of the file is not in the drawing.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or its drawing is not one.
+    """
+    shown = one_line(path)
+    if os.path.splitext(os.fspath(path))[1].lower() not in ("", ".json", ".tmp", ".txt"):
+        return None, ()
+    document = parsed(shown, decoded(shown, read_bytes(path)))
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA or document.get("drawing") is None:
+        return None, ()
+    model, _ = read_document(shown, "model", document, None if "units" in document else "m")
+    wall = wall_of(document["drawing"], f"{shown}: drawing")
+    if (changed := _changed(model, wall.assembly)) is not None:
+        return None, (f"{shown}: its drawing is stale: {changed}; draw the wall again (make polygonal)",)
+    left = f"{shown}: the drawing holds no loads; a wall that is drawn again has none"
+    return wall, (left,) if model.loads else ()
+
+
+def wall_of(value: Any, where: str = "drawing") -> PolygonalWall:
+    """Draw the wall that a parsed "drawing" describes.
+
+    Raises
+    ------
+    InputError
+        It is not a `cyclopean.drawing/1`, or describes a wall that cannot be drawn.
+    """
+    row = _known(mapping(value, where), _DRAWING, where)
+    if row.get("schema") != DRAWING:
+        raise InputError(f'{where}: its schema is {found(row.get("schema"))}; expected "{DRAWING}"')
+    for key in ("settings", "seeds", "surface"):
+        if key not in row:
+            raise InputError(f'{where}: has no "{key}"')
+    warped = row.get("warped", WARPED[0])
+    if warped not in WARPED:
+        raise InputError(f"{where}: warped: expected {', '.join(WARPED)}, found {found(warped)}")
+    density, mu = (None if row.get(key) is None else number(row[key], f"{where}: {key}") for key in ("density", "mu"))
+    if density is not None and not density > 0.0:
+        raise InputError(f"{where}: density {density:g} must be a positive number of kg/m3")
+    settings, seeds = _settings(row["settings"], f"{where}: settings"), _seeds(row["seeds"], f"{where}: seeds")
+    surface = _surface(row["surface"], f"{where}: surface")
+    depth, batter = (number(row.get(key, usual), f"{where}: {key}") for key, usual in (("depth", 0.2), ("batter", 0.0)))
+    try:
+        thickness = Thickness(depth, batter)
+        refuse_folds(surface, thickness, settings.width, settings.height)
+        return laid_wall(draw_from(seeds, settings), surface, thickness, density=density, mu=mu, warped=warped)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses as objects, arrays and tuples as lists, numbers as Python's own; functions are left out."""
+    if is_dataclass(value) and not isinstance(value, type):
+        named = {f.name: getattr(value, f.name) for f in fields(value) if f.init}
+        return {name: _plain(part) for name, part in named.items() if not callable(part)}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return [_plain(part) for part in value] if isinstance(value, tuple | list) else value
+
+
+def _known(row: dict[str, Any], names: tuple[str, ...], where: str) -> dict[str, Any]:
+    """The row, if it has no other keys: one that is not understood would draw another wall."""
+    for key in row:
+        if key not in names:
+            raise InputError(f"{where}: unknown key {label(key)}; expected {', '.join(names)}")
+    return row
+
+
+def _built(made: Callable[..., Made], row: Mapping[str, Any], where: str) -> Made:
+    """The dataclass of these fields, each a number, true or false, a text or null."""
+    names = tuple(f.name for f in fields(made) if f.init)  # type: ignore[arg-type]
+    known = _known(dict(row), names, where)
+    for key, value in known.items():
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            number(value, f"{where}: {key}")
+        if isinstance(value, int) and not value <= MOST:
+            raise InputError(f"{where}: {key} = {value} is more than {MOST:,}; ask for fewer")
+    try:
+        return made(**known)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    except TypeError:  # a number is missing, or is text
+        raise InputError(f"{where}: needs numbers for {', '.join(names)}") from None
+
+
+def _settings(value: Any, where: str) -> PatternSettings:
+    row = dict(mapping(value, where))
+    openings = array(row.get("openings", []), f"{where}: openings")
+    row["openings"] = tuple(
+        _built(Opening, mapping(opening, f"{where}: openings[{k}]"), f"{where}: openings[{k}]")
+        for k, opening in enumerate(openings)
+    )
+    for key, made in (("quoins", Quoins), ("coping", Coping)):
+        if row.get(key) is not None:
+            row[key] = _built(made, mapping(row[key], f"{where}: {key}"), f"{where}: {key}")
+    if row.get("base") is not None:
+        row["base"] = tuple((u, v) for u, v in _numbers(row["base"], f"{where}: base", 2))
+    return _built(PatternSettings, row, where)
+
+
+def _seeds(value: Any, where: str) -> Seeds:
+    row = _known(mapping(value, where), ("point", "weight"), where)
+    point = _numbers(row.get("point"), f"{where}: point", 2)
+    weight = [number(w, f"{where}: weight[{k}]") for k, w in enumerate(array(row.get("weight"), f"{where}: weight"))]
+    if not 0 < len(point) <= MOST:
+        raise InputError(f"{where}: {len(point)} of them; a wall is drawn from 1 to {MOST:,}")
+    if len(weight) != len(point):
+        raise InputError(f"{where}: {len(point)} points but {len(weight)} weights; give one to each")
+    return Seeds(np.array(point), np.array(weight))
+
+
+def _surface(value: Any, where: str) -> Surface:
+    row = dict(mapping(value, where))
+    kind = text(row.pop("kind", None), f"{where}: kind")
+    if kind not in _SURFACES:
+        raise InputError(f"{where}: kind: expected {', '.join(_SURFACES)}, found {label(kind)}")
+    if kind == "heights":
+        relief = array(row.get("relief"), f"{where}: relief")
+        row["relief"] = np.array(_numbers(relief, f"{where}: relief", len(relief[0]) if relief else 0))
+    return _built(_SURFACES[kind], row, where)
+
+
+def _numbers(value: Any, where: str, width: int) -> list[list[float]]:
+    """Rows of `width` numbers."""
+    rows = []
+    for k, row in enumerate(array(value, where)):
+        if len(array(row, f"{where}[{k}]")) != width:
+            raise InputError(f"{where}[{k}] must hold {width} numbers, found {len(row)}")
+        rows.append([number(x, f"{where}[{k}][{m}]") for m, x in enumerate(row)])
+    return rows
+
+
+def _changed(model: Assembly, drawn: Assembly) -> str | None:
+    """What of a model is not as drawn; None where everything is."""
+    if len(model) != len(drawn):
+        return f"it has {len(model)} blocks, and the drawing makes {len(drawn)}"
+    reach = SAME * float(np.linalg.norm(np.ptp(drawn.mesh.vertex, axis=0)))
+    for one, other in zip(model.blocks, drawn.blocks, strict=True):
+        if (one.id, one.faces, one.vertices.shape) != (other.id, other.faces, other.vertices.shape):
+            return f"block {label(one.id)} is not as drawn"
+        if not np.all(np.abs(one.vertices - other.vertices) <= reach):
+            return f"block {label(one.id)} has other corners than drawn"
+        if one.density != other.density or one.fixed != other.fixed:
+            return f"block {label(one.id)} has another density or support than drawn"
+    joints, wanted = model.contacts, drawn.contacts
+    if joints is not None and wanted is not None:
+        same = len(joints) == len(wanted) and np.array_equal(joints.mu, wanted.mu, equal_nan=True)
+        if not (same and np.array_equal(joints.a, wanted.a) and np.array_equal(joints.b, wanted.b)):
+            return "its contacts are not as drawn"
+    return None

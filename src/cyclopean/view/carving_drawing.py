@@ -1,0 +1,379 @@
+"""A wall before and after its stones are carved: elevations as SVG, and the page that shows them with the cut list.
+
+Before, every stone stands where it was placed; what reaches beyond its cell is hatched. After, the carved stones stand
+in their cells, and what they do not fill stays white. Colour is lambda, the share of each stone that comes off. On the
+scale stand Lambda of the wall, and 0.27, what Clifford & McGee's *Cyclopean Cannibalism* wall (ACADIA 2018) came to.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Literal
+
+import numpy as np
+
+from cyclopean.analysis import Result
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.assembly import Assembly
+from cyclopean.design.matching.carved_wall import CarvedWall
+from cyclopean.design.matching.carving import Carved, Total, total
+from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SCALE, STEPS, SUPPORT, classes
+from cyclopean.view.elevation import View, front_view, project
+from cyclopean.view.figures import number
+from cyclopean.view.markup import key, section
+from cyclopean.view.style import sheet
+from cyclopean.view.tables import table
+
+__all__ = ["DATUM", "carving_html", "carving_svg"]
+
+DATUM = 0.27  # Lambda of the Cyclopean Cannibalism wall: 73 % of the scanned stock was used
+WIDTH, MARGIN, LEGEND = 1000.0, 24.0, 104.0  # drawing units
+TALLEST = 900.0
+FULL = 0.5  # lambda at which the colours end
+ROWS = 400  # of the table
+FINE = 0.3  # drawing units: what is narrower is not seen
+APART = 0.8  # drawing units between the corners of an outline
+PAPER = "#ffffff"
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+
+When = Literal["before", "after"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Paper:
+    """From metres to drawing units; y runs down."""
+
+    view: View
+    low: Floats  # (2,) m
+    scale: float
+    height: float  # of the wall
+
+    def of(self, point: Floats) -> Floats:
+        """(..., 2) of points (..., 3) in m."""
+        flat = (project(point, self.view)[0] - self.low) * self.scale
+        return np.stack([MARGIN + flat[..., 0], MARGIN + self.height - flat[..., 1]], -1)
+
+
+def carving_svg(wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: str, when: When = "after") -> str:
+    """Draw a wall as one `<svg>` element.
+
+    Parameters
+    ----------
+    wall : Assembly
+        As it was drawn.
+    fixed : (n,) bool
+        Its held blocks.
+    carved : sequence of Carved
+        The stones in its cells.
+    title : str
+        For readers that do not see it.
+    when : {"before", "after"}
+        The stones as placed, with what comes off, or as carved.
+    """
+    paper = _paper(wall, carved, fixed, when)
+    outline = {b.id: _outline(paper.of(b.vertices), _fans(b.faces)) for b in wall.blocks}
+    held = [b.id for b, still in zip(wall.blocks, fixed, strict=True) if still]
+    free = [b.id for b, still in zip(wall.blocks, fixed, strict=True) if not still]
+    filled = {c.cell for c in carved if len(c.triangles)}
+    parts = [f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held]
+    parts += [_stone(paper, c, outline[c.cell], f"{when}-{k}", when) for k, c in enumerate(carved) if c.cell in outline]
+    for name in free:
+        stroke = f'stroke="{INK}"' if name in filled else f'stroke="{GHOST}" stroke-dasharray="6 5"'
+        parts.append(f'<path d="{outline[name]}" fill="none" stroke-width="1.6" stroke-linejoin="round" {stroke}/>')
+    foot = paper.height + 2.0 * MARGIN
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {foot + LEGEND:.0f}" role="img"'
+        f' font-family="sans-serif" font-size="17" fill="{INK}"><title>{escape(title)}</title>{_patterns()}'
+        f'<rect width="100%" height="100%" fill="{PAPER}"/>'
+        f'<clipPath id="{when}"><rect width="{WIDTH:.0f}" height="{foot:.1f}"/></clipPath>'
+        f'<g clip-path="url(#{when})">{"".join(parts)}</g>{_legend(carved, foot, when)}</svg>'
+    )
+
+
+def _paper(wall: Assembly, carved: Sequence[Carved], fixed: Bools, when: When) -> _Paper:
+    """Fit the free blocks and what is drawn of the stones; held blocks may reach beyond, and are cut off there."""
+    free = [b.vertices for b, held in zip(wall.blocks, fixed, strict=True) if not held]
+    solid = np.concatenate(free or [np.zeros((1, 3))])
+    view = front_view(solid)
+    seen = [solid]
+    if when == "before":
+        seen += [piece.vertices for c in carved for piece in c.offcuts]
+    flat = project(np.concatenate(seen), view)[0]
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    span = np.maximum(high - low, 1e-9)
+    scale = float(min((WIDTH - 2.0 * MARGIN) / span[0], TALLEST / span[1]))
+    spare = (WIDTH - 2.0 * MARGIN) / scale - span[0]
+    return _Paper(view, low - [spare / 2.0, 0.0], scale, float(span[1]) * scale)
+
+
+def _fans(faces: Sequence[Sequence[int]]) -> Ints:
+    return np.array([(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)], np.int64).reshape(-1, 3)
+
+
+def _outline(flat: Floats, triangles: Ints) -> str:
+    """Path of what a closed mesh covers, to be filled by the non-zero rule.
+
+    It is the rim of the triangles that look one way: it runs round each place as often as they lie over it.
+    """
+    corner = flat[triangles]
+    one, two = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    seen = triangles[one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0] < 0.0]
+    edge = seen[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    count = len(flat)
+    rim = edge[~np.isin(edge[:, 0] * count + edge[:, 1], edge[:, 1] * count + edge[:, 0])]
+    return "".join(map(_ring, _loops(flat, rim)))
+
+
+def _loops(flat: Floats, rim: Ints) -> list[Floats]:
+    """Closed rings of directed edges; where rings meet in a corner, it does not matter which is followed first."""
+    following: dict[int, list[int]] = {}
+    for start, end in rim.tolist():
+        following.setdefault(start, []).append(end)
+    loops = []
+    while following:
+        first = here = next(iter(following))
+        way = [here]
+        while True:
+            ends = following[here]
+            there = ends.pop()
+            if not ends:
+                del following[here]
+            if there == first:
+                break
+            way.append(there)
+            here = there
+        loops.append(flat[way])
+    return loops
+
+
+def _ring(loop: Floats) -> str:
+    """Path of one ring, to a tenth of a unit; nothing where it is too narrow to be seen."""
+    (x, y), (ahead, up) = (loop - loop[0]).T, (np.roll(loop, -1, axis=0) - loop[0]).T
+    length = float(np.hypot(ahead - x, up - y).sum())
+    if not abs(float((x * up - y * ahead).sum())) > FINE * length:
+        return ""
+    way = [loop[0].tolist()]
+    for a, b in loop[1:].tolist():
+        if abs(a - way[-1][0]) + abs(b - way[-1][1]) > APART:
+            way.append([a, b])
+    return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in way) + "Z"
+
+
+def _stone(paper: _Paper, c: Carved, cell: str, name: str, when: When) -> str:
+    """One stone: what is left, and before it is carved what reaches beyond the outline of its cell."""
+    colour = _colour(c.carved_share)
+    said = f"<title>{escape(c.stone)} in {escape(c.cell)}: lambda {c.carved_share:.3f}, gap {c.gap_share:.3f}</title>"
+    rim = f'stroke="{HATCH}" stroke-width="1.6" stroke-linejoin="round" paint-order="stroke"'  # no lines inside
+    parts = [f'<path d="{_outline(paper.of(c.vertices), c.triangles)}" fill="{colour}" {rim}/>'] if c.volume else []
+    off = "".join(_outline(paper.of(piece.vertices), piece.triangles) for piece in c.offcuts)
+    if when == "before" and off:
+        sheet_of_paper = f"M0 0H{WIDTH:g}V{paper.height + 2.0 * MARGIN:.1f}H0Z"
+        parts.append(
+            f'<clipPath id="{name}"><path d="{sheet_of_paper}{cell}" clip-rule="evenodd"/></clipPath>'
+            f'<path clip-path="url(#{name})" d="{off}" fill="url(#off-{_step(c.carved_share)})"/>'
+        )
+    return f"<g>{said}{''.join(parts)}</g>"
+
+
+def _step(share: float) -> int:
+    return int(classes(np.array([share / FULL]))[0])
+
+
+def _colour(share: float) -> str:
+    return SCALE[_step(share)]
+
+
+def _patterns() -> str:
+    def hatch(name: str, back: str, turn: int, width: float) -> str:
+        return (
+            f'<pattern id="{name}" width="7" height="7" patternUnits="userSpaceOnUse"'
+            f' patternTransform="rotate({turn})">{back}<path d="M0 0V7" stroke="{HATCH}" stroke-width="{width:g}"/>'
+            "</pattern>"
+        )
+
+    ground = f'<rect width="7" height="7" fill="{SUPPORT}"/>'
+    pale = [f'<rect width="7" height="7" fill="{colour}" fill-opacity="0.4"/>' for colour in SCALE]
+    off = "".join(hatch(f"off-{k}", back, -45, 1.6) for k, back in enumerate(pale))
+    return f"<defs>{hatch('off', '', -45, 1.6)}{off}{hatch('held', ground, 45, 3.0)}</defs>"
+
+
+def _legend(carved: Sequence[Carved], top: float, when: When) -> str:
+    """The scale with the datum above it and this wall below, and what the hatch means."""
+    left, width, y = MARGIN + 4.0, 470.0, top + 30.0
+    step = width / STEPS
+    boxes = [
+        f'<rect x="{left + k * step:.1f}" y="{y:.1f}" width="{step:.1f}" height="18" fill="{colour}"/>'
+        for k, colour in enumerate(SCALE)
+    ]
+    ticks = [
+        f'<text x="{left + width * t / FULL:.1f}" y="{y + 36:.1f}" font-size="14" text-anchor="middle">{t:g}</text>'
+        for t in (0.0, 0.1, 0.2, 0.3, 0.4)
+    ]
+    ticks.append(f'<text x="{left + width:.1f}" y="{y + 36:.1f}" font-size="14" text-anchor="middle">0.5 +</text>')
+    datum, here = left + width * DATUM / FULL, total(carved).imposition
+    mark = left + width * min(here / FULL, 1.0)
+    frame = f'<rect x="{left:.1f}" y="{y:.1f}" width="{width:.1f}" height="18" fill="none" stroke="#8b867b"/>'
+    text_at = left + width + 34.0
+    rows = [
+        f'<path d="M{datum:.1f} {y - 8:.1f}V{y + 18:.1f}" stroke="{INK}" stroke-width="2.5"/>',
+        f'<text x="{datum:.1f}" y="{y - 13:.1f}" font-size="14" text-anchor="middle">'
+        f"{DATUM:g} Cyclopean Cannibalism</text>",
+        f'<path d="M{mark:.1f} {y + 18:.1f}l-8 -13h16z" fill="{ACCENT["stable"]}" stroke="#fff"/>',
+        f'<text x="{text_at:.1f}" y="{y - 1:.1f}" font-size="17"><tspan font-weight="600">Lambda {here:.3f}</tspan>'
+        f" of this wall, {'to be carved off' if when == 'before' else 'carved off'}</text>",
+        f'<text x="{left:.1f}" y="{y + 56:.1f}" font-size="14">lambda: share of each stone that comes off</text>',
+    ]
+    if when == "before":
+        rows.append(
+            f'<rect x="{text_at:.1f}" y="{y + 12:.1f}" width="34" height="16" fill="url(#off)" stroke="{HATCH}"/>'
+            f'<text x="{text_at + 44:.1f}" y="{y + 26:.1f}" font-size="14">reaches beyond its cell, comes off</text>'
+        )
+    else:
+        rows.append(
+            f'<rect x="{text_at:.1f}" y="{y + 12:.1f}" width="34" height="16" fill="{PAPER}" stroke="{INK}"/>'
+            f'<text x="{text_at + 44:.1f}" y="{y + 26:.1f}" font-size="14">what the stones do not fill</text>'
+        )
+    return "".join([*boxes, frame, *ticks, *rows])
+
+
+def carving_html(
+    carved: Sequence[Carved],
+    whole: Total,
+    built: CarvedWall,
+    result: Result,
+    *,
+    before: str,
+    after: str,
+    least: float,
+    certificate_file: str | None = None,
+) -> str:
+    """Write the page of a carved wall: self-contained, without a script.
+
+    Parameters
+    ----------
+    carved : sequence of Carved
+        The stones in their cells.
+    whole : Total
+        Of them.
+    built : CarvedWall
+        The wall they make.
+    result : Result
+        What `check` says of that.
+    before, after : str
+        The drawings of `carving_svg`.
+    least : float
+        m; depth up to which a cut was taken for dressing.
+    certificate_file : str, optional
+        Name of the certificate's file, for the command that verifies it.
+    """
+    name = escape(built.assembly.name)
+    body = (
+        f"<header><h1>{name}</h1><span>cyclopean</span></header>",
+        _headline(carved, whole, built, result),
+        _pictures(before, after, built),
+        section("Stone by stone", _stones(carved), _STONES.format(least=number(1e3 * least))),
+        section("What to know", _list([*(n for c in carved for n in c.notes), *built.notes, *result.warnings])),
+        _proof(result, certificate_file),
+        "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>",
+    )
+    return (
+        f'<!doctype html><html lang="en" class="{result.verdict}"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        '<meta name="viewport" content="width=device-width,initial-scale=1">'
+        f"<title>{name}</title><style>{sheet('report')}{_STYLE}</style></head>"
+        f"<body><main>{''.join(body)}</main></body></html>"
+    )
+
+
+_STYLE = (
+    "figure+figure{margin-top:2rem}figure svg{display:block;width:100%;height:auto}.rows{max-height:34rem;"
+    "overflow:auto}.rows thead th{position:sticky;top:0;background:var(--paper)}"
+    "@media print{.rows{max-height:none;overflow:visible}}"
+)
+_STONES = (
+    "The most carved first. A cut lies on one plane of the cell; its depth is how far what comes off there reaches"
+    " beyond that plane. Cuts that are nowhere deeper than {least} mm are left to the chisel and not counted."
+    " Positions and angles of every cut, in the frame of the stone's own file, stand in cuts.csv."
+)
+
+
+def _headline(carved: Sequence[Carved], whole: Total, built: CarvedWall, result: Result) -> str:
+    cuts = sum(not cut.dressing for c in carved for cut in c.cuts)
+    text = (
+        f"As it will be built, with the gaps that the stones leave, the wall is {result.verdict}: {result.reason}"
+        f" Carved stones touch over {100.0 * built.touching_share:.0f} % of the joints that were drawn."
+    )
+    counts = [
+        ("Lambda: carved off", f"{whole.imposition:.3f}"),
+        ("gap: left empty", f"{whole.gap:.3f}"),
+        ("stones", f"{len(carved):,}"),
+        ("cuts", f"{cuts:,}"),
+        ("litres come off", f"{1e3 * (whole.stone_volume - whole.volume):,.0f}"),
+    ]
+    cells = "".join(f"<div><dt>{what}</dt><dd>{count}</dd></div>" for what, count in counts)
+    return (
+        f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(text)}</p></div>'
+        f'<dl class="counts">{cells}<div><dt></dt><dd>method {escape(result.method)}</dd></div></dl>'
+    )
+
+
+def _pictures(before: str, after: str, built: CarvedWall) -> str:
+    held = f'<rect width="32" height="16" fill="{SUPPORT}"/><path d="M2 18 18 0M12 18 28 0M22 18 38 0" stroke="{HATCH}"'
+    keys = key(f'{held} stroke-width="3"/>', "support")
+    keys += key(f'<path d="M2 3H30V13H2Z" fill="none" stroke="{INK}" stroke-width="1.6"/>', "cell, as drawn")
+    if built.missing:
+        keys += key(
+            f'<path d="M2 3H30V13H2Z" fill="none" stroke="{GHOST}" stroke-dasharray="5 3"/>', "cell without a stone"
+        )
+    return (
+        f'<section><h2>Before and after</h2><div class="legend">{keys}</div><figure>{before}<figcaption>'
+        "Stones as placed."
+        " What comes off in front of the wall and behind it is not seen from here.</figcaption></figure>"
+        f"<figure>{after}<figcaption>Carved back to their cells. Clifford and McGee measured about {DATUM:g} on their"
+        " Cyclopean Cannibalism wall (ACADIA 2018). Lambda means something only together with the gap.</figcaption>"
+        "</figure></section>"
+    )
+
+
+def _stones(carved: Sequence[Carved]) -> str:
+    head = [
+        ("Stone", ""), ("Cell", ""), ("Lambda", "n"), ("Gap", "n"), ("Stone, L", "n"), ("Comes off, L", "n"),
+        ("Offcuts", "n"), ("Cuts", "n"), ("Cut area, m²", "n"), ("Deepest, mm", "n"),
+    ]  # fmt: skip
+    order = sorted(carved, key=lambda c: (-c.carved_share, c.cell))
+    rows = [_row(c) for c in order[:ROWS]]
+    more = f'<p class="soft">and {len(order) - ROWS:,} more in cutlist.csv</p>' if len(order) > ROWS else ""
+    return f'<div class="rows">{table(head, rows)}</div>{more}' if rows else ""
+
+
+def _row(c: Carved) -> list[str]:
+    cuts = [cut for cut in c.cuts if not cut.dressing]
+    share = min(c.carved_share / FULL, 1.0)
+    bar = f'<span class="bar"><i style="width:{100.0 * share:.0f}%;background:{_colour(c.carved_share)}"></i></span>'
+    return [
+        escape(c.stone),
+        escape(c.cell),
+        f"{c.carved_share:.3f}{bar}",
+        f"{c.gap_share:.3f}",
+        f"{1e3 * c.stone_volume:.1f}",
+        f"{1e3 * (c.stone_volume - c.volume):.1f}",
+        str(sum(not piece.dressing for piece in c.offcuts)),
+        str(len(cuts)),
+        f"{sum(cut.area for cut in cuts):.3f}",
+        f"{1e3 * max((cut.depth for cut in cuts), default=0.0):.0f}",
+    ]
+
+
+def _list(lines: Sequence[str]) -> str:
+    return f'<ul class="warnings">{"".join(f"<li>{escape(line)}</li>" for line in lines)}</ul>' if lines else ""
+
+
+def _proof(result: Result, certificate_file: str | None) -> str:
+    if result.certificate is None or certificate_file is None:
+        return ""
+    kind = escape(str(result.certificate.get("kind", "")))
+    return section(
+        "How to verify it",
+        f"<pre>cyclopean verify {escape(certificate_file)}</pre>",
+        f"The verdict on the wall as it will be built carries a certificate ({kind}), checked in exact arithmetic.",
+    )
