@@ -1,9 +1,13 @@
 """Generated walls and what coupled analysis says of them: flat, curved, pierced, coursing 0 to 1, 15 to 2,000 stones.
 
-Run `python bench/polygonal.py [--only seed] [--seconds 60] [--large] [--save DIR]`; prints one row a wall: stones,
-contacts, points, joints that are not flat, processor seconds to draw and to check (verification included), the verdict
-and the route that found it; then how many of the walls got which verdict. `--large` adds walls of 300 to 2,000 stones;
-`--save` writes the models that stay undecided.
+Run `python bench/polygonal.py [--only door] [--seconds 60] [--large] [--seed 7] [--save DIR]`; prints one row a wall:
+stones, contacts, points, joints that are not flat, processor seconds to draw and to check (verification included), the
+verdict and the route that found it; then how many of the walls got which verdict, and which stay undecided. `--large`
+adds walls of 300, 1,000 and 2,000 stones: flat with coursing 0, 0.4 and 1, a cylinder, a sphere, a door. `--seed` draws
+all of them with another seed; `--save` writes the models that stay undecided.
+
+The budget is in seconds of a free processor. On a busy one give more of them by `--seconds` and count as undecided
+what takes more than `--limit` processor seconds.
 
 One thread: set RAYON_NUM_THREADS=1 and OMP_NUM_THREADS=1 before.
 """
@@ -25,6 +29,8 @@ from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cone, Cylinder, Free, Ruled, Sphere
 from cyclopean.io import write_model
 
+SMALL = ((5, 3), (12, 8))  # columns and rows
+LARGE = ((25, 12), (40, 25), (56, 36))
 Case = tuple[str, dict[str, Any], Any]
 DOOR = (Opening(1.1, 0.8, 1.15),)
 ARCH = (Opening(1.0, 0.9, 1.25, 0.0, "arch"),)
@@ -72,17 +78,24 @@ def cases(large: bool) -> Iterator[Case]:
     yield "all, cylinder 8", {"quoins": Quoins(), "coping": Coping(), "openings": ARCH}, SURFACES["cylinder 8"]
     yield "hill", {"base_radius": 6.0}, None
     yield "slope", {"base": ((0.0, 0.0), (3.0, 0.5))}, None
-    for columns, rows in ((5, 3), (12, 8)) + (((25, 12), (40, 25), (56, 36)) if large else ()):
+    for columns, rows in (*SMALL, *(LARGE if large else ())):
         for coursing in (0.0, 0.4, 1.0):
             size = sized(columns, rows)
             yield f"{columns} x {rows}, c {coursing:g}", {**size, "coursing": coursing}, None
-        yield f"{columns} x {rows}, curved", size, Cylinder(1.5 * size["width"], size["width"] / 2.0)
+        width, height = size["width"], size["height"]
+        yield f"{columns} x {rows}, curved", size, Cylinder(1.5 * width, width / 2.0)
+        if (columns, rows) in LARGE:
+            yield f"{columns} x {rows}, sphere", size, Sphere(2.0 * width, 0.0, width / 2.0)
+            door = (Opening(0.4 * width, 0.12 * width, 0.5 * height),)
+            yield f"{columns} x {rows}, door", {**size, "openings": door}, None
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="")
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--limit", type=float, default=np.inf)
+    parser.add_argument("--seed", type=int)
     parser.add_argument("--large", action="store_true")
     parser.add_argument("--save", type=Path)
     chosen = parser.parse_args()
@@ -92,25 +105,33 @@ def main() -> None:
         f" {'draw s':>6} {'check s':>7} {'verdict':>9} {'route':>10}"
     )
     verdicts: Counter[str] = Counter()
+    open_: list[str] = []
     for name, options, surface in cases(chosen.large):
         if chosen.only not in name:
             continue
+        if chosen.seed is not None:
+            options = {**options, "seed": chosen.seed + options.get("seed", 0)}
         began = process_time()
         made = polygonal_wall(PatternSettings(**options), surface=surface)
         drawn = process_time()
         result = check(made.assembly, Settings(method="cra", seconds=chosen.seconds))
         ended = process_time()
         contacts, joints = made.assembly.contacts, made.joints
-        verdicts[result.verdict] += 1
+        verdict = result.verdict if ended - drawn <= chosen.limit else "undecided"
+        verdicts[verdict] += 1
+        if verdict == "undecided":
+            open_.append(name)
         print(
             f"{name:>22} {len(made.assembly) - 1:>6} {len(contacts):>8} {len(contacts.point):>6} {joints.warped:>6}"
             f" {joints.folded:>6} {1e3 * joints.deviation:>6.2f} | {drawn - began:>6.2f} {ended - drawn:>7.2f}"
-            f" {result.verdict:>9} {result.provenance.get('route', ''):>10}",
+            f" {verdict:>9} {result.provenance.get('route', ''):>10}",
             flush=True,
         )
-        if result.verdict == "undecided" and chosen.save:
+        if verdict == "undecided" and chosen.save:
             write_model(chosen.save / f"{name.replace(' ', '-').replace(',', '')}.json", made.assembly)
     print(", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common()))
+    if open_:
+        print("undecided:", "; ".join(open_))
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ from cyclopean.design.matching.carving import carve
 from cyclopean.design.stones.stone import stone_of
 from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
+from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import hull_of, mesh_of
 from cyclopean.proof import verify
@@ -46,6 +47,15 @@ def test_identical_stock_makes_the_drawn_wall():
     assert result.verdict == check(drawn).verdict == "stable"
     assert verify(result.certificate).proved
     assert result.warnings == ()
+
+
+@pytest.mark.parametrize("warped", ["auto", "triangles"])
+def test_curved_joints_touch_as_drawn(warped):
+    """Joints that are folded into triangles, or laid into the best plane through their corners."""
+    drawn = polygonal_wall(PatternSettings(columns=4, rows=3), surface=Cylinder(3.0, 1.5), warped=warped).assembly
+    built = carved_wall(drawn, [carve(stone_like(block, 1.1), block, *STAY) for block in drawn.blocks[1:]])
+    assert built.touching == pytest.approx(drawn.contacts.area, rel=1e-9)
+    assert built.assembly.contacts.area == pytest.approx(drawn.contacts.area, rel=1e-9)
 
 
 def test_a_narrow_stone_touches_over_its_own_width():

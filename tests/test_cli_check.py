@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from coupled_cases import beams
 from cyclopean import analysis
+from cyclopean.io import write_model
 
 
 @pytest.fixture
@@ -221,10 +223,7 @@ def test_units(run, cube):
 @pytest.fixture
 def frame(tmp_path):
     """A beam between two fixed columns that hangs on friction alone: by statics RBE accepts it and CRA does not."""
-    from cyclopean.cli.demo import _h_frame
-    from cyclopean.io import write_model
-
-    write_model(tmp_path / "frame.json", _h_frame())
+    write_model(tmp_path / "frame.json", beams(0.3, 0.3, 0.4))
     return "frame.json"
 
 

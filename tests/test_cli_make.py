@@ -6,6 +6,7 @@ import os
 import pytest
 
 from cyclopean import design
+from cyclopean.cli.demo import FILES
 from cyclopean.cli.files import MESHES
 from cyclopean.design.walls.dressing import Coping, Quoins
 from cyclopean.design.walls.interlock import interlock
@@ -197,36 +198,35 @@ def test_a_polygonal_wall_that_cannot_be_made(run, argv, says):
     assert os.listdir() == []
 
 
-MODELS = ("arch", "wall", "stack", "frame")
-
-
-def test_demo_makes_its_own_folder_and_proves_everything(run):
+def test_demo_draws_a_wall_finds_it_stones_and_proves_it(run):
     status, out, err = run("demo")
-    assert (status, err) == (0, "")
-    assert out.count("certificate verified") == 4
-    made = {f"{m}{e}" for m in MODELS for e in (".json", ".result.json", ".certificate.json", ".html")}
-    assert set(os.listdir("demo")) == made | {"index.html"}
-    assert run("verify", "demo/stack.certificate.json")[0] == 0
-    assert run("check", "demo/stack.json")[0] == 1
-    with open("demo/index.html") as page:
-        links = [part.split('"')[0] for part in page.read().split('href="')[1:]]
-    assert set(links) == {f"{m}.html" for m in MODELS}
-    for name in MODELS:
-        with open(f"demo/{name}.result.json") as file:
-            assert json.load(file)["method"] == "cra"
-    assert (
-        run("check", "demo/frame.json", "--method", "rbe")[0] == 0
-    )  # the forces are there, and nothing brings them about
-    assert run("demo")[0] == 0  # again, over the old files
-
-
-def test_demo_into_a_folder_that_is_there(run):
+    assert status == 0
+    assert out.count("stable, certificate verified") == 2
+    assert all("do not touch once carved" in line for line in err.splitlines())
+    assert set(os.listdir("demo")) == {*FILES, "report.html"}
+    for name in ("", "carved."):
+        assert run("verify", f"demo/{name}certificate.json")[0] == 0
+        with open(f"demo/{name}result.json") as file:
+            data = json.load(file)
+        assert (data["method"], data["verdict"]) == ("cra", "stable")
+    with open("demo/match.json") as file:
+        placed = json.load(file)["placements"]
+    with open("demo/cutlist.csv") as file:
+        assert len(file.read().splitlines()) == len(placed) + 1
+    with open("demo/sequence.json") as file:
+        steps = json.load(file)["steps"]
+    assert len(steps) == len(placed)
+    assert all("stable" in (step["verdict"], step["with_props"]) for step in steps)
+    with open("demo/report.html") as page:
+        source = page.read()
+    links = {part.split('"')[0] for part in source.split('href="')[1:]}
+    assert {link for link in links if not link.startswith("#")} == set(FILES)
+    assert run("carve", "demo", "--out", "demo", "--method", "rbe")[0] == 0  # the folder is a match like any other
     os.mkdir("here")
-    assert run("demo", "--out", "here")[0] == 0
-    assert len(os.listdir("here")) == 17
     with open("file", "w"):
         pass
     assert run("demo", "--out", "file")[0] == 2
+    assert run("demo", "--out", "nowhere")[0] == 2
 
 
 def test_info_detects_contacts_and_names_outliers(run):

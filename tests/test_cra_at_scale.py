@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 
 from cyclopean.analysis import quadratic_cones as q3
 from cyclopean.analysis.coupled.at_scale import Plan, _Search, solve_at_scale
-from cyclopean.analysis.coupled.block_newton import BlockNewton
+from cyclopean.analysis.coupled.block_newton import BlockNewton, Doubled
+from cyclopean.analysis.coupled.central_path import follow_path
 from cyclopean.analysis.coupled.polish import Sets
 from cyclopean.analysis.coupled.proximal import Prices, prox, prox_jacobian, proximal_newton
 from cyclopean.analysis.coupled.sliding import SlidingProgram
@@ -26,6 +27,9 @@ from cyclopean.analysis.coupled.sliding_interior import sliding_interior
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.assembly import Assembly
 from cyclopean.design import arch, dome, stack, vault, wall
+from cyclopean.design.walls.pattern import PatternSettings
+from cyclopean.design.walls.polygonal import polygonal_wall
+from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
 from near_limit import G, posed, random_case
@@ -204,7 +208,7 @@ def test_newton_recovers_a_disturbed_state() -> None:
     none = np.zeros_like(pressed)
     assert measure(system, BOUNDS, f, dq).worst > 1e-6
     edge = rubbing & (np.hypot(f[:, 1], f[:, 2]) > 0.999 * system.mu * f[:, 0])
-    newton = BlockNewton(system, Schur(system))
+    newton = BlockNewton(system, Doubled(Schur(system)))
     found = newton.solve(Sets(pressed, pressed, rubbing, edge), none, 0.02, f, dq)
     left = measure(system, BOUNDS, *found)
     assert max(left.equilibrium, left.complementarity, left.gap) < 1e-11
@@ -220,12 +224,104 @@ def test_newton_puts_friction_on_its_bound_and_sliding_on_beta() -> None:
     pressed, rubbing = state.f[:, 0] > 0.0, np.hypot(state.f[:, 1], state.f[:, 2]) > 0.0
     edge, slow = np.zeros_like(pressed), np.zeros_like(pressed)
     edge[0], slow[1] = True, True
-    f, dq = BlockNewton(system, Schur(system)).solve(
+    f, dq = BlockNewton(system, Doubled(Schur(system))).solve(
         Sets(pressed, pressed, rubbing, edge), slow, 0.02, state.f, state.dq
     )
     assert np.hypot(f[0, 1], f[0, 2]) == pytest.approx(0.7 * f[0, 0], rel=1e-11)
     assert system.gap(dq)[1, 1:] @ f[1, 1:] == pytest.approx(-0.02 * np.hypot(*f[1, 1:]), rel=1e-11)  # against it
     assert np.abs(system.residual(f)).max() < 1e-12
+
+
+# The path
+
+
+def started(system: EquilibriumSystem) -> tuple[np.ndarray, np.ndarray]:
+    """An interior answer to programme A, to a gap of 1e-4."""
+    inner = sliding_interior(system, Schur(system), prices_of(system), gap=1e-4)
+    assert inner.word == "solved"
+    return inner.f, inner.q
+
+
+def polygonal(columns: int, rows: int, coursing: float, seed: int, curved: bool) -> EquilibriumSystem:
+    width = 0.375 * columns
+    settings = PatternSettings(
+        columns=columns, rows=rows, courses=rows, width=width, height=0.36 * rows, coursing=coursing, seed=seed
+    )
+    made = polygonal_wall(settings, surface=Cylinder(1.5 * width, width / 2.0) if curved else None)
+    return posed(made.assembly, 0.84, np.array([0.0, 0.0, -G]))
+
+
+@pytest.mark.parametrize("curved", [False, True])
+def test_a_path_leads_into_the_interior(curved: bool) -> None:
+    """Far from a state (work beyond 0.05) at the start; if a state is at its end, it has room at every bound."""
+    met = 0
+    for seed in range(3):
+        system = polygonal(8, 5, 0.4, seed, curved)
+        f, dq = started(system)
+        assert measure(system, BOUNDS, f, dq).complementarity > 0.05
+        doubled = Doubled(Schur(system))
+        end = follow_path(system, doubled, BOUNDS, f, dq)
+        assert end.residuals == measure(system, BOUNDS, end.f, end.dq)
+        assert doubled.factorisations >= end.steps > 0
+        if end.residuals.accepted:
+            met += 1
+            d, tangent = system.gap(end.dq), np.hypot(end.f[:, 1], end.f[:, 2])
+            rubs = tangent > 1e-6
+            assert rubs.sum() > 50
+            assert end.product <= 1e-4
+            assert (tangent < system.mu * end.f[:, 0])[rubs].all()
+            assert (np.hypot(d[:, 1], d[:, 2]) > BOUNDS.beta)[rubs].all()
+    assert met >= 1
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_path_claims_nothing_of_a_model_that_falls(seed: int) -> None:
+    """From random interior starts of walls without a state, whatever comes back is not accepted."""
+    system = system_of(wall(4, 4), 60.0)
+    rng = np.random.default_rng(seed)
+    f = np.abs(rng.normal(size=(system.points, 3))) + 0.1
+    dq = np.zeros(6 * system.blocks)
+    end = follow_path(system, Doubled(Schur(system)), BOUNDS, f, dq)
+    assert not end.residuals.accepted
+    assert end.residuals == measure(system, BOUNDS, end.f, end.dq)
+
+
+def test_a_path_starts_only_where_everything_has_room() -> None:
+    system = system_of(stack(2), 5.0)
+    f, dq = started(system)
+    for start in ((0.0 * f, dq), (f, -1e3 * dq), (np.where(f > 0.0, np.nan, f), dq)):
+        end = follow_path(system, Doubled(Schur(system)), BOUNDS, *start)
+        assert end.steps == 0
+        assert not end.residuals.accepted
+    late = follow_path(system, Doubled(Schur(system)), BOUNDS, f, dq, deadline=0.0)
+    assert late.steps == 0
+
+
+def test_the_doubled_matrix_by_hand() -> None:
+    """Twice the blocks of S = A D A' side by side, solved as the dense matrix that the formula says."""
+    system = system_of(stack(2), 3.0)
+    rng = np.random.default_rng(0)
+    q, n, A = system.points, 6 * system.blocks, system.A.toarray()
+    half = rng.normal(size=(3, q, 3, 3))
+    forces, motion = (x @ x.transpose(0, 2, 1) for x in half[:2])
+    dense = {}
+    for name, D in (("forces", forces), ("motion", motion), ("mixed", half[2])):
+        dense[name] = sum(A[:, 3 * k : 3 * k + 3] @ D[k] @ A[:, 3 * k : 3 * k + 3].T for k in range(q))
+    top = -dense["forces"] - np.diag(1e-3 * np.diag(dense["forces"]))
+    whole = np.block([[top, dense["mixed"].T], [dense["mixed"], dense["motion"] + 0.5 * np.eye(n)]])
+    doubled, rhs = Doubled(Schur(system)), rng.normal(size=2 * n)
+    found = doubled.solve(doubled.factor(forces, half[2], motion, 1e-3, 1e-9, 0.5), rhs[:n], rhs[n:])
+    assert np.concatenate(found) == pytest.approx(np.linalg.solve(whole, rhs), rel=1e-8, abs=1e-10)
+    assert doubled.factorisations == 1
+
+
+def test_a_curved_wall_of_three_hundred_stones() -> None:
+    """827 of its 849 joints are not quite plane, so that sets are nearly degenerate; stiffening alone ends nowhere."""
+    system = polygonal(25, 12, 0.4, 0, curved=True)
+    answer = solve_at_scale(system, BOUNDS)
+    assert answer.word == "coupled"
+    assert answer.paths >= 1
+    assert answer.rounds <= 4
 
 
 # The search

@@ -88,14 +88,14 @@ def test_a_box_ranked_in_itself_by_hand():
 
 
 def test_ranking_agrees_with_plain_counting_in_every_rotation():
-    stones, cells = rubble(3), polygonal(3, 2)
+    stones, cells = rubble(3, size=1.1), polygonal(3, 2)
     points, volume = body_points(stones), np.array([s.volume for s in stones])
     for number in range(48):
         found = rank(points, volume, cells, cells.axes, np.arange(48) == number, 1)
         assert (found.turns == number).all()
         for i, j in ((0, 0), (1, 3), (2, 5)):
             slow = shares(cells, j, points[i], cells.axes[j].T @ rotations()[number])
-            assert found.shared[i, j] / volume[i] == pytest.approx(slow, abs=0.03)
+            assert found.shared[i, j] / volume[i] == pytest.approx(slow, abs=0.02)
 
 
 def test_ranking_of_cells_of_several_depths():
@@ -359,15 +359,15 @@ def test_bonds_hold():
 def test_refining_pays_and_more_stones_do_too():
     stones, cells = rubble(30, size=0.7), polygonal(3, 3)
 
-    def cost(match, count):
+    def cost(match):
         return sum(stones[p.stone].volume - 2.0 * p.shared for p in match.placements)
 
     plain = match_stones(stones, cells, MatchSettings(refine=False))
-    fine = match_stones(stones, cells, MatchSettings(points=256, climbs=0))
+    fine = match_stones(stones, cells, MatchSettings(climbs=0))
     finest = match_stones(stones, cells)
-    few = match_stones(stones[:9], cells, MatchSettings(points=256, climbs=0))
-    assert cost(finest, 30) < cost(fine, 30) < cost(plain, 30)
-    assert cost(fine, 30) < cost(few, 9)
+    few = match_stones(stones[:9], cells)
+    assert cost(finest) < cost(fine) < cost(plain)
+    assert cost(finest) < cost(few)
 
 
 def test_an_earlier_match_is_a_candidate():

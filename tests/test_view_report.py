@@ -19,8 +19,7 @@ import zstandard
 
 from cyclopean.analysis import Result
 from cyclopean.assembly import Assembly, Block, Contacts
-from cyclopean.errors import InputError
-from cyclopean.view import IndexEntry, index_entry, index_html, report_html
+from cyclopean.view import report_html
 from cyclopean.view import scene as scene_module
 from cyclopean.view.page import POLICY
 
@@ -418,20 +417,3 @@ def test_ten_thousand_blocks_stay_below_the_size_limit():
     words = Page(source).words
     assert "With more than 3,000 blocks, the drawing of contact forces would not be legible and is left out." in words
     assert "Edges of blocks are left out" in words
-
-
-def test_index_lists_every_report_and_defuses_links():
-    entries = [
-        index_entry(arch(), "arch.html"),
-        IndexEntry(EVIL, "undecided", "a < b", "javascript:alert(1)"),
-        IndexEntry("spaced", "unstable", "falls", 'sub dir/"r".html'),
-    ]
-    source = index_html(entries, "All & sundry")
-    page = Page(source)
-    assert page.loads == ["arch.html", "javascript%3Aalert%281%29", "sub%20dir/%22r%22.html"]
-    assert "script" not in page.tags
-    assert page.tags.count("svg") == 1
-    for words in ("All & sundry", "arch by hand", "Stable", EVIL, "Undecided", "a < b", "Unstable"):
-        assert words in page.words
-    with pytest.raises(InputError, match="verdict 'fine' must be"):
-        IndexEntry("x", "fine", "", "x.html")

@@ -3,6 +3,8 @@
 from cyclopean.analysis.checking import check
 from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
+from cyclopean.analysis.grown.recheck import CONTINUED, Known, mobile, recheck
+from cyclopean.analysis.posing import PosedModel, pose
 from cyclopean.analysis.rigid.interior import interior_point
 from cyclopean.analysis.rigid.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
 from cyclopean.analysis.rigid.rbe import Outcome, solve_rbe, tension
@@ -18,6 +20,7 @@ from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
 from cyclopean.analysis.verdict import Result, Word
 
 __all__ = [
+    "CONTINUED",
     "DENSITY",
     "GRAVITY",
     "MU",
@@ -25,7 +28,9 @@ __all__ = [
     "Cone",
     "CoupledOutcome",
     "DualAnswer",
+    "Known",
     "Outcome",
+    "PosedModel",
     "Residuals",
     "Result",
     "Settings",
@@ -35,10 +40,13 @@ __all__ = [
     "interior_point",
     "measure",
     "mechanism_program",
+    "mobile",
     "newton",
     "parse_cone",
     "penalty_program",
+    "pose",
     "rbe_program",
+    "recheck",
     "sharpen_mechanism",
     "solve_cra",
     "solve_program",

@@ -1,4 +1,4 @@
-"""`demo`: four models from nothing to verdicts with proofs, in one folder."""
+"""`demo`: the main job, from nothing to a wall of found stones that is proved to stand."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -6,14 +6,38 @@ import typer
 
 from cyclopean.cli.check import write_result
 from cyclopean.cli.outputs import folder
-from cyclopean.cli.terminal import long_work, say
+from cyclopean.cli.terminal import long_work, say, warn
 
 if TYPE_CHECKING:
-    from cyclopean.assembly import Assembly
+    from pathlib import Path
+
+    from cyclopean.analysis import Result
+    from cyclopean.design.walls.polygonal import PolygonalWall
 
 __all__ = ["demo"]
 
-EXPECTED = {"wall": "stable", "arch": "stable", "stack": "unstable", "frame": "unstable"}
+STOCK = 80  # stones at hand, about two a cell
+SPAN = 0.6, 4.0  # least and largest stone, in mean cells
+WEIGHT = 4.5  # what a litre of void costs, where a litre carved off costs 1: the joints have to bear
+TURNS = 2  # of negotiation
+
+FILES = {
+    "model.json": "the wall as drawn, negotiated with the stones",
+    "result.json": "its verdict",
+    "certificate.json": "the proof of that",
+    "check.html": "the forces in its joints",
+    "stones.obj": "the stones at hand",
+    "match.json": "which stone goes where",
+    "match.html": "the same to look at",
+    "carved.json": "the wall as it will be built",
+    "carved.result.json": "its verdict",
+    "carved.certificate.json": "the proof of that",
+    "cutlist.csv": "every stone: what is cut off",
+    "cuts.csv": "every cut: where it lies on the stone",
+    "wall.glb": "the carved stones",
+    "sequence.json": "the order of building, and the verdict of every stage",
+    "building.html": "how it is built, stage by stage",
+}
 
 
 def demo(
@@ -21,48 +45,98 @@ def demo(
         str | None, typer.Option(metavar="DIR", help="Folder to write to [demo, made if it is not there].")
     ] = None,
 ) -> int:
-    """Make four models, check and prove them.
+    """Draw a wall, find it stones, carve them, prove that it stands, and plan how it is built.
 
-    A polygonal wall with an opening, an arch, a leaning stack and a beam that hangs on friction; models, results,
-    certificates and pages go into one folder.
+    A wall of polygonal stones on a gently curved face, around an arched door; its cells are negotiated with the stones
+    of a synthetic quarry.
     """
     place = folder("--out", out, "demo")
 
-    from cyclopean import analysis, design, io, view
+    from cyclopean import analysis, io, view
+    from cyclopean.design.construction.sequence import build_sequence, dot_text
+    from cyclopean.design.matching.carved_wall import carved_wall
+    from cyclopean.design.matching.carving import carve_match, total
+    from cyclopean.design.matching.cells import cells_of
+    from cyclopean.design.matching.match import MatchSettings
+    from cyclopean.design.matching.negotiation import negotiate
+    from cyclopean.design.stones.inventory import Inventory
+    from cyclopean.design.stones.quarry import quarry
+    from cyclopean.io.cutlist import carved_meshes, cutlist_csv, cuts_csv
+    from cyclopean.io.matches import match_dict
     from cyclopean.proof import verify_file
+    from cyclopean.view.carving_drawing import carving_svg
+    from cyclopean.view.match_page import match_html
+    from cyclopean.view.overview import overview_html
 
-    models = {
-        "wall": _curved_wall(),
-        "arch": design.arch(20),
-        "stack": design.stack(5, offset=0.3),
-        "frame": _h_frame(),
+    with long_work("demo") as stage:
+        drawn = _curved_wall()
+        mean = float(cells_of(drawn.assembly).volume.mean())
+        stones = quarry(STOCK, seed=1, volume=(SPAN[0] * mean, SPAN[1] * mean), detail=2)
+        stage("negotiating")
+        talk = negotiate(stones, drawn, MatchSettings(weight=WEIGHT), rounds=TURNS)
+        wall, cells = talk.wall.assembly, cells_of(talk.wall.assembly)
+        stage("checking")
+        result = analysis.check(wall)
+        stage("carving")
+        carved = carve_match(talk.match, stones, cells)
+        built = carved_wall(wall, carved)
+        final = analysis.check(built.assembly)
+        stage("sequencing")
+        sequence = build_sequence(wall)
+        stage("writing")
+        at = {name: place / name for name in FILES}
+        io.write_model(at["model.json"], wall, drawing=io.drawing_dict(talk.wall))
+        _write(result, place, "", "check.html")
+        io.write_stones(at["stones.obj"], Inventory(stones))
+        rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in talk.rounds]
+        io.write_json(
+            at["match.json"],
+            match_dict(talk.match, stones, cells, stones_path="stones.obj", wall_path="model.json", rounds=rounds),
+        )
+        io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))
+        io.write_model(at["carved.json"], built.assembly)
+        _write(final, place, "carved.", None)
+        io.write_text(at["cutlist.csv"], cutlist_csv(carved))
+        io.write_text(at["cuts.csv"], cuts_csv(carved))
+        io.write_mesh(at["wall.glb"], carved_meshes(carved))
+        io.write_json(at["sequence.json"], io.sequence_dict(sequence, dot_text(sequence)))
+        io.write_text(at["building.html"], view.building_html(sequence))
+        whole = total(carved)
+        before = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as placed", "before")
+        after = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as carved", "after")
+        page = overview_html(
+            result, Inventory(stones).stones, (carved, whole, before, after), (built, final), sequence, FILES
+        )
+        io.write_text(place / "report.html", page)
+    for warning in (*talk.notes, *built.notes):
+        warn(warning)
+    proofs = {name: verify_file(place / f"{name}certificate.json").proved for name in ("", "carved.")}
+    held = [step for step in sequence.steps if step.verdict != "stable"]
+    say(f"drawn      {wall.name}: {result.verdict}, {_proof(proofs[''])}")
+    say(f"matched    {len(talk.match)} of {STOCK} stones: Lambda {whole.imposition:.3f}, gap {whole.gap:.3f}")
+    say(f"as built   {final.verdict}, {_proof(proofs['carved.'])}")
+    props = f", {len(held)} of them with props" if held else ""
+    say(f"sequence   {len(sequence.steps)} stages, each with a verified verdict{props}")
+    say(f"open {place / 'report.html'} in a browser; check again with: cyclopean check {place / 'carved.json'}")
+    stands = result.verdict == final.verdict == "stable" and all(step.propped == "stable" for step in held)
+    return 0 if stands and all(proofs.values()) else 1
+
+
+def _write(result: "Result", place: "Path", prefix: str, report: str | None) -> None:
+    """Result, certificate and page of one check."""
+    files = {
+        "--json": place / f"{prefix}result.json",
+        "--certificate": place / f"{prefix}certificate.json",
+        **({"--report": place / report} if report else {}),
     }
-    with long_work("demo"):
-        results = {name: analysis.check(model) for name, model in models.items()}
-        for name, result in results.items():
-            io.write_model(place / f"{name}.json", result.assembly)
-            write_result(
-                result,
-                {
-                    "--json": place / f"{name}.result.json",
-                    "--certificate": place / f"{name}.certificate.json",
-                    "--report": place / f"{name}.html",
-                },
-                str(place / f"{name}.json"),
-            )
-        entries = [view.index_entry(result, f"{name}.html") for name, result in results.items()]
-        io.write_text(place / "index.html", view.index_html(entries, "Four models, four proofs"))
-    expected = True
-    for name, result in results.items():
-        proved = result.certificate is not None and verify_file(place / f"{name}.certificate.json").proved
-        expected &= proved and result.verdict == EXPECTED[name]
-        proof = "certificate verified" if proved else "NO valid certificate"
-        say(f"{result.assembly.name:21} {result.verdict:9} {proof}")
-    say(f"open {place / 'index.html'} in a browser; check again with: cyclopean check {place / 'wall.json'}")
-    return 0 if expected else 1
+    write_result(result, files, str(place / (f"{prefix}json" if prefix else "model.json")))
 
 
-def _curved_wall() -> "Assembly":
+def _proof(proved: bool) -> str:
+    return "certificate verified" if proved else "NO valid certificate"
+
+
+def _curved_wall() -> "PolygonalWall":
     """Polygonal stones on a gently curved face, around an arched door."""
     from cyclopean.design.walls.openings import Opening
     from cyclopean.design.walls.pattern import PatternSettings
@@ -70,24 +144,4 @@ def _curved_wall() -> "Assembly":
     from cyclopean.design.walls.surfaces import Cylinder
 
     door = Opening(1.05, 0.9, 1.25, head="arch")
-    return polygonal_wall(PatternSettings(openings=(door,)), surface=Cylinder(8.0, 1.5)).assembly
-
-
-def _h_frame() -> "Assembly":
-    """A beam between the upright faces of two fixed columns, with nothing below it.
-
-    Friction would carry it if something squeezed it, and nothing does: rigid-block equilibrium alone accepts it.
-    """
-    import numpy as np
-
-    from cyclopean.assembly import Assembly, Block
-
-    faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-    corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
-    boxes = {  # lowest corner and size, m
-        "left": ((0.0, 0.0, 0.0), (0.4, 0.4, 1.2)),
-        "right": ((1.0, 0.0, 0.0), (0.4, 0.4, 1.2)),
-        "beam": ((0.4, 0.0, 0.6), (0.6, 0.4, 0.3)),
-    }
-    blocks = tuple(Block(name, low + corner * size, faces, fixed=name != "beam") for name, (low, size) in boxes.items())
-    return Assembly(blocks, name="H frame")
+    return polygonal_wall(PatternSettings(openings=(door,)), surface=Cylinder(8.0, 1.5))

@@ -45,7 +45,9 @@ def match(
     negotiate: Annotated[
         str, typer.Option(metavar="X", help="0: cells stay as drawn .. 1: cells move freely to suit the stones.")
     ] = "0",
-    rounds: Annotated[str, typer.Option(metavar="N", help="Times that cells are moved and stones placed again.")] = "3",
+    rounds: Annotated[
+        str | None, typer.Option(metavar="N", help="Times that cells are moved and stones placed again [3 to 12].")
+    ] = None,
     bond: Annotated[
         str, typer.Option(metavar="free|into|along[:DEG]", help="Where the stones' longest axes lie.")
     ] = "free",
@@ -76,10 +78,11 @@ def match(
         "bond": choice("--bond", kind, ("free", "into", "along")),
         **({"bond_angle": number("--bond", degrees)} if degrees else {}),
     }
-    share, turns, count = number("--negotiate", negotiate), whole("--rounds", rounds), whole("--workers", workers_)
+    share, count = number("--negotiate", negotiate), whole("--workers", workers_)
+    turns = None if rounds is None else whole("--rounds", rounds)
     if not 0.0 <= share <= 1.0:
         raise InputError(f"--negotiate: {share:g} is not between 0 and 1")
-    if not 1 <= turns <= 100:
+    if turns is not None and not 1 <= turns <= 100:
         raise InputError(f"--rounds: {turns} is not between 1 and 100")
     place = folder("--out", out, out)
     moved = {"--out wall.json": str(place / WALL)} if share > 0.0 else {}
@@ -102,7 +105,7 @@ def match(
         except InputError:
             parts.clear()
             raise
-    for warning in (*said, *inventory.notes, *answer.warnings, *answer.match.notes):
+    for warning in dict.fromkeys((*said, *inventory.notes, *answer.warnings, *answer.match.notes)):
         warn(warning)
     data = answer.data(inventory, stones, files, units, {**wanted, "negotiate": share, "rounds": turns})
     page = answer.page(inventory) if "--report" in files else None
@@ -167,7 +170,7 @@ def _answered(
     wall: str,
     supports: str,
     settings: "MatchSettings",
-    moving: tuple[float, int],
+    moving: tuple[float, int | None],
     executor: Executor,
     stage: Callable[[str], None],
 ) -> _Answer:
@@ -200,7 +203,7 @@ def _answered(
         raise InputError("--supports: has no say where cells move; the ground of a drawn wall is its support")
     done = negotiate(inventory, drawn, settings, share, rounds=turns, executor=executor, progress=stage)
     cells = cells_of(done.wall.assembly)
-    return _Answer(done.match, cells, wall, done.wall, done.rounds, (*said, *_empty(done.match, cells)))
+    return _Answer(done.match, cells, wall, done.wall, done.rounds, (*said, *done.notes, *_empty(done.match, cells)))
 
 
 def _empty(found: "Match", cells: "Cells") -> tuple[str, ...]:

@@ -1,7 +1,6 @@
-"""The report page, its pictures, and the index of several reports."""
+"""Pages and pictures: the report of a check, stones and their cells, how a structure is built."""
 
 from cyclopean.view.building import building_html
-from cyclopean.view.contents import IndexEntry, index_entry, index_html
 from cyclopean.view.page import report_html
 
-__all__ = ["IndexEntry", "building_html", "index_entry", "index_html", "report_html"]
+__all__ = ["building_html", "report_html"]

@@ -83,7 +83,7 @@ def building_html(sequence: BuildSequence) -> str:
         f'<!doctype html><html lang="en" class="{accent}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{name}: how it is built</title><style>{sheet('report')}{_STYLE}</style></head>"
+        f"<title>{name}: how it is built</title><style>{sheet()}{_STYLE}</style></head>"
         f"<body><main>{''.join(body)}</main></body></html>"
     )
 

@@ -280,7 +280,7 @@ def carving_html(
         f'<!doctype html><html lang="en" class="{result.verdict}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{name}</title><style>{sheet('report')}{_STYLE}</style></head>"
+        f"<title>{name}</title><style>{sheet()}{_STYLE}</style></head>"
         f"<body><main>{''.join(body)}</main></body></html>"
     )
 

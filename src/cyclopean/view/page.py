@@ -81,7 +81,7 @@ def report_html(result: Result, *, certificate_file: str | None = None, model_fi
         f'<!doctype html><html lang="en" class="{result.verdict}"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{title}</title><style>{sheet('report')}</style>"
+        f"<title>{title}</title><style>{sheet()}</style>"
         f"<noscript><style>.scene{{display:none}}</style></noscript>{_FLAT}</head>"
         f"<body><main>{''.join(body)}{_footer()}</main></body></html>"
     )

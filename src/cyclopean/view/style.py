@@ -1,4 +1,4 @@
-"""The style sheet of the report and of the index: system fonts, one column, one accent a verdict, A4 in print."""
+"""The style sheet of all pages: system fonts, one column, one accent a verdict, A4 in print."""
 
 from cyclopean.view.colours import ACCENT
 
@@ -83,24 +83,8 @@ thead{display:table-header-group} th,td{padding:1.1mm 3mm 1.1mm 0} tbody th{font
 }
 """
 
-_INDEX = """
-.cards{list-style:none;margin:2rem 0 0;padding:0;display:grid;gap:1.6rem;
-grid-template-columns:repeat(auto-fill,minmax(17rem,1fr))}
-.cards a{display:flex;flex-direction:column;height:100%;color:inherit;text-decoration:none;border:1px solid var(--line);
-border-top:.35rem solid var(--accent);border-radius:.3rem;padding:1rem 1.2rem 1.2rem}
-.cards a:hover,.cards a:focus{border-color:var(--accent)}
-.cards svg{width:100%;height:10rem;display:block;margin-bottom:.8rem}
-.cards .blank{height:10rem;margin-bottom:.8rem;background:var(--wash)}
-.cards h2{font-size:1.05rem;margin:0;overflow-wrap:anywhere}
-.cards strong{color:var(--accent)}
-.cards p{margin:.3rem 0 0;font-size:.92rem;color:var(--soft);overflow-wrap:anywhere}
-main>h1{font-size:1.9rem;letter-spacing:-.01em}
-@media print{@page{size:A4;margin:16mm}*{-webkit-print-color-adjust:exact;print-color-adjust:exact}
-main{padding:0;max-width:none}.cards{grid-template-columns:1fr 1fr}.cards li{break-inside:avoid}}
-"""
 
-
-def sheet(page: str) -> str:
-    """Style sheet of "report" or "index"."""
+def sheet() -> str:
+    """Style sheet of all pages."""
     accents = "".join(f".{word}{{--accent:{colour}}}" for word, colour in ACCENT.items())
-    return (accents + _COMMON + {"report": _REPORT, "index": _INDEX}[page]).replace("\n", "")
+    return (accents + _COMMON + _REPORT).replace("\n", "")

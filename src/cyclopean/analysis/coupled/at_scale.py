@@ -3,12 +3,16 @@
 Any solution of programme A (see `proximal`) in which no point's friction is at its bound mu fn is a coupled state,
 whatever the stiffnesses alpha_k >= 0: dn = -1 where fn > 0, and dd_t = -(beta + alpha_k |f_t|) f_t / |f_t|. At the
 bound there is a multiplier lambda = |dd_t| - beta - alpha_k |f_t|, and dn = -1 + mu lambda: a gap where the point
-presses. It is closed in one of three ways, tried in every round.
+presses. It is closed in one of these ways, tried in every round.
 
 * None is at its bound: the programme solved to rounding is the state.
 * Newton on the state's own equations (see `block_newton`) with dn = -1 and |f_t| = mu fn kept at those points. Nothing
   in a coupled state prices friction, so the system is under-determined and a step of least norm does it.
 * The same without those points: many of them carry forces that decay from round to round.
+
+Where these fail and there are more than a few points, a fourth way starts from the same programme before it is exact,
+when everything is still off its bounds, and follows a path through the middle of the family of states (see
+`central_path`). Sloping joints need it, and joints that are not quite plane, whose sets are nearly degenerate.
 
 Else the next round stiffens friction: wherever lambda > 0, alpha_k is raised to what makes the observed sliding cost a
 share `ease` of the observed friction. Each round starts from the last one's answer, on the same S.
@@ -29,7 +33,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cyclopean.analysis.coupled.block_newton import BlockNewton
+from cyclopean.analysis.coupled.block_newton import BlockNewton, Doubled
+from cyclopean.analysis.coupled.central_path import follow_path
 from cyclopean.analysis.coupled.polish import Sets
 from cyclopean.analysis.coupled.proximal import Prices, proximal_newton
 from cyclopean.analysis.coupled.sliding_interior import sliding_interior
@@ -54,6 +59,8 @@ WORTH = 0.5  # work fn |dn + 1| up to which a polish may succeed on sloping join
 WEAK = 0.3  # mean block weights per eps of gap below which a point at its bound may be let go
 MENDS = 4  # sets tried in one polish
 ROUNDS = 16
+CENTRAL = 1e-4  # mean complementarity from which the path starts
+FOLLOWED = 5.0  # work fn |dn + 1| up to which it may succeed
 PLANNED = 200  # contact points up to which the plain plan alone is tried: other routes are thorough there
 
 
@@ -91,7 +98,8 @@ class ScaleAnswer:
     rounds: int = 0  # programmes with different prices
     solves: int = 0  # of programme A, to any precision
     factorisations: int = 0  # of S
-    double: int = 0  # factorisations of the polish, twice the size
+    double: int = 0  # factorisations of the polish and of paths, twice the size
+    paths: int = 0
     polishes: int = 0
     seconds: float = 0.0
     history: tuple[dict[str, Any], ...] = field(default=())  # one entry a round
@@ -162,7 +170,8 @@ class _Search:
         self.f, self.dq = np.zeros((system.points, 3)), np.zeros(self.schur.size)
         self.best = self.f, self.dq, measure(system, bounds, self.f, self.dq)
         self.newton: BlockNewton | None = None
-        self.solves = self.polishes = 0
+        self.solves = self.polishes = self.paths = 0
+        self.doubled: Doubled | None = None
         self.reason = ""
         self.history: list[dict[str, Any]] = []
 
@@ -202,6 +211,7 @@ class _Search:
             (work <= WORTH or not self.plan.tiny > 0.0)
             and any(self.polished(*choice) for choice in self.choices(bound, work))
         )
+        found = found or (work <= FOLLOWED and self.followed())
         self.planned += 1
         self.history.append(
             {
@@ -239,6 +249,23 @@ class _Search:
             return True
         self.stiff = self.stiff * (self.plan.reach * self.bounds.eta / reach)
         return self.solve(LOOSE)
+
+    def followed(self) -> bool:
+        """Follow the path from this round's programme; whether it ends at a state."""
+        if self.system.points <= PLANNED or self.elapsed > self.seconds:
+            return False
+        inner = sliding_interior(self.system, self.schur, self.prices(), gap=CENTRAL)
+        if inner.word != "solved":
+            return False
+        self.solves, self.paths = self.solves + 1, self.paths + 1
+        until = self.began + self.seconds
+        end = follow_path(self.system, self.twice(), self.bounds, inner.f, inner.q, until)
+        return self.keep(end.f, end.dq)
+
+    def twice(self) -> Doubled:
+        """The matrix of polishes and paths; ordered when first asked for."""
+        self.doubled = self.doubled or Doubled(self.schur)
+        return self.doubled
 
     def choices(self, bound: Bools, work: float) -> Iterator[tuple[Bools, Bools]]:
         """Which points to keep on their bounds and which to let go, the likeliest first."""
@@ -346,7 +373,7 @@ class _Search:
         pressed = (self.f[:, 0] > 0.0) & ~without
         rubbing = pressed & (np.hypot(self.f[:, 1], self.f[:, 2]) > 0.0)
         shut, edge, slow = pressed, edge & rubbing, np.zeros_like(edge)
-        newton = self.newton = self.newton or BlockNewton(self.system, self.schur)
+        newton = self.newton = self.newton or BlockNewton(self.system, self.twice())
         for _ in range(MENDS):
             self.polishes += 1
             f, dq = newton.solve(Sets(pressed, shut, rubbing, edge), slow, self.least, self.f, self.dq)
@@ -385,7 +412,8 @@ class _Search:
             len(self.history),
             self.solves,
             self.schur.factorisations - self.before,
-            self.newton.factorisations if self.newton else 0,
+            self.doubled.factorisations if self.doubled else 0,
+            self.paths,
             self.polishes,
             self.elapsed,
             tuple(self.history),

@@ -31,7 +31,7 @@ from cyclopean.errors import SolverError
 from cyclopean.solvers import Factor, Symbolic, analyse
 from cyclopean.statics import EquilibriumSystem, Schur
 
-__all__ = ["BlockNewton"]
+__all__ = ["BlockNewton", "Doubled", "Scaled"]
 
 STEPS = 20
 FACTORISATIONS = 8  # two or three are usual; sets that contradict each other take more and gain nothing
@@ -53,11 +53,19 @@ class _Local:
     K: Floats  # (q, 4, 4)
 
 
-class BlockNewton:
-    """Gauss-Newton for one system; the ordering of its matrix is shared by all choices of sets."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Scaled:
+    """A factorisation of s M s, whose diagonal is of ones."""
 
-    def __init__(self, system: EquilibriumSystem, schur: Schur) -> None:
-        self.system, self.schur, self.factorisations = system, schur, 0
+    factor: Factor
+    scale: Floats  # (n,) s
+
+
+class Doubled:
+    """Factors symmetric matrices of twelve unknowns a block, made of three on the pattern of S; ordered once."""
+
+    def __init__(self, schur: Schur) -> None:
+        self.schur, self.size, self.factorisations = schur, schur.size, 0
         indptr, indices = schur.symbolic.indptr, schur.symbolic.indices
         column = np.repeat(np.arange(schur.size), np.diff(indptr))
         self.strict = np.flatnonzero(indices != column)
@@ -65,16 +73,58 @@ class BlockNewton:
 
     def _laid(self, row: Ints, column: Ints) -> Symbolic:
         """Pattern of the lower triangle with y and dq of a block side by side."""
-        y, dq = (12 * (np.arange(self.schur.size) // 6) + np.arange(self.schur.size) % 6 + k for k in (0, 6))
+        y, dq = (12 * (np.arange(self.size) // 6) + np.arange(self.size) % 6 + k for k in (0, 6))
         self.y, self.dq = y, dq
         r, c = row[self.strict], column[self.strict]
         first = np.concatenate([y[row], dq[row], dq[row], dq[c]])
         second = np.concatenate([y[column], dq[column], y[column], y[r]])
         low, high = np.minimum(first, second), np.maximum(first, second)
-        n = 2 * self.schur.size
+        n = 2 * self.size
         self.order = np.argsort(low * n + high)
-        indptr = np.searchsorted(low[self.order], np.arange(n + 1))
-        return analyse(indptr, high[self.order], self.schur.symbolic.backend)
+        self.row, self.column = high[self.order], low[self.order]
+        self.diagonal = np.searchsorted(self.column, np.arange(n))
+        return analyse(np.append(self.diagonal, len(self.row)), self.row, self.schur.symbolic.backend)
+
+    def factor(self, forces: Floats, mixed: Floats, motion: Floats, shift: float, least: float, tie: float) -> Scaled:
+        """Factor [ -A forces A' - shift, A mixed' A' ; A mixed A', A motion A' + tie ], of (q, 3, 3) each.
+
+        Parameters
+        ----------
+        forces, mixed, motion : (q, 3, 3)
+            `forces` and `motion` symmetric and positive semidefinite; `mixed` by rows of motion, columns of forces.
+        shift, least : float
+            Each diagonal entry of the first block grows by a share `shift` of itself, but not of less than `least`.
+        tie : float
+            What the diagonal of the second block grows by.
+        """
+        S, M = self.schur.values(forces), self.schur.values(motion)
+        low, high = self.schur.values(mixed), self.schur.values(np.ascontiguousarray(mixed.transpose(0, 2, 1)))
+        diagonal = self.schur.symbolic.indptr[:-1]
+        S[diagonal] += shift * np.maximum(S[diagonal], least)
+        M[diagonal] += tie
+        data = np.concatenate([-S, M, low, high[self.strict]])[self.order]
+        self.factorisations += 1
+        scale = 1.0 / np.sqrt(np.maximum(np.abs(data[self.diagonal]), 1e-300))
+        return Scaled(self.symbolic.factor(data * scale[self.row] * scale[self.column]), scale)
+
+    def solve(self, factor: Scaled, first: Floats, second: Floats) -> tuple[Floats, Floats]:
+        """Both (6 m,) parts of the solution."""
+        rhs = np.zeros(2 * self.size)
+        rhs[self.y], rhs[self.dq] = first, second
+        found = factor.scale * factor.factor.solve(factor.scale * rhs)
+        return found[self.y], found[self.dq]
+
+
+class BlockNewton:
+    """Gauss-Newton for one system; the ordering of its matrix is shared by all choices of sets."""
+
+    def __init__(self, system: EquilibriumSystem, doubled: Doubled) -> None:
+        self.system, self.doubled = system, doubled
+
+    @property
+    def factorisations(self) -> int:
+        """Of the doubled matrix, so far."""
+        return self.doubled.factorisations
 
     def solve(self, sets: Sets, slow: Bools, beta: float, f: Floats, dq: Floats) -> tuple[Floats, Floats]:
         """The best pair met from (f, dq) on; forces off the sets exactly zero.
@@ -93,7 +143,7 @@ class BlockNewton:
         f = np.where(sets.pressed[:, None], f, 0.0)
         f[~sets.rubbing, 1:] = 0.0
         best, last, idle, factored = (np.inf, f, dq), np.inf, 0, 0
-        factor: Factor | None = None
+        factor: Scaled | None = None
         local: _Local | None = None
         for _ in range(STEPS):
             off, values, now = self._linearised(sets, slow, beta, f, dq)
@@ -146,30 +196,20 @@ class BlockNewton:
         M[:, range(4), range(4)] += np.where(used, SLACK, 1.0)
         return self.system.residual(f), r, _Local(W, C, G, np.asarray(np.linalg.inv(M)))
 
-    def _factor(self, at: _Local) -> Factor:
+    def _factor(self, at: _Local) -> Scaled:
         CW = at.C * at.W[:, None, :]
         KCW, KG = at.K @ CW, at.K @ at.G
         forces = -CW.transpose(0, 2, 1) @ KCW
         forces[:, range(3), range(3)] += at.W
         motion = at.G.transpose(0, 2, 1) @ KG
         mixed = at.G.transpose(0, 2, 1) @ KCW  # P', by rows of dq and columns of y
-        S, M = self.schur.values(forces), self.schur.values(motion)
-        low, high = self.schur.values(mixed), self.schur.values(np.ascontiguousarray(mixed.transpose(0, 2, 1)))
-        diagonal = self.schur.symbolic.indptr[:-1]
-        S[diagonal] += SLACK * np.maximum(S[diagonal], 1e-3)
-        M[diagonal] += 1.0
-        data = np.concatenate([-S, M, low, high[self.strict]])
-        self.factorisations += 1
-        return self.symbolic.factor(data[self.order])
+        return self.doubled.factor(forces, mixed, motion, SLACK, 1e-3, 1.0)
 
-    def _step(self, at: _Local, factor: Factor, off: Floats, r: Floats) -> tuple[Floats, Floats]:
+    def _step(self, at: _Local, factor: Scaled, off: Floats, r: Floats) -> tuple[Floats, Floats]:
         A = self.system.A
         lead = apply(at.K, r)
-        rhs = np.zeros(2 * self.schur.size)
-        rhs[self.y] = off - A @ (at.W * apply(at.C.transpose(0, 2, 1), lead)).ravel()
-        rhs[self.dq] = -(A @ apply(at.G.transpose(0, 2, 1), lead).ravel())
-        found = factor.solve(rhs)
-        y, dq = found[self.y], found[self.dq]
+        first = off - A @ (at.W * apply(at.C.transpose(0, 2, 1), lead)).ravel()
+        y, dq = self.doubled.solve(factor, first, -(A @ apply(at.G.transpose(0, 2, 1), lead).ravel()))
         e, d = self.system.gap(y), self.system.gap(dq)
         nu = -apply(at.K, apply(at.C, at.W * e) + apply(at.G, d) + r)
         return at.W * (e + apply(at.C.transpose(0, 2, 1), nu)), dq

@@ -10,8 +10,10 @@ recomputed, in floating point, but not certified; the verdict with the props is.
 equilibrium, without which there is no coupled state; where coupled analysis refuses a set that balances, only that set
 is ruled out.
 
-When the budget is spent, blocks are held one by one, the likeliest of each mechanism, and those that turn out to be
-idle are let go again: a set that needs all of its blocks, perhaps not a smallest.
+Before that the props of the stage before are tried, alone and with the stone laid last: its state with them is known,
+so that costs next to nothing, and no larger set need be looked at then. When the budget is spent that set is taken; or,
+where it does not do, blocks are held one by one, the likeliest of each mechanism. Those that turn out to be idle are
+let go again: a set that needs all of its blocks, perhaps not a smallest.
 """
 
 import time
@@ -25,7 +27,8 @@ __all__ = ["Props", "smallest_props"]
 
 EXHAUSTIVE = 4  # blocks beyond the least number possible, up to which all sets are gone through
 TRIALS = 60  # sets looked at for one stage
-SHARE = 0.2  # of the seconds for one stage that the verdict on one set may take
+SHARE = 0.1  # of the seconds for one stage that the verdict on one set may take
+BOUNDED = 0.2  # of those seconds for sets smaller than one that works
 NODES = 20_000  # of the search for a set that hits all mechanisms
 
 
@@ -39,7 +42,12 @@ class Props:
 
 
 def smallest_props(
-    stage: Stage, alone: Result, settings: Settings, preferred: Sequence[int], most: int = EXHAUSTIVE
+    stage: Stage,
+    alone: Result,
+    settings: Settings,
+    preferred: Sequence[int],
+    most: int = EXHAUSTIVE,
+    before: tuple[Stage, Props] | None = None,
 ) -> Props | None:
     """Find the fewest blocks that, held fixed, make a stage stand.
 
@@ -55,27 +63,41 @@ def smallest_props(
         Free blocks of the stage; of several smallest sets the one with the earliest of these is taken.
     most : int
         How many blocks beyond the least number possible all sets are gone through for.
+    before : Stage and Props, optional
+        The stage before, as it was with its props held.
 
     Returns
     -------
     Props or None
         None where not even holding every block was proved to help.
     """
-    search = _Search(stage, alone, settings, preferred)
+    search = _Search(stage, alone, settings, preferred, before)
     least = search.seeded()
-    for size in range(max(1, least), min(least + most, len(preferred)) + 1):
+    usual = search.usual(before[1].blocks) if before is not None else None
+    largest = min(least + most, len(preferred)) if usual is None else min(least + most, len(usual.blocks) - 1)
+    for size in range(max(1, least), largest + 1):
         if found := search.of_size(size):
             return found
         if search.spent:
             break
-    return search.greedy()
+    if usual is None:
+        return search.greedy()
+    return replace(usual, smallest=search.proved and largest == len(usual.blocks) - 1 and not search.spent)
 
 
 class _Search:
     """Mechanisms met so far, and how much has been spent."""
 
-    def __init__(self, stage: Stage, alone: Result, settings: Settings, preferred: Sequence[int]) -> None:
+    def __init__(
+        self,
+        stage: Stage,
+        alone: Result,
+        settings: Settings,
+        preferred: Sequence[int],
+        before: tuple[Stage, Props] | None = None,
+    ) -> None:
         self.stage, self.settings = stage, replace(settings, seconds=SHARE * settings.seconds)
+        self.known = None if before is None else (with_props(before[0], before[1].blocks), before[1].result)
         self.place = {block: k for k, block in enumerate(preferred)}
         self.mechanisms: list[list[int]] = []
         self.tried: set[frozenset[int]] = set()
@@ -95,6 +117,15 @@ class _Search:
         while (mobile := self.mechanism(held)) is not None:
             held.update(mobile)
         return len(self.mechanisms)
+
+    def usual(self, held: Sequence[int]) -> Props | None:
+        """The props of the stage before, or these and the stone laid last, less those that can be let go."""
+        latest = [block for block in self.place if block not in held][:1]
+        for props in ([*held], [*held, *latest]):
+            if result := self.works(props):
+                self.until = time.perf_counter() + BOUNDED * (self.until - self.began)
+                return self.lean(props, result)
+        return None
 
     def of_size(self, size: int) -> Props | None:
         """The first set of so many blocks that works."""
@@ -127,8 +158,11 @@ class _Search:
         self.trials += 1
         if self.mechanism(props) is not None:
             return None
-        result = verdict(with_props(self.stage, props), self.settings)
+        propped = with_props(self.stage, props)
+        result = verdict(propped, self.settings, self.known)
         if result.verdict == "stable":
+            if self.known is None:
+                self.known = propped, result
             return result
         self.proved = self.proved and result.verdict == "unstable"
         return None
@@ -153,7 +187,7 @@ class _Search:
         """Hold one block of each mechanism until the rest stands, then let go what need not be held."""
         held: list[int] = []
         result = None
-        late = self.until + (self.until - self.began)
+        self.until = late = self.until + (self.until - self.began)
         while result is None and len(held) < len(self.place):
             if time.perf_counter() > late:
                 held = list(self.place)
@@ -163,9 +197,13 @@ class _Search:
             result = self.works(held)
         if result is None:
             return None
-        for block in list(held) if time.perf_counter() <= late else []:
+        return self.lean(held, result)
+
+    def lean(self, held: list[int], result: Result) -> Props:
+        """Let go, one after the other, what need not be held."""
+        for block in list(held):
             fewer = [other for other in held if other != block]
-            if fewer and (less := self.works(fewer)):
+            if fewer and time.perf_counter() <= self.until and (less := self.works(fewer)):
                 held, result = fewer, less
         return Props(tuple(sorted(held)), result, False)
 

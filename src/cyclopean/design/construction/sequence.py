@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import Result, Settings, Word
-from cyclopean.analysis.posing import PosedModel, pose
+from cyclopean.analysis import CONTINUED, PosedModel, Result, Settings, Word, pose
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.design.construction.blocking import blockers, insertion, neighbours
@@ -27,7 +26,7 @@ from cyclopean.design.construction.ordering import (
     upwards,
 )
 from cyclopean.design.construction.props import EXHAUSTIVE, Props, smallest_props
-from cyclopean.design.construction.stages import CONTINUED, Stage, stage_of, verdict
+from cyclopean.design.construction.stages import Stage, stage_of, verdict
 from cyclopean.design.construction.yard import Frames, frames_of, yard_places
 from cyclopean.errors import InputError
 
@@ -208,7 +207,7 @@ def _staged(
     """The verdict of every stage, and props where it does not stand by itself."""
     standing = whole.fixed.copy()
     before: tuple[Stage, Result] | None = None
-    held: tuple[int, ...] = ()
+    propped: tuple[Stage, Props] | None = None
     for number, block in enumerate(order):
         progress(f"stage {number + 1} of {len(order)}")
         standing[block] = True
@@ -217,9 +216,10 @@ def _staged(
         props = None
         if alone.verdict != "stable":
             progress(f"stage {number + 1} of {len(order)}: props")
+            held = () if propped is None else propped[1].blocks
             latest = [i for i in reversed(order[: number + 1]) if i not in held]
-            props = smallest_props(stage, alone, settings, [*held, *latest], most)
-        held = () if props is None else props.blocks
+            props = smallest_props(stage, alone, settings, [*held, *latest], most, propped)
+        propped = None if props is None else (stage, props)
         before = (stage, alone) if alone.verdict == "stable" else None
         yield alone, props
 

@@ -1,36 +1,21 @@
-"""Does what has been built so far stand? The verdict of one stage, from the one before where that helps.
+"""Does what has been built so far stand? The verdict of one stage, from another one where that helps.
 
 A stage is the part of the structure that has been laid, with the supports, the joints between all these, and their
-loads. Every verdict is proved anew: the certificate of the whole stage passes the independent checker.
-
-By coupled analysis the state of the stage before is the first guess: its forces and displacement, the new stone pushed
-up by what it rests on. One round of active sets and Newton on that settles most stages at a fraction of the cost of a
-search; where it fails, the search begins from nothing.
+loads. Its verdict is that of `analysis.recheck`, which begins from the state of another stage, mostly the one before.
 """
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.analysis import Result, Settings, collapse_bound, solve_cra, solve_rbe
-from cyclopean.analysis.coupled.polish import polish
-from cyclopean.analysis.coupled.search import CoupledOutcome
-from cyclopean.analysis.posing import PosedModel
-from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim
-from cyclopean.analysis.rigid.rbe import COLLAPSE
-from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.analysis import Known, PosedModel, Result, Settings, mobile, recheck
+from cyclopean.arrays import Bools, Ints
 from cyclopean.assembly import Assembly, Contacts, Load
-from cyclopean.statics import EquilibriumSystem, equilibrium_system
 
-__all__ = ["CONTINUED", "Stage", "moving", "stage_of", "verdict", "with_props"]
+__all__ = ["Stage", "moving", "stage_of", "verdict", "with_props"]
 
-CONTINUED = "the stage before"  # the route of a state that was continued
 SHARE = 0.00499  # of the size of the free blocks: the largest tolerance that a certificate may state, with room
-MARGIN = 1.001  # of beta_min, where a state was refused by a rounding error
-SLOW = 1e-6  # of the speed of the fastest block
-RISE = 0.1  # of the normal along gravity from which a joint pushes the new stone up in the first guess
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,100 +82,27 @@ def verdict(stage: Stage, settings: Settings, before: tuple[Stage, Result] | Non
     settings : Settings
         Method, solver and budget.
     before : Stage and Result, optional
-        The stage before and its verdict, to begin from.
+        Another stage and its verdict, to begin from.
     """
-    began = time.perf_counter()
-    model = stage.model
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
-    if settings.chosen_method() == "rbe":
-        result = prove(model, settings, system, rigid_claim(solve_rbe(system, settings.solver)))
-    else:
-        result = _coupled(stage, settings, system, before)
-    return replace(result, seconds={"total": time.perf_counter() - began})
+    if before is None:
+        return recheck(stage.model, settings)
+    earlier, result = before
+    block, point = _places(stage.block, earlier.block), _places(stage.point, earlier.point)
+    return recheck(stage.model, settings, Known(result, block, point))
 
 
 def moving(stage: Stage, settings: Settings) -> Ints | None:
-    """Blocks of the whole that a mechanism of this stage moves; None where there is none.
-
-    Blocks that move a million times slower than the fastest are taken to stand, if what is left is still a mechanism.
-    """
-    model = stage.model
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
-    outcome = solve_rbe(system, settings.solver)
-    if outcome.word != "collapse" or outcome.y is None:
-        return None
-    rows = outcome.y.reshape(-1, 6)
-    speed = np.abs(rows).max(axis=1)
-    mobile = speed > SLOW * speed.max(initial=0.0)
-    if not (collapse_bound(system, np.where(mobile[:, None], rows, 0.0).ravel()) >= COLLAPSE):
-        mobile = speed > 0.0
-    return np.asarray(stage.block[system.free[mobile]])
+    """Blocks of the whole that a mechanism of this stage moves; None where there is none."""
+    found = mobile(stage.model, settings)
+    return None if found is None else stage.block[found]
 
 
-def _coupled(
-    stage: Stage, settings: Settings, system: EquilibriumSystem, before: tuple[Stage, Result] | None
-) -> Result:
-    bounds = settings.bounds().unit()
-    claim = None if before is None else _continued(stage, settings, system, *before)
-    if claim is not None:
-        result = prove(stage.model, settings, system, claim)
-        if result.verdict == "stable":
-            return result
-    claim = coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes))
-    result = prove(stage.model, settings, system, claim)
-    if (
-        result.verdict == "undecided" and claim.kind == "cra-state"
-    ):  # sliding by beta_min to the last bit was too little
-        more = replace(bounds, beta=bounds.beta * MARGIN)
-        again = coupled_claim(solve_cra(system, more, settings.solver, settings.seconds, settings.nodes))
-        if again.kind == "cra-state":
-            return prove(stage.model, settings, system, again)
-    return result
-
-
-def _continued(
-    stage: Stage, settings: Settings, system: EquilibriumSystem, earlier: Stage, known: Result
-) -> Claim | None:
-    """A coupled state near that of the stage before; None where there is none."""
-    if known.force is None or known.displacement is None or not system.blocks or not system.points:
-        return None
-    f, motion = _guess(stage, system, earlier, known)
-    motion[:, 3:] *= system.length_unit
-    bounds = settings.bounds().unit()
-    near, dq, residuals = polish(system, bounds, f / system.force_unit, motion.ravel() / settings.eps, 1)
-    if not residuals.accepted:
-        return None
-    provenance = {"route": CONTINUED, "solver": "newton", "iterations": 1, "factorisations": 0, "tried": []}
-    return coupled_claim(CoupledOutcome("coupled", near, dq, merit=0.0, route=CONTINUED, provenance=provenance))
-
-
-def _guess(stage: Stage, system: EquilibriumSystem, earlier: Stage, known: Result) -> tuple[Floats, Floats]:
-    """(q, 3) N and (m, 6) displacement (rotations per metre) of the stage before; new stones sit on what is below."""
-    assert known.force is not None and known.displacement is not None  # noqa: PT018  the caller looked
-    force = np.zeros((int(max(stage.point.max(initial=-1), earlier.point.max(initial=-1))) + 1, 3))
-    force[earlier.point] = known.force
-    f = force[stage.point][system.used]
-    whole = np.zeros((int(max(stage.block.max(), earlier.block.max())) + 1, 6))
-    whole[earlier.block] = known.displacement
-    motion = whole[stage.block[system.free]]
-    for row in np.flatnonzero(~np.isin(stage.block[system.free], earlier.block)).tolist():
-        _seat(stage, system, row, f, motion)
-    return f, motion
-
-
-def _seat(stage: Stage, system: EquilibriumSystem, row: int, f: Floats, motion: Floats) -> None:
-    """Put a new stone into the guess: its weight spread over the points below it, pressed there by eps."""
-    up = -stage.model.gravity / max(float(np.linalg.norm(stage.model.gravity)), 1e-300)
-    side = np.where(system.row_b == row, 1.0, np.where(system.row_a == row, -1.0, 0.0))
-    below = np.flatnonzero(side * (system.frame[:, 0] @ up) > RISE)
-    if not len(below):
-        return
-    f[below, 0] = np.linalg.norm(system.p[6 * row : 6 * row + 3]) * system.force_unit / len(below)
-    scale = np.array([1.0, 1.0, 1.0, *[system.length_unit] * 3])
-    rows = system.A.T.tocsr()[3 * below]
-    gap = rows @ (motion * scale).ravel()
-    own = rows[:, 6 * row : 6 * row + 6].toarray()
-    motion[row] += np.linalg.lstsq(own, -1.0 - gap, rcond=1e-9)[0] / scale
+def _places(here: Ints, wanted: Ints) -> Ints:
+    """Where in the sorted `here` each of `wanted` stands; -1 = nowhere."""
+    if not len(here):
+        return np.full(len(wanted), -1)
+    place = np.minimum(np.searchsorted(here, wanted), len(here) - 1)
+    return np.where(here[place] == wanted, place, -1)
 
 
 def _within(contacts: Contacts, place: Ints) -> tuple[Contacts, Ints]:

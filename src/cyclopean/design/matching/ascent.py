@@ -98,9 +98,9 @@ class State:
 class Climb:
     """How to climb. Widths are shares of a stone's radius of gyration; steps, of it, of a radian, and of a spacing."""
 
-    steps: int = 150
-    width: tuple[float, float] = (0.12, 0.02)
-    step: tuple[float, float] = (0.03, 0.003)
+    steps: int = 240
+    width: tuple[float, float] = (0.2, 0.01)
+    step: tuple[float, float] = (0.06, 0.001)
     redrawn: int = 5  # steps between two diagrams
     tether: float = 0.0  # mean volumes of a stone that it costs to move a site by one spacing, squared and halved
 
@@ -344,8 +344,12 @@ def _pushes(
         side = np.concatenate([sides, -walls[1][..., None].astype(np.float32)], axis=3)  # (b, o, e, 4)
         within = (side.reshape(len(rows), -1, 4) @ turned).reshape(*side.shape[:3], -1)
         beyond = within.max(axis=2)  # (b, o, n): how far out of each obstacle, negative inside
-        worst = -beyond.min(axis=1)
-        taken = (within == -worst[:, None, None]) & (worst > outermost)[:, None, None]
+        deepest = beyond.argmin(axis=1)
+        worst = -np.take_along_axis(beyond, deepest[:, None], axis=1)[:, 0]
+        nearest = np.take_along_axis(within.argmax(axis=2), deepest[:, None], axis=1)[:, 0]
+        # one side of one obstacle, though dressed stones in a row have sides in one line
+        number = np.arange(side.shape[1] * side.shape[2])[:, None]
+        taken = (number == (deepest * side.shape[2] + nearest)[:, None]) & (worst > outermost)[:, None]
         outermost = np.maximum(outermost, worst)
     share = outermost / width[rows, None].astype(np.float32)
     np.clip(share, -1.0, 1.0, out=share)
@@ -356,7 +360,7 @@ def _pushes(
     force = -(moment[:, :, 3:] * normal).sum(axis=1)
     turn = -np.cross(moment[:, :, :3], normal).sum(axis=1)
     if taken is not None:
-        pressed = np.multiply(taken, push[:, None, None], dtype=np.float32).reshape(len(rows), -1, push.shape[1])
+        pressed = np.multiply(taken, push[:, None], dtype=np.float32)
         pressure = pressed @ turned.transpose(0, 2, 1)
         out = sides.reshape(len(rows), -1, 3)
         force += (pressure[:, :, 3:] * out).sum(axis=1)

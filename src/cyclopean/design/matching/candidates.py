@@ -31,7 +31,7 @@ from cyclopean.design.stones.stone import Stone, in_body_frame
 __all__ = ["EXACT", "POLISHED", "RANKED", "REFINED", "Candidates"]
 
 RANKED, REFINED, POLISHED, EXACT = range(4)
-DISCOUNT = (0.97, 0.97, 0.985, 1.0)  # what a pair is taken to have, of what it was seen to have
+DISCOUNT = (0.97, 0.97, 0.99, 1.0)  # what a pair is taken to have, of what it was seen to have
 
 CLIMB = Schedule(points=256, steps=20, width=(0.15, 0.06), step=(0.10, 0.01))
 POLISH = Schedule(points=1024, steps=40, width=(0.08, 0.02), step=(0.05, 0.005))
@@ -66,8 +66,11 @@ class Candidates:
         self._solids = Solids(stones, cells)
         self._turns = rotations()
         self._principal, half = principal(cells)
-        unlike = unlikeness(np.stack([s.half for s in stones]), half)
-        self._alike, self._same = unlike < ALIKE, unlike < SAME
+        stone_half = np.stack([s.half for s in stones])
+        self._alike, self._same = (np.zeros(self.level.shape, bool) for _ in range(2))
+        for j in range(len(cells)):  # one by one: a table of numbers would be the largest thing in memory
+            unlike = unlikeness(stone_half, half[j : j + 1])[:, 0]
+            self._alike[:, j], self._same[:, j] = unlike < ALIKE, unlike < SAME
         self.climbs = 0  # pairs that may still climb by exact volumes
 
     def twins(self, most: int) -> tuple[Ints, Ints]:

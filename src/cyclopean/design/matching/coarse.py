@@ -231,10 +231,11 @@ def _variants(outline: NDArray[np.uint8]) -> Singles:
 
 def _counted(tile: Tile, turn: Singles) -> Singles:
     """(s, squares): points of each stone on the grid, without those that stick out of the wall."""
-    placed = tile.points @ turn.T
-    place = np.floor((placed[..., :2] + np.float32(tile.width)) * np.float32(GRID / (2.0 * tile.width)))
-    held = ((place >= 0) & (place < GRID)).all(axis=-1) & (np.abs(placed[..., 2]) <= np.float32(tile.half_depth))
-    square = np.where(held, place[..., 0] * GRID + place[..., 1], GRID * GRID).astype(np.int64)
+    scale = np.float32(GRID / (2.0 * tile.width))
+    across, up, depth = (tile.points @ row for row in turn)  # each in one piece is faster than all three in columns
+    i, j = (np.floor((along + np.float32(tile.width)) * scale) for along in (across, up))
+    held = (i >= 0) & (i < GRID) & (j >= 0) & (j < GRID) & (np.abs(depth) <= np.float32(tile.half_depth))
+    square = np.where(held, i * GRID + j, GRID * GRID).astype(np.int64)
     squares = GRID * GRID + 1
     square += np.arange(len(square))[:, None] * squares
     counts = np.bincount(square.ravel(), minlength=len(square) * squares).reshape(-1, squares)

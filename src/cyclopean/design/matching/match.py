@@ -37,12 +37,12 @@ class MatchSettings:
 
     weight: float = 1.0  # w: what a litre of void costs, where a litre carved off costs 1
     gap: float | None = None  # G: total gap that is accepted; w is then found by bisection; None = w as given
-    points: int = 1024  # by which a pair is polished, inside each stone
+    points: int = 2048  # by which a pair is polished, inside each stone
     shortlist: int = 12  # pairs a cell that are refined to begin with
     starts: int = 2  # rotations from which a pair is refined
     bond: Bond = "free"  # where the longest axis of a stone lies: anywhere, into the wall, or along it
     bond_angle: float = 30.0  # degrees by which it may be off
-    climbs: int = 200  # pairs whose poses may climb by exact volumes, shared out evenly among the cells
+    climbs: int = 120  # pairs whose poses may climb by exact volumes, shared out evenly among the cells
     refine: bool = True  # False = poses as ranked, about the centroids; for comparison
 
     def __post_init__(self) -> None:
@@ -142,16 +142,18 @@ def match_stones(
         No stones, or one that is no closed solid.
     """
     settings = settings or MatchSettings()
-    stock = tuple(stones.stones if isinstance(stones, Inventory) else stones)
-    if not stock:
+    given = tuple(stones.stones if isinstance(stones, Inventory) else stones)
+    if not given:
         raise InputError("stones: there are none to match; give at least one")
+    order = np.lexsort(([s.area for s in given], [s.volume for s in given]))  # so that theirs decides no tie
+    stock = tuple(given[k] for k in order)
     began = perf_counter()
     seconds: dict[str, float] = {}
     progress("sampling stones")
     count = max(settings.points, POINTS)
     if points is not None and (len(points) != len(stock) or points.shape[1] < count):
         raise InputError(f"points: {points.shape[1]} of {len(points)} stones; expected {count} of {len(stock)}")
-    points = body_points(stock, count) if points is None else points[:, :count]
+    points = body_points(stock, count) if points is None else points[order, :count]
     seconds["points"] = perf_counter() - began
     ranked = perf_counter()
     axes = cells.frame if settings.bond == "along" else cells.axes
@@ -161,13 +163,13 @@ def match_stones(
     seconds["rank"] = perf_counter() - ranked
     work = Candidates(stock, points, cells, ranking, axes, bond, executor, progress)
     if start is not None:
-        stone, cell, rotation, shift = _incumbents(start, stock, cells)
+        stone, cell, rotation, shift = _incumbents(start, stock, order, cells)
         work.take(stone, cell, rotation, shift)
         # measured at once, so that whoever takes their place is better, and not only thought to be
         work.improve(stone, cell, EXACT, replace(POLISH, points=settings.points))
         work.hold_back(stone, cell, yielding)
     weight, chosen = _settled(work, settings)
-    found = _answer(work, settings, weight, chosen)
+    found = _answer(work, settings, weight, chosen, order)
     total = perf_counter() - began
     return replace(found, seconds={**seconds, **work.seconds, "total": total})
 
@@ -182,14 +184,15 @@ def _bonds(settings: MatchSettings, cells: Cells, axes: Floats) -> tuple[Bools, 
     return allowed, (axes[:, row], angle)
 
 
-def _incumbents(start: Match, stock: Sequence[Stone], cells: Cells) -> tuple[Ints, Ints, Floats, Floats]:
+def _incumbents(start: Match, stock: Sequence[Stone], order: Ints, cells: Cells) -> tuple[Ints, Ints, Floats, Floats]:
     """Pairs of an earlier match, and their poses by body frames."""
     if any(p.stone >= len(stock) or p.cell >= len(cells) for p in start.placements):
         raise InputError("start: names a stone or a cell that is not there; start from a match of the same two")
-    stone = np.array([p.stone for p in start.placements], np.int64)
+    stone = np.argsort(order)[np.array([p.stone for p in start.placements], np.int64)]
     cell = np.array([p.cell for p in start.placements], np.int64)
-    rotation = np.array([p.rotation @ stock[p.stone].axes.T for p in start.placements]).reshape(-1, 3, 3)
-    shift = np.array([p.rotation @ stock[p.stone].centroid + p.shift for p in start.placements]).reshape(-1, 3)
+    placed = list(zip(stone.tolist(), start.placements, strict=True))
+    rotation = np.array([p.rotation @ stock[i].axes.T for i, p in placed]).reshape(-1, 3, 3)
+    shift = np.array([p.rotation @ stock[i].centroid + p.shift for i, p in placed]).reshape(-1, 3)
     return stone, cell, rotation, shift - cells.centre[cell]
 
 
@@ -249,7 +252,7 @@ def _unique(work: Candidates, stone: Ints, cell: Ints) -> tuple[Ints, Ints]:
     return found, other
 
 
-def _answer(work: Candidates, settings: MatchSettings, weight: float, chosen: Ints) -> Match:
+def _answer(work: Candidates, settings: MatchSettings, weight: float, chosen: Ints, order: Ints) -> Match:
     """The match in numbers, all exact."""
     cells, filled = work.cells, np.flatnonzero(chosen >= 0)
     work.improve(chosen[filled], filled, EXACT)
@@ -260,7 +263,7 @@ def _answer(work: Candidates, settings: MatchSettings, weight: float, chosen: In
         rotation, shared = turn @ stone.axes, float(work.value[i, j])
         placements.append(
             Placement(
-                stone=i,
+                stone=int(order[i]),
                 cell=j,
                 rotation=rotation,
                 shift=cells.centre[j] + move - rotation @ stone.centroid,
@@ -280,7 +283,7 @@ def _answer(work: Candidates, settings: MatchSettings, weight: float, chosen: In
         )
     return Match(
         placements=tuple(placements),
-        unused=np.setdiff1d(np.arange(len(work.stones)), chosen),
+        unused=np.setdiff1d(np.arange(len(order)), order[chosen[filled]]),
         empty=np.flatnonzero(chosen < 0),
         imposition=max(0.0, 1.0 - shared / float(work.volume[chosen[filled]].sum())),
         gap=max(0.0, 1.0 - shared / float(cells.volume[filled].sum())),

@@ -47,18 +47,20 @@ Poses = dict[int, Pose]
 
 POINTS = 1024  # of each stone in a climb
 TETHER = 1.0  # mean volumes of a stone, at an even share, that moving a site by a spacing costs, squared and halved
-YIELD = 0.04  # of what a stone has in common with its cell: what moving the cell for another stone may gain
-YIELDED = 0.6  # of that, from round to round
+YIELD = (0.01, 0.07)  # of what a stone has in common with its cell: what moving the cell for another stone may gain
+GOLDEN = 0.618  # by its multiples the rounds are spread over that evenly, however many there are
 TRIES = 10  # of drawing a wall none of whose stones is lost
 NEAR = 1.6  # spacings: seeds that step back together with one that lost its stone
+NUDGES, NUDGE = 5, 0.05  # times, and mean cells, by which a seed is made heavier that levelling kept from being lost
 BACK = (0.75, 0.5, 0.25, 0.0)  # shares of the way from the drawing that are tried when the wall does not stand
 COVERED = 1e-9  # of the wall: so much may be missing of its cells' area
 MET = 0.002  # by which the total gap may miss what was asked
+HASTY = (6, 512)  # pairs a cell, and points of a stone, at most, in a match that a climb follows
 ROUNDS, WORK = (3, 12), 600  # rounds where their number is not given; cells times rounds
 SPARE = 600  # pairs that are tried to meet a gap, one of them taking the place of another
 FINALISTS = 8  # of these, that are measured
 DENSE = 0.96  # of what a pair was seen to share in a short climb: what it is taken to share
-FALL = 0.1  # by which the total gap falls, about, where the weight of void grows by a factor e
+FALL = (0.1, 0.4)  # by which the total gap falls, least and most, where the weight of void grows by a factor e
 STABLE = "stable"
 
 
@@ -121,7 +123,8 @@ class _Talk:
         if weight is not None:
             settings = replace(settings, weight=weight, gap=None)
         if yielding:  # the climb that follows moves the poses anyway
-            settings = replace(settings, climbs=0)
+            few = min(settings.shortlist, HASTY[0]), min(settings.points, HASTY[1])
+            settings = replace(settings, climbs=0, shortlist=few[0], points=few[1])
         return match_stones(
             self.stock, cells, settings, self.executor, self.progress, start, self.points, yielding=yielding
         )
@@ -203,17 +206,19 @@ def _rounds(talk: _Talk, first: _Turn, base: _Turn, rounds: int) -> tuple[_Turn,
     until it is that again, with stones of which less is carved.
     """
     best, told, weight = first, list[Round](), first.match.weight
+    tried: list[tuple[float, float]] = []  # weights, and the gaps that they led to
     for number in range(rounds):
         began = perf_counter()
         turn = base if best is first else best
         if number:
-            yielding = YIELD * YIELDED ** (number - 1)
+            yielding = YIELD[0] + (YIELD[1] - YIELD[0]) * (number * GOLDEN % 1.0)
             turn = replace(turn, match=talk.matched(turn.cells, weight, turn.match, yielding))
         moved = _climbed(talk, turn)
         if moved is not None:
             best = min(best, moved, key=lambda one: _cost(one, weight))
+            tried.append((weight, moved.match.gap_of_wall))
         told.append(_told(best, began))
-        weight = _reweighted(talk, best, weight)
+        weight = _reweighted(talk.settings.gap, tried, weight)
     began = perf_counter()
     settled = replace(
         best, match=talk.matched(best.cells, None if talk.settings.gap is not None else weight, best.match)
@@ -231,12 +236,14 @@ def _missed(talk: _Talk, turn: _Turn) -> float:
     return 0.0 if asked is None else max(0.0, abs(turn.match.gap_of_wall - asked) - MET)
 
 
-def _reweighted(talk: _Talk, turn: _Turn, weight: float) -> float:
-    """The weight at which the gap should be what was asked, by what is usual."""
-    asked = talk.settings.gap
-    if asked is None:
+def _reweighted(asked: float | None, tried: Sequence[tuple[float, float]], weight: float) -> float:
+    """The weight at which the gap should be what was asked, by the last two tries, or by what is usual."""
+    if asked is None or not tried:
         return weight
-    return weight * float(np.exp(np.clip((turn.match.gap_of_wall - asked) / FALL, -0.5, 0.5)))
+    (last, gap), fall = tried[-1], FALL[0]
+    if len(tried) > 1 and tried[-2][0] != last:
+        fall = float(np.clip((tried[-2][1] - gap) / np.log(last / tried[-2][0]), *FALL))
+    return last * float(np.exp(np.clip((gap - asked) / fall, -0.5, 0.5)))
 
 
 def _cost(turn: _Turn, weight: float) -> float:
@@ -271,10 +278,15 @@ def _base(first: _Turn, share: float) -> tuple[_Turn, tuple[str, ...]]:
     """The drawn wall, less strictly coursed as far as that loses no stone; its match is still that of the drawn one."""
     for part in (1.0, 0.75, 0.5, 0.25, 0.0):
         seeds, freed = _freed(first.wall, share * part)
-        pattern = draw_from(seeds, freed)
-        if _lost(pattern, seeds, freed, first.site) is None:
-            kept = f"courses stay levelled by {freed.coursing:.2g}: with less, stones of the drawing would be lost"
-            return replace(first, wall=_relaid(first.wall, pattern), seeds=seeds), () if part == 1.0 else (kept,)
+        for _ in range(NUDGES):
+            pattern = draw_from(seeds, freed)
+            lost = _lost(pattern, seeds, freed, first.site)
+            if lost is None:
+                kept = f"courses stay levelled by {freed.coursing:.2g}: with less, stones of the drawing would be lost"
+                return replace(first, wall=_relaid(first.wall, pattern), seeds=seeds), () if part == 1.0 else (kept,)
+            weight = seeds.weight.copy()
+            weight[lost] += NUDGE  # for all of them: for none
+            seeds = Seeds(seeds.point, weight)
     raise InputError("negotiate: the wall is not what its seeds draw; draw it anew")
 
 
@@ -376,8 +388,9 @@ def _lost(pattern: Pattern, seeds: Seeds, settings: PatternSettings, site: Ints)
         return None if whole else np.arange(len(seeds))
     if pattern.readout.culled:
         return np.setdiff1d(np.arange(len(seeds)), live_seeds(seeds, settings))
-    count = [np.bincount(s[s >= 0], minlength=len(seeds)) for s in (found, site)]
-    differ = np.flatnonzero(count[0] != count[1])
+    most = max(len(seeds), int(site.max(initial=-1)) + 1)
+    count = [np.bincount(s[s >= 0], minlength=most) for s in (found, site)]
+    differ = np.flatnonzero(count[0][: len(seeds)] != count[1][: len(seeds)])
     return differ if len(differ) else np.arange(len(seeds))
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from cyclopean.design.matching.cells import Cells
 __all__ = ["Bonds", "Schedule", "bonded", "refine", "turned_by"]
 
 Singles = NDArray[np.float32]
+Real = TypeVar("Real", np.float32, np.float64)
 
 BATCH = 1 << 16  # points times planes at a time: what the fast memory of a core holds
 KEPT = 0.6  # of the last step's direction that is kept in the next
@@ -171,22 +173,23 @@ def _climbed(schedule: Schedule, job: Job) -> tuple[Singles, Singles, Singles]:
         way /= np.linalg.norm(way, axis=1, keepdims=True) + np.float32(1e-12)
         momentum = np.float32(KEPT) * momentum + np.float32(1.0 - KEPT) * way
         shift = shift + momentum[:, :3] * (step * size[:, None])
-        rotation = turned_by(step * momentum[:, 3:]) @ rotation
+        rotation = (turned_by(step * momentum[:, 3:]) @ rotation).astype(np.float32)
         if bond is not None:
             rotation = bonded(rotation, *bond)
     return best, best_rotation, best_shift
 
 
-def turned_by(vector: NDArray[np.floating]) -> NDArray[np.floating]:
+def turned_by(vector: NDArray[Real]) -> NDArray[Real]:
     """Rotations (b, 3, 3) about vectors (b, 3), by their lengths in radians (Rodrigues)."""
     angle = np.sqrt((vector**2).sum(axis=1))[:, None, None]
     axis = vector[:, :, None] / np.where(angle > 0.0, angle, 1.0)
     cross = (LEVI_CIVITA @ axis[:, None])[..., 0]  # (b, 3, 3): the matrix of axis x
     turned = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
-    return np.asarray(turned, vector.dtype)
+    found: NDArray[Real] = np.asarray(turned, vector.dtype)
+    return found
 
 
-def bonded(rotation: NDArray[np.floating], way: NDArray[np.floating], angle: float) -> NDArray[np.floating]:
+def bonded(rotation: NDArray[Real], way: NDArray[Real], angle: float) -> NDArray[Real]:
     """Rotations (b, 3, 3) turned back, by as little as will do, to where the stone's first axis is within the angle.
 
     A way (b, 3) has no sign: the axis may point along it or against it.
@@ -197,5 +200,6 @@ def bonded(rotation: NDArray[np.floating], way: NDArray[np.floating], angle: flo
     over = np.maximum(np.arccos(np.clip(np.abs(along), 0.0, 1.0)) - angle, 0.0)
     about = np.cross(axis, way)
     length = np.linalg.norm(about, axis=1)
-    about = about / np.where(length > 0.0, length, 1.0)[:, None]
-    return np.asarray(turned_by(about * over[:, None]) @ rotation, rotation.dtype)
+    unit = about / np.where(length > 0.0, length, 1.0)[:, None]
+    back = turned_by(cast("NDArray[Real]", np.asarray(unit * over[:, None], rotation.dtype)))
+    return cast("NDArray[Real]", np.asarray(back @ rotation, rotation.dtype))

@@ -1,0 +1,442 @@
+"""From near a coupled state into the middle of its family, and along a path to the state itself.
+
+The exact answer of a convex programme sits on the edge of everything: points lose their last bit of force, friction is
+at its bound. Few of its active sets are those of a state, and finding the others is combinatorial. But every point that
+rubs has its own alpha, so that states come in families of thousands of dimensions, and most have an interior. With
+g = dn + 1, t = |f_t| and s = |dd_t|, the path solves
+
+    A f = -p        fn g = nu        f_t x dd_t = 0 where a point rubs
+
+by Gauss-Newton while nu goes to zero. Of all steps that solve the linearised equations it takes the shortest, and most
+central, in the metric H and the slope b of the barrier
+
+    - sum ln fn + ln (mu fn - t) + ln t + ln (s - beta) + ln (eta - s) + ln (eta - dn)        min b.x + 1/2 x'Hx
+
+where fn and s also pay a little, so that nothing grows without need. So nobody has to know which points press, which
+are let go and which would be at their bound: fn and g stay positive, and one of the two vanishes. Points that press
+without sliding keep a trace of friction that vanishes with nu, and those that are let go lose theirs on the way.
+At the end the sets are plain, and the same steps on fixed sets (g = 0 where points press) reach rounding.
+
+As in `block_newton`, forces and multipliers are eliminated point by point, which leaves twelve unknowns a block: with
+W = H_f^-1, K = (C W C' + slack)^-1, P = W - W C'K C W, Q = H_d and r for what the rows C df + G dd = -r miss,
+
+    [ -A P A'          A (W C'K G) A'           ] [ -y ]   [ off - A (P b_f + W C'K r)      ]
+    [ A (G'K C W) A'   delta + A (Q + G'K G) A' ] [ dq ] = [ -A (b_d + G'K (r - C W b_f))   ]
+
+The slack is a small share of C W C' itself, which goes with g^2; what it leaves behind is taken up by solving again for
+what is still off, with the multipliers known so far.
+
+By hand: with fn = 1 and g = 0.1 kept from moving, a step to nu = 0.03 takes g to 0.03.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from cyclopean.analysis.coupled.block_newton import Doubled, Scaled
+from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
+from cyclopean.analysis.quadratic_cones import apply
+from cyclopean.arrays import Bools, Floats
+from cyclopean.errors import SolverError
+from cyclopean.statics import EquilibriumSystem
+
+__all__ = ["PathAnswer", "follow_path"]
+
+STEPS = 120
+DULL = 16  # steps in which nu halves at least
+CUT = ((0.5, 0.3), (0.2, 0.6), (0.0, 0.9))  # of nu after a step longer than ...
+LEVEL = ((1e-2, 1e-3), (1e-3, 1e-2), (0.0, 0.1))  # least nu in terms of the largest, where that is above ...
+ROOM = 0.9  # share of the way to any bound that a step may go
+SHORTER = 0.8  # ... and how it is cut
+SHORTEST = 1e-4  # step at which a path has ended
+STALLED = 3  # short steps in a row that are allowed
+IDLE = 0.02  # what counts as one
+OPEN = 1e-2  # fn / g below which a point is let go, at the start
+GONE = 1e-3  # ... and on the way, where fn is below this as well
+AGAINST = -0.5  # cosine between friction and sliding that a step may not exceed
+PLAIN = 2e-9  # nu from which the pair is measured
+CLEAR = 1e-4  # nu from which sets are plain enough to try
+ENDS = 12  # steps on fixed sets
+FEW = 12  # points that may change sets in one of them
+BENT, LIGHT = 0.03, 1e-2  # sine between friction and sliding, and force, of points whose friction is turned there
+DELTA = 1.0  # of |dq|^2
+SLACK = 1e-14  # on fixed sets, and of directions
+RELATIVE = 1e-2  # slack in terms of C W C' on the path
+SHIFT = 1e-11  # of A P A', relative to its diagonal
+REFINEMENTS = 8
+TINY = 1e-300
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathAnswer:
+    """Where a path ended."""
+
+    f: Floats  # (q, 3)
+    dq: Floats  # (6 m,)
+    residuals: Residuals
+    product: float  # largest fn g on the path
+    steps: int
+
+
+def follow_path(
+    system: EquilibriumSystem, doubled: Doubled, bounds: Bounds, f: Floats, dq: Floats, deadline: float = np.inf
+) -> PathAnswer:
+    """Look for a coupled state from an interior start.
+
+    Parameters
+    ----------
+    system : EquilibriumSystem
+        Scaled, m free blocks and q points; friction everywhere.
+    doubled : Doubled
+        Of the same system.
+    bounds : Bounds
+        With eps = 1.
+    f, dq : (q, 3), (6 m,)
+        Start: fn > 0 and dn > -1 at every point, nearly in balance; an interior point's answer to programme A before
+        it is exact.
+    deadline : float
+        By `time.perf_counter`.
+
+    Returns
+    -------
+    PathAnswer
+        A state only if its residuals say so.
+    """
+    path = _Path(system, doubled, bounds)
+    kinds = _told_apart(system, bounds, f, dq)
+    f = f.copy()
+    f[~(kinds.rubs | kinds.soft), 1:] = 0.0
+    if not (f[:, 0].min(initial=1.0) > 0.0 and path.at(f, dq, kinds).room(bounds)):
+        return PathAnswer(f, dq, measure(system, bounds, f, dq), np.inf, 0)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # ends at the factorisation's gate
+        at, kinds, steps = path.followed(f, dq, kinds, deadline)
+        product = float(np.max(at.f[:, 0] * at.gap, initial=0.0))
+        plain = np.where(kinds.soft[:, None] & np.array([False, True, True]), 0.0, at.f)
+        residuals = measure(system, bounds, plain, at.dq)
+        if residuals.accepted or not (product <= CLEAR):
+            return PathAnswer(plain, at.dq, residuals, product, steps)
+        f, dq = path.ended(at, kinds)
+    return PathAnswer(f, dq, measure(system, bounds, f, dq), product, steps)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Kinds:
+    """What each point does."""
+
+    rubs: Bools  # friction against sliding
+    soft: Bools  # friction that vanishes with nu
+    free: Bools  # no force at all; on fixed sets only
+    shut: Bools  # g = 0; on fixed sets only
+    fixed: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _At:
+    """An iterate, and all that the barrier looks at."""
+
+    f: Floats  # (q, 3)
+    dq: Floats  # (6 m,)
+    d: Floats  # (q, 3)
+    gap: Floats  # g
+    tangent: Floats  # t
+    slide: Floats  # s
+    e: Floats  # (q, 2) direction of friction
+    out: Floats  # (q, 2) direction of sliding
+    cone: Floats  # mu fn - t
+    spare: Floats  # s - beta
+    sine: Floats  # between friction and sliding, where a point rubs
+
+    def room(self, bounds: Bounds) -> bool:
+        """Whether a path may start here."""
+        high = max(float(self.slide.max(initial=0.0)), float(self.d[:, 0].max(initial=0.0)))
+        return bool(self.gap.min(initial=1.0) > 0.0 and high < bounds.eta)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Barrier:
+    """Metric and slope, of forces and of motion."""
+
+    H: Floats  # (q, 3, 3)
+    W: Floats  # its inverse, zero where there is no force
+    b: Floats  # (q, 3)
+    Q: Floats  # (q, 3, 3)
+    bd: Floats  # (q, 3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Local:
+    """The rows of every point, and what eliminating them leaves."""
+
+    C: Floats  # (q, 2, 3) rows product, sine
+    G: Floats  # (q, 2, 3)
+    r: Floats  # (q, 2)
+    CW: Floats
+    K: Floats  # (q, 2, 2)
+    P: Floats  # (q, 3, 3)
+
+    def back(self, nu: Floats) -> Floats:
+        """C'nu."""
+        return np.asarray(np.einsum("nij,ni->nj", self.C, nu))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Step:
+    """A step and the multipliers that go with it."""
+
+    df: Floats  # (q, 3)
+    dq: Floats  # (6 m,)
+    d: Floats  # (q, 3)
+    e: Floats  # (q, 3) A'y
+    nu: Floats  # (q, 2)
+
+    def plus(self, more: "_Step") -> "_Step":
+        """The sum of two."""
+        return _Step(self.df + more.df, self.dq + more.dq, self.d + more.d, self.e + more.e, self.nu + more.nu)
+
+
+def _told_apart(system: EquilibriumSystem, bounds: Bounds, f: Floats, dq: Floats) -> _Kinds:
+    """Which points rub, which press without friction, and which are let go."""
+    d = system.gap(dq)
+    tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
+    along = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2]
+    presses = f[:, 0] >= OPEN * (d[:, 0] + 1.0)
+    rubs = presses & (slide > 1.2 * bounds.beta) & (along < AGAINST * tangent * slide)
+    rubs &= (tangent > 1e-6) & (tangent < system.mu * f[:, 0])
+    none = np.zeros(len(f), bool)
+    return _Kinds(rubs, ~rubs, none, none)
+
+
+class _Path:
+    def __init__(self, system: EquilibriumSystem, doubled: Doubled, bounds: Bounds) -> None:
+        self.system, self.doubled, self.bounds = system, doubled, bounds
+
+    def at(self, f: Floats, dq: Floats, kinds: _Kinds) -> _At:
+        """What there is to know at (f, dq)."""
+        d = self.system.gap(dq)
+        tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
+        e = f[:, 1:] / np.maximum(tangent, TINY)[:, None]
+        out = d[:, 1:] / np.maximum(slide, TINY)[:, None]
+        sine = np.where(kinds.rubs, e[:, 0] * out[:, 1] - e[:, 1] * out[:, 0], 0.0)
+        cone, spare = self.system.mu * f[:, 0] - tangent, slide - self.bounds.beta
+        return _At(f, dq, d, d[:, 0] + 1.0, tangent, slide, e, out, cone, spare, sine)
+
+    def followed(self, f: Floats, dq: Floats, kinds: _Kinds, deadline: float) -> tuple[_At, _Kinds, int]:
+        """Along the path as far as it goes."""
+        at = self.at(f, dq, kinds)
+        usual = _usual(at)
+        length, short, step, trail = 1.0, 0, 0, list[float]()
+        for step in range(STEPS):
+            product = at.f[:, 0] * at.gap
+            trail.append(float(product.max(initial=0.0)))
+            dull = step >= DULL and not (trail[step] <= 0.5 * trail[step - DULL])
+            if dull or time.perf_counter() > deadline or (trail[-1] <= PLAIN and self.done(at, kinds)):
+                break
+            target = np.maximum(_at_least(CUT, length) * product, _at_least(LEVEL, trail[-1]) * trail[-1])
+            try:
+                trace = float(np.sqrt(trail[-1] * np.median(product)))
+                move = self.step(at, kinds, self.barrier(at, kinds, usual, trace), target)
+            except (SolverError, np.linalg.LinAlgError):
+                break
+            length = self.length(at, move, kinds)
+            short = short + 1 if length < IDLE else 0
+            if not (length > 0.0) or short > STALLED:
+                break
+            f, dq = at.f + length * move.df, at.dq + length * move.dq
+            gone = kinds.rubs & (f[:, 0] < GONE) & (f[:, 0] < OPEN * (at.gap + length * move.d[:, 0]))
+            kinds = _Kinds(kinds.rubs & ~gone, kinds.soft | gone, kinds.free, kinds.shut)
+            at = self.at(f, dq, kinds)
+        return at, kinds, step
+
+    def done(self, at: _At, kinds: _Kinds) -> bool:
+        """Whether this is a state already, without the traces."""
+        plain = np.where(kinds.soft[:, None] & np.array([False, True, True]), 0.0, at.f)
+        return measure(self.system, self.bounds, plain, at.dq).accepted
+
+    def ended(self, at: _At, kinds: _Kinds) -> tuple[Floats, Floats]:
+        """On fixed sets: whoever has more force than gap presses."""
+        free = ~(at.f[:, 0] > at.gap)
+        weak = (np.abs(at.sine) > BENT) & (at.tangent < LIGHT)
+        kinds = _Kinds(kinds.rubs & ~free, np.zeros_like(free), free, ~free, fixed=True)
+        f = at.f.copy()
+        f[weak, 1:] = -at.tangent[weak, None] * at.out[weak]  # turned against sliding: the balance costs less to mend
+        at = self.at(_without(f, kinds), at.dq, kinds)
+        usual, best = _usual(at), (np.inf, at.f, at.dq)
+        for _ in range(ENDS):
+            left = measure(self.system, self.bounds, at.f, at.dq)
+            if left.worst < best[0]:
+                best = left.worst, at.f, at.dq
+            if left.accepted:
+                break
+            try:
+                whole = self.barrier(at, kinds, usual, 0.0)
+                plain = _Barrier(whole.H, whole.W, 0.0 * whole.b, whole.Q, 0.0 * whole.bd)
+                move = self.step(at, kinds, plain, np.zeros_like(at.gap))
+            except (SolverError, np.linalg.LinAlgError):
+                break
+            length = self.length(at, move, kinds)
+            other = self.mended(at, move, kinds) if length < 0.3 else kinds
+            if other is not kinds:
+                kinds = other
+                at = self.at(_without(at.f, kinds), at.dq, kinds)
+            elif length < 0.05:
+                break
+            else:
+                at = self.at(at.f + length * move.df, at.dq + length * move.dq, kinds)
+        return best[1], best[2]
+
+    def mended(self, at: _At, move: _Step, kinds: _Kinds) -> _Kinds:
+        """Other sets where a few points are in the way of a step; else the same object."""
+        f, d, left = at.f + move.df, at.d + move.d, 1.0 - ROOM
+        tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
+        pulls = ~kinds.free & (f[:, 0] <= left * at.f[:, 0])
+        low = kinds.free & ~kinds.shut & (d[:, 0] + 1.0 <= -1e-13)
+        along = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2]
+        stuck = (slide - self.bounds.beta <= left * at.spare) | (along >= AGAINST * tangent * slide)
+        stuck |= self.system.mu * f[:, 0] - tangent <= left * at.cone
+        stuck &= kinds.rubs & (at.tangent < LIGHT)
+        if not 0 < np.count_nonzero(pulls | low | stuck) <= FEW:
+            return kinds
+        return _Kinds(kinds.rubs & ~pulls & ~stuck, kinds.soft, kinds.free | pulls, kinds.shut | low, fixed=True)
+
+    def barrier(self, at: _At, kinds: _Kinds, usual: tuple[Floats, Floats], trace: float) -> _Barrier:
+        """Second and first derivatives; `usual` is what fn and s - beta pay by."""
+        mu, k, eta = self.system.mu, np.flatnonzero(kinds.rubs), self.bounds.eta
+        H, b = np.zeros((len(at.f), 3, 3)), np.zeros((len(at.f), 3))
+        fn = np.where(kinds.free, 1.0, at.f[:, 0])
+        H[:, 0, 0], b[:, 0] = fn**-2.0 + usual[0] ** -2.0, 1.0 / usual[0] - 1.0 / fn
+        cone, tangent, e = at.cone[k], at.tangent[k], at.e[k]
+        inward = np.concatenate([mu[k, None], -e], 1)
+        aside = np.stack([np.zeros(len(k)), -e[:, 1], e[:, 0]], 1)  # turning friction costs cone too
+        H[k] += _outer(inward / cone[:, None]) + _outer(aside / np.sqrt(cone * tangent)[:, None])
+        H[k, 1, 1] += tangent**-2.0
+        H[k, 2, 2] += tangent**-2.0
+        b[k] -= inward / cone[:, None]
+        b[k, 1:] -= e / tangent[:, None]
+        j = np.flatnonzero(kinds.soft)
+        small = np.maximum(1e-13, np.minimum(trace, 0.3 * mu * fn))[j, None]
+        H[j, 1, 1] = H[j, 2, 2] = small[:, 0] ** -2.0
+        b[j, 1:] = at.f[j, 1:] / small**2
+        smooth = ~kinds.rubs & ~kinds.soft
+        H[smooth, 1, 1] = H[smooth, 2, 2] = 1.0
+        W = np.linalg.inv(H)
+        W[smooth, 1:], W[smooth, :, 1:], W[kinds.free] = 0.0, 0.0, 0.0
+        out = np.concatenate([np.zeros((len(at.f), 1)), at.out], 1)
+        steep, slope = (eta - at.slide) ** -2.0, 1.0 / (eta - at.slide)
+        steep[k] += at.spare[k] ** -2.0 + usual[1][k] ** -2.0
+        slope[k] += 1.0 / usual[1][k] - 1.0 / at.spare[k]
+        Q, bd = _outer(np.sqrt(steep)[:, None] * out), slope[:, None] * out
+        Q[:, 0, 0] += (eta - at.d[:, 0]) ** -2.0
+        bd[:, 0] += 1.0 / (eta - at.d[:, 0])
+        return _Barrier(H, 0.5 * (W + W.transpose(0, 2, 1)), b, Q, bd)
+
+    def local(self, at: _At, kinds: _Kinds, W: Floats, target: Floats) -> _Local:
+        """The rows: fn g = target, or g = 0 on fixed sets, and friction against sliding."""
+        q, fn, g, k = len(at.f), at.f[:, 0], at.gap, np.flatnonzero(kinds.rubs)
+        C, G, r = np.zeros((q, 2, 3)), np.zeros((q, 2, 3)), np.zeros((q, 2))
+        if kinds.fixed:
+            G[:, 0, 0], r[:, 0] = kinds.shut, np.where(kinds.shut, g, 0.0)
+        else:
+            share = 1.0 / np.maximum(fn, g)
+            C[:, 0, 0], G[:, 0, 0], r[:, 0] = g * share, fn * share, (fn * g - target) * share
+        r[k, 1] = at.sine[k]
+        C[k, 1, 1], C[k, 1, 2] = at.out[k, 1] / at.tangent[k], -at.out[k, 0] / at.tangent[k]
+        G[k, 1, 1], G[k, 1, 2] = -at.e[k, 1] / at.slide[k], at.e[k, 0] / at.slide[k]
+        CW = C @ W
+        M = CW @ C.transpose(0, 2, 1)
+        slack = np.where(kinds.shut, SLACK, 1.0) if kinds.fixed else np.maximum(RELATIVE * M[:, 0, 0], 1e-20)
+        M[:, 0, 0] += slack
+        M[:, 1, 1] += np.where(kinds.rubs, SLACK, 1.0)
+        K = np.asarray(np.linalg.inv(M))
+        return _Local(C, G, r, CW, K, W - CW.transpose(0, 2, 1) @ (K @ CW))
+
+    def step(self, at: _At, kinds: _Kinds, barrier: _Barrier, target: Floats) -> _Step:
+        """The step, refined until what it leaves off is small; the best met if that never happens."""
+        rows = self.local(at, kinds, barrier.W, target)
+        off, tie = self.system.residual(at.f), np.zeros_like(at.dq)
+        turned = rows.G.transpose(0, 2, 1)
+        mixed, motion = turned @ (rows.K @ rows.CW), barrier.Q + turned @ (rows.K @ rows.G)
+        factor = self.doubled.factor(rows.P, mixed, motion, SHIFT, 1e-6, DELTA)
+        total = self.solved(factor, barrier.W, rows, off, rows.r, barrier.b, barrier.bd, tie)
+        best, least = total, np.inf
+        for _ in range(REFINEMENTS):
+            left = off + self.system.A @ total.df.ravel()
+            miss = rows.r + apply(rows.C, total.df) + apply(rows.G, total.d)
+            wrong = _wrong(at, kinds, rows.r, off, left, miss)
+            if wrong < least:
+                best, least = total, wrong
+            if wrong <= 1.0 or not (wrong <= 1e3 * least):
+                break
+            slope = barrier.b + apply(barrier.H, total.df) + total.e + rows.back(total.nu)
+            slope[~(kinds.rubs | kinds.soft), 1:] = 0.0
+            slope[kinds.free] = 0.0
+            bend = barrier.bd + apply(barrier.Q, total.d) + np.einsum("nij,ni->nj", rows.G, total.nu)
+            total = total.plus(self.solved(factor, barrier.W, rows, left, miss, slope, bend, DELTA * total.dq))
+        return best
+
+    def solved(
+        self, factor: Scaled, W: Floats, rows: _Local, off: Floats, r: Floats, b: Floats, bd: Floats, tie: Floats
+    ) -> _Step:
+        """One solution with a factorisation at hand."""
+        A, Kr = self.system.A, apply(rows.K, r)
+        lean = r - apply(rows.CW, b)
+        first = off - A @ (apply(rows.P, b) + np.einsum("nij,ni->nj", rows.CW, Kr)).ravel()
+        second = -(A @ (bd + np.einsum("nij,ni->nj", rows.G, apply(rows.K, lean))).ravel()) - tie
+        y, dq = self.doubled.solve(factor, first, second)
+        e, d = -self.system.gap(y), self.system.gap(dq)
+        nu = apply(rows.K, lean - apply(rows.CW, e) + apply(rows.G, d))
+        return _Step(-apply(W, b + e + rows.back(nu)), dq, d, e, nu)
+
+    def length(self, at: _At, move: _Step, kinds: _Kinds) -> float:
+        """Longest of 1, 0.8, ... that goes at most `ROOM` of the way to every bound; 0 where none does."""
+        left, eta, rubs, on = 1.0 - ROOM, self.bounds.eta, kinds.rubs, ~kinds.free
+        watched, length = kinds.free & ~kinds.shut, 1.0
+        while length > SHORTEST:
+            f, d = at.f + length * move.df, at.d + length * move.d
+            tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
+            along, gap = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2], d[:, 0] + 1.0
+            if (
+                (f[on, 0] > left * at.f[on, 0]).all()
+                and (kinds.fixed or (gap > left * at.gap).all())
+                and (gap[watched] > -1e-13).all()
+                and (self.system.mu * f[:, 0] - tangent > left * at.cone)[rubs].all()
+                and (slide - self.bounds.beta > left * at.spare)[rubs].all()
+                and (along < AGAINST * slide * tangent)[rubs].all()
+                and (eta - slide > left * (eta - at.slide)).all()
+                and (eta - d[:, 0] > left * (eta - at.d[:, 0])).all()
+            ):
+                return length
+            length *= SHORTER
+        return 0.0
+
+
+def _usual(at: _At) -> tuple[Floats, Floats]:
+    """Sizes of fn and s - beta that the barrier lets them keep."""
+    return np.maximum(1.0, 3.0 * at.f[:, 0]), np.maximum(0.1, 2.0 * at.spare)
+
+
+def _without(f: Floats, kinds: _Kinds) -> Floats:
+    """The forces that `kinds` allows."""
+    f = np.where(kinds.free[:, None], 0.0, f)
+    f[~kinds.rubs, 1:] = 0.0
+    return f
+
+
+def _wrong(at: _At, kinds: _Kinds, r: Floats, off: Floats, left: Floats, miss: Floats) -> float:
+    """What a solution of the linearised equations leaves off, in terms of what it may."""
+    fine = 1e-13 + 0.0 * at.gap if kinds.fixed else 0.05 * np.minimum(at.f[:, 0], at.gap)
+    turn = max(1e-13, 1e-3 * float(np.max(np.abs(r[:, 1]), initial=0.0))) if kinds.fixed else 1e-3
+    balance = max(1e-12, 1e-2 * float(np.max(np.abs(off), initial=0.0)))
+    used = kinds.shut if kinds.fixed else np.ones_like(kinds.shut)
+    parts = (np.abs(miss[:, 0]) / fine)[used], np.abs(miss[:, 1]) / turn, np.abs(left) / balance
+    return max(float(np.max(part, initial=0.0)) for part in parts)
+
+
+def _outer(x: Floats) -> Floats:
+    """(q, 3, 3) x x' of each row."""
+    return x[:, :, None] * x[:, None, :]
+
+
+def _at_least(table: tuple[tuple[float, float], ...], x: float) -> float:
+    """The entry of the first threshold below x."""
+    return next(value for above, value in table if x > above or above == 0.0)

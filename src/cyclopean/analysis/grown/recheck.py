@@ -1,0 +1,212 @@
+"""Check a model that grew from one whose verdict is known.
+
+Every verdict is proved anew: the certificate of the whole model passes the independent checker. By coupled analysis
+the known state is the first guess. What is new is seated on what was there (see `seating`), and steps that stay inside
+all inequalities lead from there to a state of the whole (see `inward`). Where they jam the neighbours are seated anew
+as well, then theirs; where that fails too, the search begins from nothing.
+"""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cyclopean.analysis.coupled.block_newton import Doubled
+from cyclopean.analysis.coupled.polish import attempt
+from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
+from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.analysis.grown.inward import inward
+from cyclopean.analysis.grown.region import Region, around, region, way_down
+from cyclopean.analysis.grown.seating import seated
+from cyclopean.analysis.posing import PosedModel
+from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim
+from cyclopean.analysis.rigid.newton import collapse_bound
+from cyclopean.analysis.rigid.rbe import COLLAPSE, solve_rbe
+from cyclopean.analysis.settings import Settings
+from cyclopean.analysis.verdict import Result
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.errors import InputError, SolverError
+from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
+
+__all__ = ["CONTINUED", "Known", "mobile", "recheck"]
+
+CONTINUED = "known state"  # the route of a state that was continued
+RADII = (0, 1, 2, 3)  # joints from what is new within which blocks are seated anew, one after the other
+AISLE = 3  # joints to each side of a way down, within which the weight of what is new goes down first
+MOST = 0.7  # share of the blocks from which all of them are as good
+MANY = 4  # new blocks beyond which what is known is no guess
+BUDGET = 0.3  # of the seconds of a search that may be spent on the known state
+MARGIN = 1.001  # of beta_min, where a state was refused by a rounding error
+SLOW = 1e-6  # of the speed of the fastest block
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """A result of a model of k blocks and P contact points, and where these are in the model it grew into."""
+
+    result: Result
+    block: Ints  # (k,) index of each block, -1 = taken away
+    point: Ints  # (P,) index of each contact point, -1 = taken away
+
+
+def recheck(model: PosedModel, settings: Settings, known: Known | None = None) -> Result:
+    """Decide whether a model stands, with a verified certificate.
+
+    Parameters
+    ----------
+    model : PosedModel
+        n blocks.
+    settings : Settings
+        Method, solver and budget.
+    known : Known, optional
+        The result of a smaller model, to begin from; what it says is a guess, nothing is taken on trust.
+
+    Returns
+    -------
+    Result
+        As of `check`; its provenance has the route "known state" where that led to a state.
+
+    Raises
+    ------
+    InputError
+        `known` has other blocks or points than its result, or some that the model does not have.
+    """
+    began = time.perf_counter()
+    if known is not None:
+        _fitting(model, known)
+    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    if settings.chosen_method() == "rbe":
+        result = prove(model, settings, system, rigid_claim(solve_rbe(system, settings.solver)))
+    else:
+        result = _coupled(model, settings, system, known)
+    return replace(result, seconds={"total": time.perf_counter() - began})
+
+
+def mobile(model: PosedModel, settings: Settings) -> Ints | None:
+    """Blocks that a mechanism of rigid-block equilibrium moves; None where there is none.
+
+    Blocks that move a million times slower than the fastest are taken to stand, if what is left is still a mechanism.
+
+    Parameters
+    ----------
+    model : PosedModel
+        n blocks.
+    settings : Settings
+        The solver.
+    """
+    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    outcome = solve_rbe(system, settings.solver)
+    if outcome.word != "collapse" or outcome.y is None:
+        return None
+    rows = outcome.y.reshape(-1, 6)
+    speed = np.abs(rows).max(axis=1)
+    moving = speed > SLOW * speed.max(initial=0.0)
+    if not (collapse_bound(system, np.where(moving[:, None], rows, 0.0).ravel()) >= COLLAPSE):
+        moving = speed > 0.0
+    return np.asarray(system.free[moving])
+
+
+def _fitting(model: PosedModel, known: Known) -> None:
+    result = known.result
+    for name, index, count, most in (
+        ("block", known.block, len(result.assembly), len(model.assembly)),
+        ("point", known.point, len(result.contacts.point), len(model.contacts.point)),
+    ):
+        if len(index) != count:
+            raise InputError(f"known {name}s: {len(index)} places for the {count} of the known result")
+        if count and not (-1 <= int(index.min()) and int(index.max()) < most):
+            raise InputError(f"known {name}s: a place that the model, with {most} of them, does not have")
+
+
+def _coupled(model: PosedModel, settings: Settings, system: EquilibriumSystem, known: Known | None) -> Result:
+    bounds = settings.bounds().unit()
+    claim = None if known is None else _continued(model, settings, system, known)
+    if claim is not None:
+        result = prove(model, settings, system, claim)
+        if result.verdict == "stable":
+            return result
+    claim = coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes))
+    result = prove(model, settings, system, claim)
+    if result.verdict == "undecided" and claim.kind == "cra-state":  # beta_min to the last bit was too little
+        more = replace(bounds, beta=bounds.beta * MARGIN)
+        again = coupled_claim(solve_cra(system, more, settings.solver, settings.seconds, settings.nodes))
+        if again.kind == "cra-state":
+            return prove(model, settings, system, again)
+    return result
+
+
+def _continued(model: PosedModel, settings: Settings, system: EquilibriumSystem, known: Known) -> Claim | None:
+    """A coupled state near the one known; None where none is found."""
+    result = known.result
+    if result.force is None or result.displacement is None or not system.blocks or not system.points:
+        return None
+    f, motion, old_block, old_point = _placed(model, system, known)
+    f, dq = f / system.force_unit, motion.ravel() / settings.eps
+    bounds = settings.bounds().unit()
+    fresh = np.flatnonzero(~old_block)
+    if len(fresh) > MANY:
+        return None
+    until = time.perf_counter() + BUDGET * settings.seconds
+    down, rooms = way_down(system, fresh), _Rooms(system)
+    for radius in RADII:
+        blocks = around(system, fresh, radius)
+        start = _seat(system, bounds, blocks, old_point, f, dq)
+        if start is not None:
+            if attempt(system, bounds, *start).found:
+                return coupled_claim(_outcome(*start, radius + 1))
+            for room in (around(system, np.union1d(down, blocks), AISLE), np.arange(system.blocks)):
+                near, moved, residuals = inward(system, *rooms.of(room), bounds, *start)
+                if residuals.accepted:
+                    return coupled_claim(_outcome(near, moved, radius + 1))
+        if not len(fresh) or len(blocks) == system.blocks or time.perf_counter() > until:
+            break
+    return None
+
+
+class _Rooms:
+    """Regions, each with its matrix ordered once."""
+
+    def __init__(self, system: EquilibriumSystem) -> None:
+        self.system = system
+        self.known: dict[bytes, tuple[Region, Doubled]] = {}
+
+    def of(self, blocks: Ints) -> tuple[Region, Doubled]:
+        """The region of these blocks; of all where it would be most of them."""
+        if len(blocks) > MOST * self.system.blocks:
+            blocks = np.arange(self.system.blocks)
+        if (key := blocks.tobytes()) not in self.known:
+            cut = region(self.system, blocks)
+            self.known[key] = cut, Doubled(Schur(cut.part))
+        return self.known[key]
+
+
+def _seat(
+    system: EquilibriumSystem, bounds: Bounds, blocks: Ints, old: Bools, f: Floats, dq: Floats
+) -> tuple[Floats, Floats] | None:
+    """Forces and motion with these blocks seated anew; None where that fails."""
+    try:
+        return seated(system, bounds, blocks, old, f, dq) if len(blocks) else (f, dq)
+    except SolverError:
+        return None
+
+
+def _outcome(f: Floats, dq: Floats, rounds: int) -> CoupledOutcome:
+    provenance = {"route": CONTINUED, "solver": "newton", "iterations": rounds, "factorisations": 0, "tried": []}
+    return CoupledOutcome("coupled", f, dq, merit=0.0, route=CONTINUED, provenance=provenance)
+
+
+def _placed(model: PosedModel, system: EquilibriumSystem, known: Known) -> tuple[Floats, Floats, Bools, Bools]:
+    """(q, 3) N and (m, 6) displacement, rotations scaled, as far as they are known; which blocks and points are old."""
+    result = known.result
+    assert result.force is not None and result.displacement is not None  # noqa: PT018  the caller looked
+    force, old_point = np.zeros((len(model.contacts.point), 3)), np.zeros(len(model.contacts.point), bool)
+    kept = known.point >= 0
+    force[known.point[kept]] = result.force[kept]
+    old_point[known.point[kept]] = True
+    motion, old_block = np.zeros((len(model.assembly), 6)), np.zeros(len(model.assembly), bool)
+    kept = (known.block >= 0) & ~result.fixed
+    motion[known.block[kept]] = result.displacement[kept]
+    old_block[known.block[kept]] = True
+    rows = motion[system.free]
+    rows[:, 3:] *= system.length_unit
+    return force[system.used], rows, old_block[system.free], old_point[system.used]

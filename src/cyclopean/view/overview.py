@@ -1,0 +1,116 @@
+"""One page for a wall from drawing to building site: does it stand, which stones make it, in what order."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from urllib.parse import quote
+
+from cyclopean.analysis import Result
+from cyclopean.design.construction.sequence import BuildSequence
+from cyclopean.design.matching.carved_wall import CarvedWall
+from cyclopean.design.matching.carving import Carved, Total
+from cyclopean.design.stones.stone import Stone
+from cyclopean.view.building import building_svg
+from cyclopean.view.carving_drawing import DATUM, POLICY
+from cyclopean.view.markup import section
+from cyclopean.view.stone_sheet import stone_sheet_svg
+from cyclopean.view.style import sheet
+
+__all__ = ["overview_html"]
+
+_STYLE = (
+    "figure svg{display:block;width:100%;height:auto}figure+figure{margin-top:1.5rem}"
+    "ul.files{columns:2;padding-left:1.1rem}ul.files li{break-inside:avoid}"
+)
+SHOWN = 24  # stones of the inventory
+
+
+def overview_html(
+    drawn: Result,
+    stones: Sequence[Stone],
+    carved: tuple[Sequence[Carved], Total, str, str],
+    built: tuple[CarvedWall, Result],
+    sequence: BuildSequence,
+    files: Mapping[str, str],
+) -> str:
+    """Write the page: self-contained, without a script.
+
+    Parameters
+    ----------
+    drawn : Result
+        What `check` says of the wall as drawn.
+    stones : sequence of Stone
+        The inventory.
+    carved : (Carved, ...), Total, str, str
+        The stones in their cells, what they come to, and the drawings before and after.
+    built : CarvedWall, Result
+        The wall as it will be built, and what `check` says of it.
+    sequence : BuildSequence
+        How the wall is built.
+    files : mapping of str to str
+        Name of each file beside the page, and what it holds.
+    """
+    cuts, whole, before, after = carved
+    wall, result = built
+    name = escape(drawn.assembly.name)
+    body = (
+        f"<header><h1>{name}</h1><span>cyclopean</span></header>",
+        _verdicts(drawn, result, whole, cuts, sequence),
+        section("Which stones", f"<figure>{stone_sheet_svg(stones, most=SHOWN)}</figure>", _stock(stones, cuts)),
+        section("Where they go", f"<figure>{before}</figure><figure>{after}</figure>", _carving(whole, wall)),
+        section("How it is built", f"<figure>{building_svg(sequence)}</figure>", _building(sequence)),
+        section("Files beside this page", _links(files)),
+        "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>",
+    )
+    return (
+        f'<!doctype html><html lang="en" class="{result.verdict}"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        '<meta name="viewport" content="width=device-width,initial-scale=1">'
+        f"<title>{name}</title><style>{sheet()}{_STYLE}</style></head>"
+        f"<body><main>{''.join(body)}</main></body></html>"
+    )
+
+
+def _verdicts(drawn: Result, built: Result, whole: Total, cuts: Sequence[Carved], sequence: BuildSequence) -> str:
+    text = (
+        f"As drawn the wall is {drawn.verdict}; carved from found stones, with the gaps that they leave, it is"
+        f" {built.verdict}. {built.reason}"
+    )
+    counts = [
+        ("stones", f"{len(cuts):,}"),
+        ("Lambda: carved off", f"{whole.imposition:.3f}"),
+        ("gap: left empty", f"{whole.gap:.3f}"),
+        ("stages", f"{len(sequence.steps):,}"),
+    ]
+    cells = "".join(f"<div><dt>{what}</dt><dd>{count}</dd></div>" for what, count in counts)
+    return (
+        f'<div class="verdict"><strong>{built.verdict.capitalize()}</strong><p>{escape(text)}</p></div>'
+        f'<dl class="counts">{cells}</dl>'
+    )
+
+
+def _stock(stones: Sequence[Stone], cuts: Sequence[Carved]) -> str:
+    litres = 1e3 * sum(stone.volume for stone in stones)
+    return f"{len(stones)} stones of {litres:,.0f} litres were at hand, {len(cuts)} of them are used."
+
+
+def _carving(whole: Total, wall: CarvedWall) -> str:
+    return (
+        f"Above as placed, hatched what comes off; below as carved: {1e3 * (whole.stone_volume - whole.volume):,.0f} of"
+        f" {1e3 * whole.stone_volume:,.0f} litres. Clifford and McGee measured about {DATUM:g} on their Cyclopean"
+        f" Cannibalism wall (ACADIA 2018). The stones touch over {100.0 * wall.touching_share:.0f} % of the joints."
+    )
+
+
+def _building(sequence: BuildSequence) -> str:
+    count = len(sequence.steps)
+    held = sum(step.verdict != "stable" and step.propped == "stable" for step in sequence.steps)
+    stable = sum(step.verdict == "stable" for step in sequence.steps)
+    props = f", {held} more with props" if held else ""
+    return f"{stable} of {count} stages are stable{props}; each verdict has a certificate of its own."
+
+
+def _links(files: Mapping[str, str]) -> str:
+    rows = "".join(
+        f'<li><a href="{quote(file, safe="/")}">{escape(file)}</a>: {escape(what)}</li>' for file, what in files.items()
+    )
+    return f'<ul class="files">{rows}</ul>'

@@ -1,0 +1,152 @@
+"""Checking a model that grew: the known state is a guess, and the verdict is that of a check from nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cyclopean.analysis import CONTINUED, Bounds, Known, PosedModel, Result, Settings, check, mobile, pose, recheck
+from cyclopean.analysis.grown.seating import around, seated
+from cyclopean.assembly import Assembly
+from cyclopean.design import stack, wall
+from cyclopean.design.construction.props import _Search, smallest_props
+from cyclopean.design.construction.stages import Stage, stage_of, verdict, with_props
+from cyclopean.design.walls.pattern import PatternSettings
+from cyclopean.design.walls.polygonal import polygonal_wall
+from cyclopean.errors import InputError
+from cyclopean.proof import verify
+from cyclopean.statics import equilibrium_system
+from sequence_cases import four_legs
+
+
+def posed(model: Assembly, said: Settings = Settings()) -> PosedModel:  # noqa: B008  frozen
+    return pose(model, said, {}, lambda _: None)
+
+
+def without(whole: PosedModel, gone: list[int]) -> Stage:
+    standing = np.ones(len(whole.assembly), bool)
+    standing[gone] = False
+    return stage_of(whole, standing)
+
+
+def same(result: Result) -> Known:
+    return Known(result, np.arange(len(result.assembly)), np.arange(len(result.contacts.point)))
+
+
+def test_a_tower_grows_by_its_top():
+    """By hand: every stone presses the one below by all weight above; nine are more than are seated anew."""
+    whole = posed(stack(9))
+    before = without(whole, [9])
+    known = verdict(before, Settings())
+    after = stage_of(whole, np.ones(10, bool))
+    found = verdict(after, Settings(), (before, known))
+    weight = 2400.0 * 9.80665 * whole.assembly.mass.volume[9]
+    carried = np.add.reduceat(found.force[:, 0], found.contacts.start[:-1])
+    assert found.provenance["route"] == CONTINUED
+    assert sorted(carried.tolist()) == pytest.approx([k * weight for k in range(1, 10)])
+    assert verify(found.certificate).proved
+
+
+def test_a_stone_is_seated_an_eps_deep_with_its_weight_on_what_is_below():
+    """By hand: the upper of two cubes, the lower held where it is, turned by nothing and sunk by 3 eps."""
+    model = posed(stack(2))
+    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    start = np.zeros((2, 6))
+    start[0, 2] = -3.0
+    f, dq = seated(system, Bounds(), np.array([1]), np.zeros(8, bool), np.zeros((8, 3)), start.ravel())
+    between = (system.row_a >= 0) & (system.row_b >= 0)
+    assert f[between, 0].sum() == pytest.approx(1.0)  # mean block weight
+    assert not f[~between].any()
+    assert dq.reshape(2, 6)[1] == pytest.approx([0, 0, -4, 0, 0, 0], abs=1e-6)
+    assert around(system, np.array([1]), 1).tolist() == [0, 1]
+
+
+def test_a_state_is_a_state_of_the_same_model():
+    whole = posed(wall(3, 2))
+    first = recheck(whole, Settings())
+    again = recheck(whole, Settings(), same(first))
+    assert (again.verdict, again.provenance["route"]) == ("stable", CONTINUED)
+
+
+@given(seed=st.integers(0, 10_000), columns=st.integers(3, 5), rows=st.integers(2, 3), mu=st.sampled_from([0.5, 0.84]))
+@settings(max_examples=12, deadline=None)
+def test_a_grown_wall_has_the_verdict_of_a_check_from_nothing(seed, columns, rows, mu):
+    size = PatternSettings(columns=columns, rows=rows, courses=rows, width=0.4 * columns, height=0.4 * rows, seed=seed)
+    model = polygonal_wall(size).assembly
+    said = Settings(mu=mu, seconds=5.0)
+    whole = posed(model, said)
+    top = int(np.argmax(whole.assembly.mass.centroid[:, 2]))
+    before = without(whole, [top])
+    known = verdict(before, said)
+    found = verdict(stage_of(whole, np.ones(len(model), bool)), said, (before, known))
+    assert found.verdict == check(model, said).verdict
+    if found.verdict == "stable":
+        assert verify(found.certificate).proved
+
+
+@given(scale=st.floats(-5.0, 5.0), seed=st.integers(0, 10_000))
+@settings(max_examples=15, deadline=None)
+def test_what_is_known_is_only_a_guess(scale, seed):
+    """Whatever the known state says, a stage that falls is not called stable, and one that stands has a proof."""
+    random = np.random.default_rng(seed)
+    model = four_legs()
+    whole = posed(model)
+    names = [block.id for block in model.blocks]
+    standing = without(whole, [names.index("key"), *(names.index(f"upper-{k}") for k in range(4))])
+    known = verdict(standing, Settings())
+    noise = scale * random.standard_normal(known.force.shape)
+    wrong = replace(known, force=known.force * noise, displacement=known.displacement + scale)
+    falls = without(whole, [names.index("key"), *(names.index(f"upper-{k}") for k in range(3))])
+    assert verdict(falls, Settings(seconds=2.0), (standing, wrong)).verdict == "unstable"
+    stands = verdict(standing, Settings(seconds=2.0), (standing, wrong))
+    assert stands.verdict == "stable"
+    assert verify(stands.certificate).proved
+
+
+def test_a_mechanism_moves_the_leg_that_topples():
+    """The upper stone goes over, and may push out the one that it stands on; the other legs stay."""
+    model = four_legs()
+    names = [block.id for block in model.blocks]
+    stage = without(posed(model), [names.index("key"), *(names.index(f"upper-{k}") for k in range(3))])
+    moves = mobile(stage.model, Settings())
+    names = {stage.model.assembly.blocks[i].id for i in moves}
+    assert "upper-3" in names
+    assert names <= {"upper-3", "lower-3"}
+    assert mobile(posed(stack(2)), Settings()) is None
+
+
+def test_props_of_the_stage_before_are_begun_from():
+    """Three uppers on props, then the fourth: the known three and the new one, and no fewer would do."""
+    model = four_legs()
+    names = [block.id for block in model.blocks]
+    uppers = [names.index(f"upper-{k}") for k in range(4)]
+    whole = posed(model)
+    last, stage = without(whole, [names.index("key"), uppers[3]]), without(whole, [names.index("key")])
+    lowers = [names.index(f"lower-{k}") for k in range(4)]
+    earlier = smallest_props(last, verdict(last, Settings()), Settings(), [*uppers[:3], *lowers])
+    usual = _Search(stage, verdict(stage, Settings()), Settings(), [*uppers, *lowers], (last, earlier))
+    assert set(usual.usual(earlier.blocks).blocks) == set(uppers)
+    found = smallest_props(stage, verdict(stage, Settings()), Settings(), [*uppers, *lowers], before=(last, earlier))
+    assert set(found.blocks) == set(uppers)
+    assert found.smallest
+    assert found.result.verdict == "stable"
+    assert with_props(stage, found.blocks).model.fixed.sum() == 8
+
+
+@pytest.mark.parametrize(
+    ("block", "point", "message"),
+    [
+        ([0, 1], [], "known blocks: 2 places for the 3 of the known result"),
+        ([0, 1, 2], [], "known points: 0 places"),
+        ([0, 1, 3], None, "known blocks: a place that the model, with 3 of them, does not have"),
+        ([0, 1, -2], None, "known blocks: a place"),
+    ],
+)
+def test_refused(block, point, message):
+    whole = posed(stack(2))
+    result = recheck(whole, Settings())
+    places = np.arange(len(result.contacts.point)) if point is None else np.array(point, int)
+    with pytest.raises(InputError, match=message):
+        recheck(whole, Settings(), Known(result, np.array(block), places))
