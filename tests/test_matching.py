@@ -150,6 +150,11 @@ def test_refining_never_loses_what_was_given():
 def test_refining_works_in_a_cell_of_several_parts():
     cells = only(prism([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], 0.0, 0.6))
     it = stone(*prism([(0, 0), (1.9, 0), (1.9, 0.9), (0.9, 0.9), (0.9, 1.9), (0, 1.9)], 0.0, 0.6))
+    points, still = body_points([it]), Schedule(1024, 0, (0.1, 0.1), (0.1, 0.1))
+    home, pair = it.axes.T[None], (np.array([0]), np.array([0]))
+    share, _, _ = refine(points, cells, pair, (home, np.array([[0.1, 0.05, -0.1]])), still)
+    assert share[0] == pytest.approx(shares(cells, 0, points[0], home[0], (0.1, 0.05, -0.1)), abs=1e-3)
+    assert 0.5 < share[0] < 0.99
     match = match_stones([it], cells, MatchSettings())
     assert match.placements[0].carved_share < 0.02
     alone = only(box((1.0, 0.6, 1.0)))  # of the L, one part only

@@ -137,6 +137,17 @@ def test_a_climb_never_ends_below_where_it_began():
     assert np.allclose(still.rotation, state.rotation)
 
 
+def test_a_climb_keeps_the_bond():
+    wall = wall_of(coursing=0.0)
+    bodies, state = posed(wall, 256)
+    way = np.broadcast_to([0.0, 0.0, 1.0], (len(bodies.site), 3))
+    into = replace(state, rotation=np.broadcast_to(np.eye(3)[[1, 2, 0]], (len(bodies.site), 3, 3)))
+    after, _ = climbed(flat_wall(wall), replace(bodies, bond=(way, 0.1)), into, QUICK)
+    assert np.abs(after.rotation[:, 2, 0]).min() >= np.cos(0.1) - 1e-9
+    free, _ = climbed(flat_wall(wall), bodies, into, QUICK)
+    assert np.abs(free.rotation[:, 2, 0]).min() < np.cos(0.1)
+
+
 def test_a_tether_holds_sites():
     wall = wall_of(coursing=0.0)
     bodies, state = posed(wall, 256)

@@ -41,7 +41,7 @@ def read_stocklist(path: PathLike) -> tuple[Slab, ...]:
         It cannot be read, a column is missing or unknown, or a row holds something else than it should; names the line.
     """
     shown = one_line(path)
-    rows = csv.reader(io.StringIO(decoded(shown, read_bytes(path)), newline=""))
+    rows = csv.reader(io.StringIO(decoded(shown, read_bytes(path)), newline=""), strict=True)
     slabs: list[Slab] = []
     try:
         head = [cell.strip().lower() for cell in next(rows, [])]

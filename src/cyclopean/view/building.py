@@ -13,8 +13,9 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.design.construction.sequence import BuildSequence, Step
-from cyclopean.geometry import face_normals
+from cyclopean.geometry import face_normals, pack
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SUPPORT, shaded
+from cyclopean.view.drawing import feature_edges
 from cyclopean.view.figures import number
 from cyclopean.view.markup import key, section
 from cyclopean.view.style import sheet
@@ -25,6 +26,7 @@ WIDTH, MARGIN = 1000.0, 30.0
 TALLEST = 900.0  # drawing units
 SLANT = 0.5 * np.array([np.cos(np.pi / 4.0), np.sin(np.pi / 4.0)])  # where a metre of depth goes: right, up
 LIMIT = 1_500  # stones, beyond which nothing moves: the page would be too heavy
+BENT = 0.1  # of a unit normal: facets that differ by less than this are one face that is bent
 NUMBERED = 400  # stones up to which each shows its number
 ROWS = 1_000  # of the table
 BEAT, SHORTEST, LONGEST = 0.7, 6.0, 60.0  # s: for each stone, and for all
@@ -228,10 +230,15 @@ def _body(sequence: BuildSequence, paper: _Sheet, normals: Floats, block: int, s
     for k in np.argsort([-float((ring @ paper.sight).mean()) for ring in rings], kind="stable"):
         n = normals[seen[k]]
         light = float(np.clip(0.9 - 0.1 * (n @ paper.axes[0]) + 0.1 * (n @ paper.axes[2]), 0.6, 1.0))
-        outline = _path(paper.of(rings[k]))
-        parts.append(f'<path d="{outline}" fill="{shaded(colour, light)}"/>')
+        outline, tint = _path(paper.of(rings[k])), shaded(colour, light)
+        parts.append(f'<path d="{outline}" fill="{tint}" stroke="{tint}"/>')
         if step is None:
             parts.append(f'<path d="{outline}" fill="url(#hatch)" stroke="none"/>')
+    first = mesh.vertex_start[block]
+    local = [(mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]] - first).tolist() for f in seen]
+    edges = feature_edges(pack([(mesh.vertex[first : mesh.vertex_start[block + 1]], local)]))
+    lines = [f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in paper.of(edges).reshape(-1, 4)]
+    parts.append(f'<path d="{"".join(lines)}" fill="none"/>')
     if step is not None and len(sequence.steps) <= NUMBERED and rings:
         parts.append(_number(step + 1, rings, normal[normal @ paper.sight < -1e-6], paper))
     return "".join(parts)
@@ -243,13 +250,26 @@ def _normals(sequence: BuildSequence) -> Floats:
 
 
 def _number(step: int, rings: list[Floats], normal: Floats, paper: _Sheet) -> str:
-    """The number of a stone, in the middle of the face that looks most to the front."""
-    x, y, width = _middle(paper.of(rings[int(np.argmin(normal @ paper.axes[1]))]))
+    """The number of a stone, in the middle of what looks most to the front: one face, or the facets of a bent one."""
+    front = normal @ paper.axes[1]
+    facets = [paper.of(rings[k]) for k in np.flatnonzero(front < front.min() + BENT)]
+    x, y, width = _middle(facets[0] if len(facets) == 1 else _around(np.concatenate(facets)))
     size = float(np.clip(0.45 * width, 3.0, 17.0))
     return (
         f'<text x="{x:.1f}" y="{y + 0.35 * size:.1f}" font-size="{size:.1f}" text-anchor="middle" fill="{INK}"'
         f' stroke="none">{step}</text>'
     )
+
+
+def _around(points: Floats) -> Floats:
+    """Convex hull of points (k, 2), as a ring."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        ring: Floats = points[ConvexHull(points).vertices]
+        return ring
+    except QhullError:  # seen edge on
+        return points
 
 
 def _middle(ring: Floats) -> tuple[float, float, float]:
