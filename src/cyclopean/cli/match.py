@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["match"]
 
 PARTS = "match.parts"  # folder with what is done so far, gone once all is
-WALL = "wall.json"
+WALL = "negotiated.json"
 LISTED = 5  # cells or stones named one by one
 
 
@@ -67,7 +67,7 @@ def match(
 ) -> int:
     """Match found stones to the cells of a wall, so that as little as possible is carved away.
 
-    DIR gets match.json, and wall.json where cells were moved. A run that is interrupted goes on where it stopped when
+    DIR gets match.json, and negotiated.json where cells were moved. A run that is interrupted goes on where it stopped when
     it is started again.
     """
     kind, _, degrees = bond.partition(":")
@@ -85,7 +85,7 @@ def match(
     if turns is not None and not 1 <= turns <= 100:
         raise InputError(f"--rounds: {turns} is not between 1 and 100")
     place = folder("--out", out, out)
-    moved = {"--out wall.json": str(place / WALL)} if share > 0.0 else {}
+    moved = {"--out negotiated.json": str(place / WALL)} if share > 0.0 else {}
     files = planned({"--out match.json": str(place / "match.json"), **moved, "--json": json, "--report": report})
     for given in (stones, wall):
         planned({option: str(path) for option, path in files.items()}, keep=given)
@@ -109,8 +109,8 @@ def match(
         warn(warning)
     data = answer.data(inventory, stones, files, units, {**wanted, "negotiate": share, "rounds": turns})
     page = answer.page(inventory) if "--report" in files else None
-    if answer.drawn is not None and "--out wall.json" in files:
-        io.write_model(files["--out wall.json"], answer.drawn.assembly, drawing=io.drawing_dict(answer.drawn))
+    if answer.drawn is not None and "--out negotiated.json" in files:
+        io.write_model(files["--out negotiated.json"], answer.drawn.assembly, drawing=io.drawing_dict(answer.drawn))
     for option in ("--out match.json", "--json"):
         if option in files:
             io.write_json(files[option], data)
