@@ -13,6 +13,7 @@ from cyclopean.cli.model_options import Supports
 from cyclopean.cli.outputs import STANDARD_OUTPUT, folder, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.cli.values import choice, number, whole
+from cyclopean.cli.wall_options import named
 from cyclopean.cli.workers import workers
 from cyclopean.errors import InputError
 
@@ -27,6 +28,10 @@ __all__ = ["match"]
 
 PARTS = "match.parts"  # folder with what is done so far, gone once all is
 WALL = "negotiated.json"
+FIELDS = {
+    **{name: (f"--{name}", "") for name in ("weight", "gap", "points")},
+    "bond_angle": ("--bond", "angle"),
+}
 LISTED = 5  # cells or stones named one by one
 
 
@@ -94,7 +99,8 @@ def match(
     from cyclopean.design.matching.match import MatchSettings
     from cyclopean.io.checkpoints import Checkpoints
 
-    settings = MatchSettings(**wanted)
+    with named(FIELDS):
+        settings = MatchSettings(**wanted)
     with workers(count, cluster) as hands, long_work(f"matching {stones}") as stage:
         inventory, said = io.read_stones(stones, units, strict)
         parts = Checkpoints(place / PARTS, hands)

@@ -36,6 +36,8 @@ DISCOUNT = (0.97, 0.97, 0.99, 1.0)  # what a pair is taken to have, of what it w
 CLIMB = Schedule(points=256, steps=20, width=(0.15, 0.06), step=(0.10, 0.01))
 POLISH = Schedule(points=1024, steps=40, width=(0.08, 0.02), step=(0.05, 0.005))
 EVEN = 1e-12  # of the volume: poses that differ by less are even, and the first one stands
+EVENS = 1e-9  # of a mean stone; counted points are often even, as of stones that lie wholly in either of two cells
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 STEPS = 6  # of a climb by exact volumes
 OFF_BOND = 1e-5  # radians by which a bond counts as kept
 
@@ -57,6 +59,7 @@ class Candidates:
         self.stones, self.points, self.cells, self.ranking, self.axes = stones, points, cells, ranking, axes
         self.volume = np.array([s.volume for s in stones])
         self.value: Floats = np.minimum(DISCOUNT[RANKED] * ranking.shared.astype(np.float64), cells.volume)
+        self.value += self._tie(np.arange(len(stones))[:, None], np.arange(len(cells)))
         self.level = np.zeros(ranking.shared.shape, np.uint8)
         self.seconds: dict[str, float] = {}
         self._held: tuple[Ints, Ints, float] | None = None
@@ -206,10 +209,14 @@ class Candidates:
         row = self._row[stone, cell]
         self._rotation[row], self._shift[row] = rotation, shift
 
+    def _tie(self, stone: Ints, cell: Ints) -> Floats:
+        """What decides between pairs that look even (m3): small beside all volumes, but not beside their rounding."""
+        return np.asarray(EVENS * self.volume.mean() * np.modf((stone + 1.0) * (cell + 1.0) * GOLDEN)[0])
+
     def _judge(self, stone: Ints, cell: Ints, share: Floats, level: int) -> None:
         seen = np.minimum(share * self.volume[stone], self.cells.volume[cell])
         least = self.value[stone, cell] if level == REFINED else 0.0  # a climb never ends below where it began
-        self.value[stone, cell] = np.maximum(DISCOUNT[level] * seen, least)
+        self.value[stone, cell] = np.maximum(DISCOUNT[level] * seen + self._tie(stone, cell), least)
         self.level[stone, cell] = level
 
     def settled(self, stone: Ints, cell: Ints, level: int) -> Bools:
