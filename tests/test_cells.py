@@ -3,8 +3,8 @@
 By hand: an L of three unit squares is two convex pieces, a plus of five is five squares or fewer; a box's half-spaces
 lie half its sides from its centre; of an L's points, those in the missing square are outside.
 
-Mutants killed (by hand): sign of a side's normal; a cap's plane dropped; inner edges taken for the outline; min and max
-exchanged; frame left-handed; pieces never joined; reflex corners taken for convex; fixed blocks kept.
+Mutants killed (by hand): sign of a side's normal; a cap's plane dropped; frame left-handed; supports taken for cells; a
+dent beside the caps overlooked; pieces never joined; pieces joined once only.
 """
 
 import numpy as np

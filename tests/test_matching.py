@@ -4,10 +4,11 @@ By hand: a box ranked in itself shares all of it, and turned a quarter about its
 3 and 2 in cells of 2 and 2 with I = [[2, 1], [2, 2]] fill both; a stone that is the cell loses nothing, one that is 1.1
 times as large loses 1 - 1 / 1.1^3 = 0.2487 of itself; a half-volume stone leaves half of its cell.
 
-Mutants killed (by hand): quarter turns the wrong way round; mirror without the turn back to front; depth not dropped;
-code of the rotation off by one; force outwards; torque's sign; part with the largest depth; discount on exact values;
-1 + w for w; void of empty cells left out; dual prices of the wrong sign; bisection the wrong way; corner fit without
-scale; gradient by the cell's surface; shift without the centroid; bond about the wrong axis.
+Mutants killed (by hand): quarter turns the wrong way round; mirrored about the wrong axis; depth not dropped; code of
+the rotation off by one; one depth for all cells; force outwards; torque's sign; the largest depth over the parts; bond
+with the wrong sign, about the wrong axis; ranked pairs over-valued; exact values discounted; w for 1 + w; prices never
+lowered; bisection the wrong way; corner fit without scale; slope by the cell's surface, or about the wrong point;
+shift without the centroid; stones by their inner numbers.
 """
 
 from concurrent.futures import ThreadPoolExecutor

@@ -3,7 +3,8 @@
 Whatever the stones: lambda and gap lie in [0, 1] and shared volumes add up; nothing depends on how a stone's file is
 turned and moved, on the order of the stones, or on how their faces are cut into triangles.
 
-Mutants killed (by hand): shift in the body frame; axes not applied to the points; seeds by index; volumes by the hull.
+Mutants killed (by hand): stones taken in the order given; axes left out of the rotation; centroid left out of the
+shift; shared volumes 1 % too large.
 """
 
 import numpy as np
