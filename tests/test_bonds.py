@@ -1,5 +1,7 @@
 """Bonds, by hand, in units of a header: a stretcher is 2 long, a header 1 wide, a queen closer 1/2."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -67,7 +69,7 @@ def test_a_course_is_covered_once(bond, course, length, unit, share):
     spans = course_spans(bond, course, length, unit, share * unit)
     assert spans[0].low == 0.0
     assert spans[-1].high == length
-    assert all(a.high == b.low for a, b in zip(spans, spans[1:], strict=False))
+    assert all(a.high == b.low for a, b in pairwise(spans))
     assert all(0.0 < s.length <= unit * (1 + 1e-9) for s in spans)
 
 

@@ -9,6 +9,7 @@ import typer
 
 from cyclopean import __version__
 from cyclopean.cli import files, make
+from cyclopean.cli.ashlar import ashlar, pack
 from cyclopean.cli.carve import carve
 from cyclopean.cli.check import check
 from cyclopean.cli.demo import demo
@@ -49,7 +50,7 @@ def start(
     return 0
 
 
-for command in (demo, check, files.verify, info, files.convert, sequence, match, carve):
+for command in (demo, check, files.verify, info, files.convert, sequence, match, carve, ashlar, pack):
     app.command(cls=PlainCommand)(command)
 app.add_typer(make.commands, name="make")
 

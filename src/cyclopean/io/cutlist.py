@@ -5,8 +5,6 @@ decimals and UTF-8, as a spreadsheet opens them. One row a stone in the one, one
 in the stone's own frame, in which `normal . x = offset` is its plane and what lies beyond it comes off.
 """
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +12,7 @@ import numpy as np
 
 from cyclopean import __version__
 from cyclopean.assembly import Assembly, Block
+from cyclopean.io.csv_tables import csv_number, csv_text
 
 if TYPE_CHECKING:  # only names here
     from cyclopean.design.matching.carved_wall import CarvedWall
@@ -33,7 +32,7 @@ def cutlist_csv(carved: "Iterable[Carved]") -> str:
         "largest offcut [L]", "dressing [L]", "lost [L]", "cuts", "cut area [m2]", "deepest cut [mm]", "dressed faces",
         "offcut volumes [L]",
     )  # fmt: skip
-    return _table(head, (_stone_row(c) for c in carved))
+    return csv_text(head, (_stone_row(c) for c in carved))
 
 
 def _stone_row(c: "Carved") -> list[str]:
@@ -45,18 +44,18 @@ def _stone_row(c: "Carved") -> list[str]:
     return [
         c.stone,
         c.cell,
-        _number(c.carved_share),
-        _number(c.gap_share),
-        *(_number(LITRES * max(v, 0.0)) for v in volumes),
+        csv_number(c.carved_share),
+        csv_number(c.gap_share),
+        *(csv_number(LITRES * max(v, 0.0)) for v in volumes),
         str(len(real)),
-        _number(LITRES * max((piece.volume for piece in c.offcuts), default=0.0)),
-        _number(LITRES * sum(piece.volume for piece in c.offcuts if piece.dressing)),
-        _number(LITRES * sum(piece.volume for piece in c.offcuts if piece.lost)),
+        csv_number(LITRES * max((piece.volume for piece in c.offcuts), default=0.0)),
+        csv_number(LITRES * sum(piece.volume for piece in c.offcuts if piece.dressing)),
+        csv_number(LITRES * sum(piece.volume for piece in c.offcuts if piece.lost)),
         str(len(cuts)),
-        _number(sum(cut.area for cut in cuts)),
-        _number(MILLIMETRES * max((cut.depth for cut in cuts), default=0.0)),
+        csv_number(sum(cut.area for cut in cuts)),
+        csv_number(MILLIMETRES * max((cut.depth for cut in cuts), default=0.0)),
         str(len(c.cuts) - len(cuts)),
-        " ".join(_number(LITRES * piece.volume) for piece in c.offcuts),
+        " ".join(csv_number(LITRES * piece.volume) for piece in c.offcuts),
     ]
 
 
@@ -67,34 +66,21 @@ def cuts_csv(carved: "Iterable[Carved]") -> str:
         "to longest axis [deg]", "to nearest flat face [deg]", "neighbouring cuts [deg]",
     )  # fmt: skip
     rows = ([c.stone, c.cell, *_cut_row(k, cut)] for c in carved for k, cut in enumerate(c.cuts, 1))
-    return _table(head, rows)
+    return csv_text(head, rows)
 
 
 def _cut_row(number: int, cut: "Cut") -> list[str]:
     return [
         str(number),
         "dressing" if cut.dressing else "cut",
-        _number(cut.area),
-        _number(MILLIMETRES * cut.depth),
+        csv_number(cut.area),
+        csv_number(MILLIMETRES * cut.depth),
         *(f"{x:.6f}" for x in cut.normal.tolist()),
-        _number(MILLIMETRES * cut.offset),
+        csv_number(MILLIMETRES * cut.offset),
         f"{cut.to_axis:.2f}",
         "" if cut.to_flat is None else f"{cut.to_flat:.2f}",
         " ".join(f"{other + 1}:{angle:.2f}" for other, angle in cut.beside),
     ]
-
-
-def _number(value: float) -> str:
-    """Six digits without an exponent, which some spreadsheets take for text."""
-    return np.format_float_positional(float(f"{value:.6g}"), trim="-")
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    said = io.StringIO()
-    writer = csv.writer(said, lineterminator="\r\n")
-    writer.writerow(head)
-    writer.writerows(rows)
-    return said.getvalue()
 
 
 def placements_dict(carved: "Sequence[Carved]", wall: str) -> dict[str, Any]:

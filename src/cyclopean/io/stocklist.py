@@ -8,7 +8,7 @@ litres, points for decimals, UTF-8.
 import csv
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +17,13 @@ import numpy as np
 from cyclopean import __version__
 from cyclopean.design.laying.stock import Slab
 from cyclopean.errors import InputError
+from cyclopean.io.csv_tables import csv_number, csv_text
 from cyclopean.io.fields import REACH, label
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
 
 if TYPE_CHECKING:  # only names here
     from cyclopean.design.laying.ashlar import AshlarWall
-    from cyclopean.design.laying.courses import LaidStone
+    from cyclopean.design.laying.planning import LaidStone
 
 __all__ = ["MOST", "ashlar_cutlist_csv", "ashlar_dict", "left_csv", "read_stocklist", "repeated", "transform_of"]
 
@@ -109,7 +110,7 @@ def ashlar_cutlist_csv(wall: "AshlarWall") -> str:
         "stone", "course", "kind", "slab", "sawn off", "length [mm]", "depth [mm]", "height [mm]", "from length [mm]",
         "from depth [mm]", "cuts", "dressed [mm]", "turned", "x [mm]", "y [mm]", "z [mm]",
     )  # fmt: skip
-    return _table(head, (_cut_row(wall, name, stone) for name, stone in _named(wall)))
+    return csv_text(head, (_cut_row(wall, name, stone) for name, stone in _named(wall)))
 
 
 def _cut_row(wall: "AshlarWall", name: str, stone: "LaidStone") -> list[str]:
@@ -121,12 +122,12 @@ def _cut_row(wall: "AshlarWall", name: str, stone: "LaidStone") -> list[str]:
         stone.slot.kind,
         wall.stock.slabs[sawn.slab].id,
         source,
-        *(_number(MILLIMETRES * x) for x in (sawn.high - sawn.low).tolist()),
-        *(_number(MILLIMETRES * x) for x in sawn.low[:2].tolist()),
+        *(csv_number(MILLIMETRES * x) for x in (sawn.high - sawn.low).tolist()),
+        *(csv_number(MILLIMETRES * x) for x in sawn.low[:2].tolist()),
         str(sawn.cuts),
-        _number(MILLIMETRES * sawn.dressed),
+        csv_number(MILLIMETRES * sawn.dressed),
         "90" if stone.turned else "",
-        *(_number(MILLIMETRES * x) for x in stone.slot.low),
+        *(csv_number(MILLIMETRES * x) for x in stone.slot.low),
     ]
 
 
@@ -138,12 +139,12 @@ def left_csv(wall: "AshlarWall") -> str:
         [
             stock.slabs[k].id,
             "slab" if whole else "offcut",
-            *(_number(MILLIMETRES * x) for x in size),
-            _number(LITRES * math.prod(size)),
+            *(csv_number(MILLIMETRES * x) for x in size),
+            csv_number(LITRES * math.prod(size)),
         ]
         for k, whole, size in zip(stock.slab.tolist(), stock.whole().tolist(), stock.sizes().tolist(), strict=True)
     )
-    return _table(head, rows)
+    return csv_text(head, rows)
 
 
 def ashlar_dict(wall: "AshlarWall", asked: dict[str, Any]) -> dict[str, Any]:
@@ -205,16 +206,3 @@ def transform_of(wall: "AshlarWall", stone: "LaidStone") -> np.ndarray[Any, np.d
 
 def _named(wall: "AshlarWall") -> "list[tuple[str, LaidStone]]":
     return [(b.id, s) for b, s in zip(wall.assembly.blocks[1:], wall.laid, strict=True)]
-
-
-def _number(value: float) -> str:
-    """Six digits without an exponent, which some spreadsheets take for text."""
-    return np.format_float_positional(float(f"{value:.6g}"), trim="-")
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    said = io.StringIO()
-    writer = csv.writer(said, lineterminator="\r\n")
-    writer.writerow(head)
-    writer.writerows(rows)
-    return said.getvalue()

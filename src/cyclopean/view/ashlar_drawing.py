@@ -9,7 +9,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.design.laying.ashlar import AshlarWall
-from cyclopean.design.laying.courses import LaidStone
+from cyclopean.design.laying.planning import LaidStone
 from cyclopean.view.colours import ACCENT, GHOST, INK
 
 __all__ = ["ashlar_svg"]
@@ -124,4 +124,5 @@ def _legend(wall: AshlarWall, y: float) -> str:
 
 
 def _plural(kind: str, count: int) -> str:
-    return f"{count} {kind}{'' if count == 1 else 's'}"
+    name = {"through": "through-stone"}.get(kind, kind)
+    return f"{count} {name}{'' if count == 1 else 's'}"
