@@ -17,8 +17,7 @@ from cyclopean.geometry import face_normals, pack
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SUPPORT, shaded
 from cyclopean.view.drawing import feature_edges
 from cyclopean.view.figures import number
-from cyclopean.view.markup import key, section
-from cyclopean.view.style import sheet
+from cyclopean.view.markup import counts, document, key, section
 
 __all__ = ["building_html", "building_svg"]
 
@@ -36,7 +35,6 @@ HATCHED = (
 )
 # Light and warm, far enough apart to be told by anyone; stones seldom need more than five.
 STONES = ("#d9c9a3", "#b7c4c9", "#c99f7c", "#a9b78f", "#e6dfd0", "#b9a7bd", "#d3b3a5", "#94a8a0")
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,15 +77,8 @@ def building_html(sequence: BuildSequence) -> str:
         _pictures(sequence),
         section("Stones that rest on each other", _cycles(sequence), _CYCLES),
         section("Stage by stage", _table(sequence), _STAGES),
-        "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>",
     )
-    return (
-        f'<!doctype html><html lang="en" class="{accent}"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{name}: how it is built</title><style>{sheet()}{_STYLE}</style></head>"
-        f"<body><main>{''.join(body)}</main></body></html>"
-    )
+    return document(f"{sequence.assembly.name}: how it is built", body, word=accent, style=_STYLE)
 
 
 _STYLE = (
@@ -122,13 +113,11 @@ def _headline(sequence: BuildSequence) -> str:
     trapped = [names[s.block] for s in steps if s.free is None]
     if trapped:
         text += f" No straight way in for {', '.join(trapped[:6])}{' and more' if len(trapped) > 6 else ''}."
-    counts = [("stones", len(steps)), ("layers", int(sequence.layer.max(initial=0)))]
-    counts += [(f"stages {word}", sum(s.verdict == word for s in steps)) for word in ACCENT]
-    cells = "".join(f"<div><dt>{what}</dt><dd>{count:,}</dd></div>" for what, count in counts if count)
-    return (
-        f'<div class="verdict"><strong>{title}</strong><p>{escape(text)}</p></div><dl class="counts">{cells}'
-        f"<div><dt></dt><dd>method {escape(sequence.method)}</dd></div></dl>"
-    )
+    figures = [("stones", len(steps)), ("layers", int(sequence.layer.max(initial=0)))]
+    figures += [(f"stages {word}", sum(s.verdict == word for s in steps)) for word in ACCENT]
+    shown = [(what, f"{count:,}") for what, count in figures if count]
+    said = f'<div class="verdict"><strong>{title}</strong><p>{escape(text)}</p></div>'
+    return said + counts(shown, f"method {sequence.method}")
 
 
 def _pictures(sequence: BuildSequence) -> str:

@@ -20,8 +20,7 @@ from cyclopean.design.matching.carving import Carved, Total, total
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SCALE, STEPS, SUPPORT, classes
 from cyclopean.view.elevation import View, front_view, project
 from cyclopean.view.figures import number
-from cyclopean.view.markup import key, section
-from cyclopean.view.style import sheet
+from cyclopean.view.markup import counts, document, key, section
 from cyclopean.view.tables import table
 
 __all__ = ["DATUM", "carving_html", "carving_svg"]
@@ -34,7 +33,6 @@ ROWS = 400  # of the table
 FINE = 0.3  # drawing units: what is narrower is not seen
 APART = 0.8  # drawing units between the corners of an outline
 PAPER = "#ffffff"
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 When = Literal["before", "after"]
 
@@ -274,15 +272,8 @@ def carving_html(
         section("Stone by stone", _stones(carved), _STONES.format(least=number(1e3 * least))),
         section("What to know", _list([*(n for c in carved for n in c.notes), *built.notes, *result.warnings])),
         _proof(result, certificate_file),
-        "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>",
     )
-    return (
-        f'<!doctype html><html lang="en" class="{result.verdict}"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{name}</title><style>{sheet()}{_STYLE}</style></head>"
-        f"<body><main>{''.join(body)}</main></body></html>"
-    )
+    return document(built.assembly.name, body, word=result.verdict, style=_STYLE)
 
 
 _STYLE = (
@@ -303,17 +294,15 @@ def _headline(carved: Sequence[Carved], whole: Total, built: CarvedWall, result:
         f"As it will be built, with the gaps that the stones leave, the wall is {result.verdict}: {result.reason}"
         f" Carved stones touch over {100.0 * built.touching_share:.0f} % of the joints that were drawn."
     )
-    counts = [
+    figures = [
         ("Lambda: carved off", f"{whole.imposition:.3f}"),
         ("gap: left empty", f"{whole.gap:.3f}"),
         ("stones", f"{len(carved):,}"),
         ("cuts", f"{cuts:,}"),
         ("litres come off", f"{1e3 * (whole.stone_volume - whole.volume):,.0f}"),
     ]
-    cells = "".join(f"<div><dt>{what}</dt><dd>{count}</dd></div>" for what, count in counts)
-    return (
-        f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(text)}</p></div>'
-        f'<dl class="counts">{cells}<div><dt></dt><dd>method {escape(result.method)}</dd></div></dl>'
+    return f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(text)}</p></div>' + counts(
+        figures, f"method {result.method}"
     )
 
 

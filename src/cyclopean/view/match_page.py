@@ -11,10 +11,9 @@ from cyclopean.design.matching.cells import Cells
 from cyclopean.design.matching.match import Match
 from cyclopean.design.matching.negotiation import Round
 from cyclopean.design.stones.stone import Stone
-from cyclopean.view.carving_drawing import DATUM, POLICY, carving_svg
+from cyclopean.view.carving_drawing import DATUM, carving_svg
 from cyclopean.view.colours import GHOST, INK, SCALE
-from cyclopean.view.markup import section
-from cyclopean.view.style import sheet
+from cyclopean.view.markup import counts, document, section
 from cyclopean.view.tables import table
 
 __all__ = ["match_html", "rounds_svg"]
@@ -52,33 +51,22 @@ def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequ
         section("How the cells were negotiated", rounds_svg(rounds), _ROUNDS) if len(rounds) > 1 else "",
         section("Stone by stone", _table(match, stones, cells), "The most carved first."),
         section("What to know", "".join(f"<p>{escape(note)}</p>" for note in match.notes)),
-        "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>",
     )
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>Stones for {name}</title><style>{sheet()}{_STYLE}</style></head>"
-        f"<body><main>{''.join(body)}</main></body></html>"
-    )
+    return document(f"Stones for {cells.assembly.name}", body, style=_STYLE)
 
 
 _ROUNDS = "In each round the cells were moved to suit their stones, drawn again, and the stones placed again."
 
 
 def _headline(match: Match, stones: Sequence[Stone]) -> str:
-    counts = [
+    figures = [
         ("Lambda: carved off", f"{match.imposition:.3f}"),
         ("gap: left empty", f"{match.gap:.3f}"),
         ("stones placed", f"{len(match):,} of {len(stones):,}"),
         ("cells without a stone", f"{len(match.empty):,}"),
         ("weight of void", f"{match.weight:.3g}"),
     ]
-    return (
-        '<dl class="counts">'
-        + "".join(f"<div><dt>{what}</dt><dd>{count}</dd></div>" for what, count in counts)
-        + "</dl>"
-    )
+    return counts(figures)
 
 
 def rounds_svg(rounds: Sequence[Round]) -> str:

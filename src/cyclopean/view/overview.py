@@ -10,10 +10,9 @@ from cyclopean.design.matching.carved_wall import CarvedWall
 from cyclopean.design.matching.carving import Carved, Total
 from cyclopean.design.stones.stone import Stone
 from cyclopean.view.building import building_svg
-from cyclopean.view.carving_drawing import DATUM, POLICY
-from cyclopean.view.markup import section
+from cyclopean.view.carving_drawing import DATUM
+from cyclopean.view.markup import counts, document, section
 from cyclopean.view.stone_sheet import stone_sheet_svg
-from cyclopean.view.style import sheet
 
 __all__ = ["overview_html"]
 
@@ -59,15 +58,8 @@ def overview_html(
         section("Where they go", f"<figure>{before}</figure><figure>{after}</figure>", _carving(whole, wall)),
         section("How it is built", f"<figure>{building_svg(sequence)}</figure>", _building(sequence)),
         section("Files beside this page", _links(files)),
-        "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>",
     )
-    return (
-        f'<!doctype html><html lang="en" class="{result.verdict}"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{name}</title><style>{sheet()}{_STYLE}</style></head>"
-        f"<body><main>{''.join(body)}</main></body></html>"
-    )
+    return document(drawn.assembly.name, body, word=result.verdict, style=_STYLE)
 
 
 def _verdicts(drawn: Result, built: Result, whole: Total, cuts: Sequence[Carved], sequence: BuildSequence) -> str:
@@ -75,16 +67,14 @@ def _verdicts(drawn: Result, built: Result, whole: Total, cuts: Sequence[Carved]
         f"As drawn the wall is {drawn.verdict}; carved from found stones, with the gaps that they leave, it is"
         f" {built.verdict}. {built.reason}"
     )
-    counts = [
+    figures = [
         ("stones", f"{len(cuts):,}"),
         ("Lambda: carved off", f"{whole.imposition:.3f}"),
         ("gap: left empty", f"{whole.gap:.3f}"),
         ("stages", f"{len(sequence.steps):,}"),
     ]
-    cells = "".join(f"<div><dt>{what}</dt><dd>{count}</dd></div>" for what, count in counts)
-    return (
-        f'<div class="verdict"><strong>{built.verdict.capitalize()}</strong><p>{escape(text)}</p></div>'
-        f'<dl class="counts">{cells}</dl>'
+    return f'<div class="verdict"><strong>{built.verdict.capitalize()}</strong><p>{escape(text)}</p></div>' + counts(
+        figures
     )
 
 

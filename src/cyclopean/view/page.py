@@ -9,10 +9,9 @@ from cyclopean.view.coupling import coupled, near, refuted, tension
 from cyclopean.view.drawing import Picture, picture, without_points
 from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import number, unit_of
-from cyclopean.view.markup import DASHED, arrow, click_note, key, section
+from cyclopean.view.markup import DASHED, arrow, click_note, counts, document, key, section
 from cyclopean.view.proofs import proves, proves_not
 from cyclopean.view.scene import scene_html
-from cyclopean.view.style import sheet
 from cyclopean.view.tables import (
     assumptions,
     contacts_table,
@@ -76,15 +75,9 @@ def report_html(result: Result, *, certificate_file: str | None = None, model_fi
         section("How exact the answer is", residuals_table(result), _EXACT),
         section("How it was computed", provenance_table(result)),
     )
-    title = escape(f"{result.assembly.name}: {result.verdict}")
-    return (
-        f'<!doctype html><html lang="en" class="{result.verdict}"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{title}</title><style>{sheet()}</style>"
-        f"<noscript><style>.scene{{display:none}}</style></noscript>{_FLAT}</head>"
-        f"<body><main>{''.join(body)}{_footer()}</main></body></html>"
-    )
+    head = f"<noscript><style>.scene{{display:none}}</style></noscript>{_FLAT}"
+    title = f"{result.assembly.name}: {result.verdict}"
+    return document(title, body, word=result.verdict, head=head, may=POLICY)
 
 
 _ASSUMED = "Neither the model nor the command said what is marked as assumed. Check it before you rely on the verdict."
@@ -97,15 +90,13 @@ def _list(lines: tuple[str, ...]) -> str:
 
 def _head(result: Result, model_file: str | None) -> str:
     n, held = len(result.assembly), int(result.fixed.sum())
-    counts = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
-    counts.append(("contact points", len(result.contacts.point)))
-    cells = "".join(f"<div><dt>{name}</dt><dd>{count:,}</dd></div>" for name, count in counts)
+    figures = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
+    figures.append(("contact points", len(result.contacts.point)))
     source = f' <span class="soft">({escape(model_file)})</span>' if model_file else ""
-    method = escape(_METHOD.get(result.method, result.method))
     return (
         f"<header><h1>{escape(result.assembly.name)}{source}</h1><span>cyclopean</span></header>"
         f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(result.reason)}</p></div>'
-        f'<dl class="counts">{cells}<div><dt></dt><dd>{method}</dd></div></dl>'
+        + counts([(name, f"{count:,}") for name, count in figures], _METHOD.get(result.method, result.method))
     )
 
 
@@ -217,9 +208,3 @@ def _proof(result: Result, certificate_file: str | None, model_file: str | None)
 
 def _items(lines: list[str]) -> str:
     return "".join(f"<li>{line}</li>" for line in lines)
-
-
-def _footer() -> str:
-    return (
-        "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>"
-    )
