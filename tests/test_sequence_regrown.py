@@ -8,7 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import CONTINUED, Bounds, Known, PosedModel, Result, Settings, check, mobile, pose, recheck
-from cyclopean.analysis.grown.seating import around, seated
+from cyclopean.analysis.coupled.block_newton import Doubled
+from cyclopean.analysis.coupled.states import measure
+from cyclopean.analysis.grown.inward import inward
+from cyclopean.analysis.grown.region import around, region, way_down
+from cyclopean.analysis.grown.seating import seated
 from cyclopean.assembly import Assembly
 from cyclopean.design import stack, wall
 from cyclopean.design.construction.props import _Search, smallest_props
@@ -17,7 +21,7 @@ from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.errors import InputError
 from cyclopean.proof import verify
-from cyclopean.statics import equilibrium_system
+from cyclopean.statics import Schur, equilibrium_system
 from sequence_cases import four_legs
 
 
@@ -150,3 +154,36 @@ def test_refused(block, point, message):
     places = np.arange(len(result.contacts.point)) if point is None else np.array(point, int)
     with pytest.raises(InputError, match=message):
         recheck(whole, Settings(), Known(result, np.array(block), places))
+
+
+def test_a_region_is_its_blocks_with_the_rest_held():
+    """By hand: of a tower of four the upper two, with the joint below them as rim; the way down is all of it."""
+    model = posed(stack(4))
+    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    assert way_down(system, np.array([3])).tolist() == [0, 1, 2, 3]
+    upper = region(system, np.array([2, 3]))
+    assert (upper.part.blocks, upper.part.points, int(upper.rim.sum())) == (2, 8, 4)
+    dq = np.random.default_rng(3).standard_normal(24)
+    assert upper.given(system, dq) + upper.part.gap(dq[upper.dof]) == pytest.approx(system.gap(dq)[upper.point])
+
+
+def test_steps_in_a_region_leave_the_rest_as_it_is():
+    """The top stone is shaken; what is outside its region, and what presses on that, stays to the last bit."""
+    model = posed(wall(3, 3))
+    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    known = recheck(model, Settings())
+    f = known.force[system.used] / system.force_unit
+    rows = known.displacement[system.free] / Settings().eps
+    rows[:, 3:] *= system.length_unit
+    blocks = around(system, np.array([system.blocks - 1]), 1)
+    at = region(system, blocks)
+    assert 0 < len(blocks) < system.blocks
+    assert at.rim.any()
+    shaken = rows.ravel().copy()
+    shaken[at.dof] += 1e-4 * np.random.default_rng(1).standard_normal(len(at.dof))
+    assert not measure(system, Bounds(), f, shaken).accepted
+    near, moved, found = inward(system, at, Doubled(Schur(at.part)), Bounds(), f, shaken)
+    assert found.accepted
+    outside = np.setdiff1d(np.arange(system.points), at.point[~at.rim])
+    assert np.array_equal(near[outside], np.where(f[outside, :1] > 1e-9, f[outside], 0.0))
+    assert np.array_equal(np.delete(moved, at.dof), np.delete(shaken, at.dof))

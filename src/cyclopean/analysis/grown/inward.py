@@ -16,6 +16,9 @@ With W = (sum a a' / s^2)^-1 over the rows a of a point's force slacks and M the
 rows C df + G dd = -r of the equations are eliminated point by point as in `coupled.block_newton`: 12 unknowns a block.
 A force that shrinks tenfold from step to step is meant to vanish; it is let go.
 
+All of it happens in a region. Forces between that and the rest of the blocks do not change, W = 0, but what they ask
+of the motion holds there as everywhere.
+
 References
 ----------
 .. [Dikin] Dikin: Iterative solution of problems of linear and quadratic programming. Soviet Math. Doklady 8 (1967).
@@ -87,7 +90,7 @@ def inward(
     Parameters
     ----------
     system : EquilibriumSystem
-        Scaled, q points.
+        Scaled, q points, of all blocks.
     at : Region
         Where it may differ. Forces between it and the rest stay as they are.
     doubled : Doubled

@@ -2,8 +2,10 @@
 
 Every verdict is proved anew: the certificate of the whole model passes the independent checker. By coupled analysis
 the known state is the first guess. What is new is seated on what was there (see `seating`), and steps that stay inside
-all inequalities lead from there to a state of the whole (see `inward`). Where they jam the neighbours are seated anew
-as well, then theirs; where that fails too, the search begins from nothing.
+all inequalities lead from there to a state of the whole (see `inward`). At first only what is near a shortest way down
+from what is new to a support may move: its weight has to go down, but not far to the sides. Where the steps jam all
+may move; then the neighbours are seated anew as well, then theirs; where that fails too, the search begins from
+nothing.
 """
 
 import time
@@ -153,11 +155,11 @@ def _continued(model: PosedModel, settings: Settings, system: EquilibriumSystem,
         start = _seat(system, bounds, blocks, old_point, f, dq)
         if start is not None:
             if attempt(system, bounds, *start).found:
-                return coupled_claim(_outcome(*start, radius + 1))
-            for room in (around(system, np.union1d(down, blocks), AISLE), np.arange(system.blocks)):
+                return _claim(*start, radius + 1)
+            for room in rooms.about(np.union1d(down, blocks)):
                 near, moved, residuals = inward(system, *rooms.of(room), bounds, *start)
                 if residuals.accepted:
-                    return coupled_claim(_outcome(near, moved, radius + 1))
+                    return _claim(near, moved, radius + 1)
         if not len(fresh) or len(blocks) == system.blocks or time.perf_counter() > until:
             break
     return None
@@ -170,10 +172,13 @@ class _Rooms:
         self.system = system
         self.known: dict[bytes, tuple[Region, Doubled]] = {}
 
+    def about(self, blocks: Ints) -> list[Ints]:
+        """What is near these blocks, then all; only that where it is most of them."""
+        near, everything = around(self.system, blocks, AISLE), np.arange(self.system.blocks)
+        return [everything] if len(near) > MOST * len(everything) else [near, everything]
+
     def of(self, blocks: Ints) -> tuple[Region, Doubled]:
-        """The region of these blocks; of all where it would be most of them."""
-        if len(blocks) > MOST * self.system.blocks:
-            blocks = np.arange(self.system.blocks)
+        """The region of these blocks, and its matrix."""
         if (key := blocks.tobytes()) not in self.known:
             cut = region(self.system, blocks)
             self.known[key] = cut, Doubled(Schur(cut.part))
@@ -190,9 +195,9 @@ def _seat(
         return None
 
 
-def _outcome(f: Floats, dq: Floats, rounds: int) -> CoupledOutcome:
+def _claim(f: Floats, dq: Floats, rounds: int) -> Claim:
     provenance = {"route": CONTINUED, "solver": "newton", "iterations": rounds, "factorisations": 0, "tried": []}
-    return CoupledOutcome("coupled", f, dq, merit=0.0, route=CONTINUED, provenance=provenance)
+    return coupled_claim(CoupledOutcome("coupled", f, dq, merit=0.0, route=CONTINUED, provenance=provenance))
 
 
 def _placed(model: PosedModel, system: EquilibriumSystem, known: Known) -> tuple[Floats, Floats, Bools, Bools]:
@@ -204,9 +209,11 @@ def _placed(model: PosedModel, system: EquilibriumSystem, known: Known) -> tuple
     force[known.point[kept]] = result.force[kept]
     old_point[known.point[kept]] = True
     motion, old_block = np.zeros((len(model.assembly), 6)), np.zeros(len(model.assembly), bool)
-    kept = (known.block >= 0) & ~result.fixed
+    kept = (known.block >= 0) & ~result.fixed  # what was held is new: of its motion nothing is known
     motion[known.block[kept]] = result.displacement[kept]
     old_block[known.block[kept]] = True
     rows = motion[system.free]
     rows[:, 3:] *= system.length_unit
-    return force[system.used], rows, old_block[system.free], old_point[system.used]
+    free = old_block[system.free]
+    beside = [np.where(row >= 0, free[row], True) for row in (system.row_a, system.row_b)]
+    return force[system.used], rows, free, old_point[system.used] & beside[0] & beside[1]

@@ -11,9 +11,11 @@ equilibrium, without which there is no coupled state; where coupled analysis ref
 is ruled out.
 
 Before that the props of the stage before are tried, alone and with the stone laid last: its state with them is known,
-so that costs next to nothing, and no larger set need be looked at then. When the budget is spent that set is taken; or,
-where it does not do, blocks are held one by one, the likeliest of each mechanism. Those that turn out to be idle are
-let go again: a set that needs all of its blocks, perhaps not a smallest.
+so that costs next to nothing, and no larger set need be looked at then. Rigid-block equilibrium is asked first of every
+set, which takes hundredths of a second; a set that it lets pass and coupled analysis does not costs a search, so after
+a few of those, too, the budget is spent. Then the set that works is taken; or, where there is none, blocks are held one
+by one, the likeliest of each mechanism, beside the props of the stage before, and some of those that turn out to be
+idle are let go again: a set that helps, not proved to be a smallest.
 """
 
 import time
@@ -29,6 +31,7 @@ EXHAUSTIVE = 4  # blocks beyond the least number possible, up to which all sets 
 TRIALS = 60  # sets looked at for one stage
 SHARE = 0.1  # of the seconds for one stage that the verdict on one set may take
 BOUNDED = 0.2  # of those seconds for sets smaller than one that works
+REFUSALS = 2  # sets that rigid-block equilibrium lets pass and coupled analysis does not: each takes a search
 NODES = 20_000  # of the search for a set that hits all mechanisms
 
 
@@ -81,7 +84,7 @@ def smallest_props(
         if search.spent:
             break
     if usual is None:
-        return search.greedy()
+        return search.greedy(() if before is None else before[1].blocks)
     return replace(usual, smallest=search.proved and largest == len(usual.blocks) - 1 and not search.spent)
 
 
@@ -101,7 +104,7 @@ class _Search:
         self.place = {block: k for k, block in enumerate(preferred)}
         self.mechanisms: list[list[int]] = []
         self.tried: set[frozenset[int]] = set()
-        self.trials, self.nodes = 0, 0
+        self.trials, self.nodes, self.refusals = 0, 0, 0
         self.began = time.perf_counter()
         self.until = self.began + settings.seconds
         self.proved = alone.verdict == "unstable"
@@ -109,7 +112,8 @@ class _Search:
     @property
     def spent(self) -> bool:
         """Whether sets are no longer gone through."""
-        return self.trials >= TRIALS or self.nodes >= NODES or time.perf_counter() > self.until
+        over = self.trials >= TRIALS or self.nodes >= NODES or self.refusals >= REFUSALS
+        return over or time.perf_counter() > self.until
 
     def seeded(self) -> int:
         """Find mechanisms that share no block, and count them."""
@@ -164,6 +168,7 @@ class _Search:
             if self.known is None:
                 self.known = propped, result
             return result
+        self.refusals += 1
         self.proved = self.proved and result.verdict == "unstable"
         return None
 
@@ -183,9 +188,9 @@ class _Search:
         found = moving(with_props(self.stage, tuple(props)), self.settings)
         return None if found is None else set(found.tolist())
 
-    def greedy(self) -> Props | None:
-        """Hold one block of each mechanism until the rest stands, then let go what need not be held."""
-        held: list[int] = []
+    def greedy(self, begun: Sequence[int] = ()) -> Props | None:
+        """Hold one block of each mechanism more until the rest stands, then let go what need not be held."""
+        held = list(begun)
         result = None
         self.until = late = self.until + (self.until - self.began)
         while result is None and len(held) < len(self.place):
@@ -197,13 +202,14 @@ class _Search:
             result = self.works(held)
         if result is None:
             return None
+        self.refusals = 0
         return self.lean(held, result)
 
     def lean(self, held: list[int], result: Result) -> Props:
         """Let go, one after the other, what need not be held."""
         for block in list(held):
             fewer = [other for other in held if other != block]
-            if fewer and time.perf_counter() <= self.until and (less := self.works(fewer)):
+            if fewer and not self.spent and (less := self.works(fewer)):
                 held, result = fewer, less
         return Props(tuple(sorted(held)), result, False)
 
