@@ -1,5 +1,6 @@
 """Checking a model that grew: the known state is a guess, and the verdict is that of a check from nothing."""
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.analysis import CONTINUED, Bounds, Known, PosedModel, Result, Settings, check, mobile, pose, recheck
+from cyclopean.analysis import (
+    CONTINUED,
+    Bounds,
+    Deferred,
+    Known,
+    PosedModel,
+    Result,
+    Settings,
+    check,
+    mobile,
+    pose,
+    recheck,
+)
 from cyclopean.analysis.coupled.block_newton import Doubled
 from cyclopean.analysis.coupled.states import measure
 from cyclopean.analysis.grown.inward import inward
@@ -16,6 +29,7 @@ from cyclopean.analysis.grown.seating import seated
 from cyclopean.assembly import Assembly
 from cyclopean.design import stack, wall
 from cyclopean.design.construction.props import _Search, smallest_props
+from cyclopean.design.construction.sequence import build_sequence
 from cyclopean.design.construction.stages import Stage, stage_of, verdict, with_props
 from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
@@ -187,3 +201,45 @@ def test_steps_in_a_region_leave_the_rest_as_it_is():
     outside = np.setdiff1d(np.arange(system.points), at.point[~at.rim])
     assert np.array_equal(near[outside], np.where(f[outside, :1] > 1e-9, f[outside], 0.0))
     assert np.array_equal(np.delete(moved, at.dof), np.delete(shaken, at.dof))
+
+
+class Doubtful(ThreadPoolExecutor):
+    """Refuses every second certificate, whatever it proves."""
+
+    def submit(self, fn, /, certificate):
+        self.asked = getattr(self, "asked", 0) + 1
+        answer = fn(certificate)
+        future = Future()
+        future.set_result(replace(answer, proved=answer.proved and self.asked % 2 == 0))
+        return future
+
+
+def test_verdicts_that_are_checked_beside_the_work_are_the_same() -> None:
+    model = wall(3, 3)
+    alone = build_sequence(model)
+    with ThreadPoolExecutor(1) as executor:
+        beside = build_sequence(model, executor=executor)
+    assert [s.verdict for s in beside.steps] == [s.verdict for s in alone.steps] == ["stable"] * len(alone.steps)
+    assert [s.seal for s in beside.steps] == [s.seal for s in alone.steps]
+    assert [s.reason for s in beside.steps] == [s.reason for s in alone.steps]
+
+
+def test_a_stage_that_the_checker_refuses_later_is_looked_at_again() -> None:
+    model, seen = wall(2, 2), []
+    executor = Doubtful(1)
+    found = build_sequence(model, executor=executor, watch=lambda _, result: seen.append(result))
+    assert executor.asked == len(found.steps)
+    assert [s.warm for s in found.steps[::2]] == [False] * len(found.steps[::2])
+    assert any(s.warm for s in found.steps[1::2])
+    assert all(verify(result.certificate).proved for result in seen)
+    assert {s.verdict for s in found.steps} == {"stable"}
+
+
+def test_only_states_are_taken_for_proved() -> None:
+    leaning = stack(5, offset=0.3)
+    executor = Doubtful(1)
+    later = Deferred(executor)
+    result = recheck(posed(leaning), Settings(), judge=later)
+    assert result.verdict == "unstable"
+    assert not hasattr(executor, "asked")
+    assert later.proved(result)

@@ -3,8 +3,10 @@
 from cyclopean.analysis.checking import check
 from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
+from cyclopean.analysis.grown.deferred import Deferred
 from cyclopean.analysis.grown.recheck import CONTINUED, Known, mobile, recheck
 from cyclopean.analysis.posing import PosedModel, pose
+from cyclopean.analysis.proving import Judge
 from cyclopean.analysis.rigid.interior import interior_point
 from cyclopean.analysis.rigid.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
 from cyclopean.analysis.rigid.rbe import Outcome, solve_rbe, tension
@@ -27,7 +29,9 @@ __all__ = [
     "Bounds",
     "Cone",
     "CoupledOutcome",
+    "Deferred",
     "DualAnswer",
+    "Judge",
     "Known",
     "Outcome",
     "PosedModel",

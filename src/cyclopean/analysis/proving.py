@@ -1,5 +1,6 @@
 """From what the solvers claim to a result: write the certificate, have it checked, and only then say the word."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -19,8 +20,9 @@ from cyclopean.assembly import Contacts
 from cyclopean.proof import Report, verify
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["Claim", "coupled_claim", "prove", "rigid_claim", "spread"]
+__all__ = ["Claim", "Judge", "coupled_claim", "prove", "rigid_claim", "spread"]
 
+Judge = Callable[[Any], Report]
 Kind = Literal["rbe-state", "rbe-mechanism", "cra-state", "cra-tree", ""]
 WORDS: dict[str, Word] = {
     "rbe-state": "stable",
@@ -58,7 +60,9 @@ def coupled_claim(outcome: CoupledOutcome) -> Claim:
     return Claim(kind, outcome.f, outcome.dq, outcome.tree, figures, outcome.provenance)
 
 
-def prove(model: PosedModel, settings: Settings, system: EquilibriumSystem, claim: Claim) -> Result:
+def prove(
+    model: PosedModel, settings: Settings, system: EquilibriumSystem, claim: Claim, judge: Judge = verify
+) -> Result:
     """Turn a claim into a result; "stable" and "unstable" only where a certificate has passed the independent checker.
 
     Parameters
@@ -71,6 +75,8 @@ def prove(model: PosedModel, settings: Settings, system: EquilibriumSystem, clai
         Its equilibrium system.
     claim : Claim
         What the solvers found.
+    judge : callable
+        The independent checker, or what stands for it until it has been asked (see `grown.deferred`).
     """
     proof, residuals = _proof(model, settings.bounds(), system, claim)
     certificate = None
@@ -86,7 +92,7 @@ def prove(model: PosedModel, settings: Settings, system: EquilibriumSystem, clai
             claim.kind,
             proof,
         )
-    report = verify(certificate) if certificate is not None else None
+    report = judge(certificate) if certificate is not None else None
     proved = report is not None and report.proved
     word = WORDS[claim.kind] if proved else "undecided"
     force = proof.get("force") if word == "stable" else None

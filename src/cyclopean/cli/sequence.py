@@ -8,6 +8,8 @@ from cyclopean.cli.model_options import Density, Gravity, ModelFile, Mu, Support
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.cli.values import choice, optional_number, vector, whole
+from cyclopean.cli.workers import MOST, beside
+from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["sequence"]
 
 METHODS = ("cra", "rbe")
+MANY = 100  # blocks beyond which checking is worth a process of its own
 
 
 def sequence(
@@ -43,6 +46,10 @@ def sequence(
         typer.Option(metavar="N", help="Props beyond the least possible, up to which all sets are tried [4]."),
     ] = None,
     seconds: Annotated[str | None, typer.Option(metavar="S", help="Time for the search of one stage [10].")] = None,
+    workers: Annotated[
+        str | None,
+        typer.Option(metavar="N", help="Processes; those beyond the first check certificates [2 beyond 100 blocks]."),
+    ] = None,
     json: Annotated[
         str | None, typer.Option(metavar="F|-", help="Write the sequence here too; - prints it and nothing else.")
     ] = None,
@@ -74,9 +81,12 @@ def sequence(
 
     settings = analysis.Settings(**wanted, seconds=SECONDS if budget is None else budget)
     options = {name: value for name, value in chosen.items() if value is not None}
-    with long_work(f"sequencing {model}") as stage:
-        assembly, warnings = io.read_model(model, units)
-        found = build_sequence(assembly, settings, **options, progress=stage)
+    assembly, warnings = io.read_model(model, units)
+    count = whole("--workers", workers) if workers is not None else 2 if len(assembly) > MANY else 1
+    if not 1 <= count <= MOST:
+        raise InputError(f"--workers: {count} is not between 1 and {MOST}")
+    with beside(count - 1) as checkers, long_work(f"sequencing {model}") as stage:
+        found = build_sequence(assembly, settings, **options, progress=stage, executor=checkers)
     for warning in (*warnings, *found.warnings):
         warn(warning)
     graph = dot_text(found)

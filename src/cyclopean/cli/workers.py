@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 from cyclopean.errors import InputError
 
-__all__ = ["workers"]
+__all__ = ["MOST", "beside", "workers"]
 
 MOST = 256
 PATIENCE = "10s"  # for a cluster to answer
@@ -35,14 +35,22 @@ def workers(count: int, cluster: str | None) -> Iterator[Executor | None]:
             raise InputError("--workers: has no say over a cluster; leave it out, or leave out --cluster")
         with _cluster(cluster) as executor:
             yield executor
-    elif count == 1:
-        yield None
     else:
-        import multiprocessing
-        from concurrent.futures import ProcessPoolExecutor
-
-        with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as executor:
+        with beside(count if count > 1 else 0) as executor:
             yield executor
+
+
+@contextmanager
+def beside(count: int) -> Iterator[Executor | None]:
+    """Open so many processes beside this one; None for none."""
+    if not count:
+        yield None
+        return
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as executor:
+        yield executor
 
 
 @contextmanager

@@ -21,13 +21,14 @@ from cyclopean.analysis.grown.inward import inward
 from cyclopean.analysis.grown.region import Region, around, region, way_down
 from cyclopean.analysis.grown.seating import seated
 from cyclopean.analysis.posing import PosedModel
-from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim
+from cyclopean.analysis.proving import Claim, Judge, coupled_claim, prove, rigid_claim
 from cyclopean.analysis.rigid.newton import collapse_bound
 from cyclopean.analysis.rigid.rbe import COLLAPSE, solve_rbe
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.errors import InputError, SolverError
+from cyclopean.proof import verify
 from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
 
 __all__ = ["CONTINUED", "Known", "mobile", "recheck"]
@@ -51,7 +52,7 @@ class Known:
     point: Ints  # (P,) index of each contact point, -1 = taken away
 
 
-def recheck(model: PosedModel, settings: Settings, known: Known | None = None) -> Result:
+def recheck(model: PosedModel, settings: Settings, known: Known | None = None, judge: Judge = verify) -> Result:
     """Decide whether a model stands, with a verified certificate.
 
     Parameters
@@ -62,6 +63,9 @@ def recheck(model: PosedModel, settings: Settings, known: Known | None = None) -
         Method, solver and budget.
     known : Known, optional
         The result of a smaller model, to begin from; what it says is a guess, nothing is taken on trust.
+    judge : callable
+        The independent checker. With a `Deferred` in its place, nothing may be told of the result before that has
+        been asked whether it is proved.
 
     Returns
     -------
@@ -78,9 +82,9 @@ def recheck(model: PosedModel, settings: Settings, known: Known | None = None) -
         _fitting(model, known)
     system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
     if settings.chosen_method() == "rbe":
-        result = prove(model, settings, system, rigid_claim(solve_rbe(system, settings.solver)))
+        result = prove(model, settings, system, rigid_claim(solve_rbe(system, settings.solver)), judge)
     else:
-        result = _coupled(model, settings, system, known)
+        result = _coupled(model, settings, system, known, judge)
     return replace(result, seconds={"total": time.perf_counter() - began})
 
 
@@ -120,20 +124,22 @@ def _fitting(model: PosedModel, known: Known) -> None:
             raise InputError(f"known {name}s: a place that the model, with {most} of them, does not have")
 
 
-def _coupled(model: PosedModel, settings: Settings, system: EquilibriumSystem, known: Known | None) -> Result:
+def _coupled(
+    model: PosedModel, settings: Settings, system: EquilibriumSystem, known: Known | None, judge: Judge
+) -> Result:
     bounds = settings.bounds().unit()
     claim = None if known is None else _continued(model, settings, system, known)
     if claim is not None:
-        result = prove(model, settings, system, claim)
+        result = prove(model, settings, system, claim, judge)
         if result.verdict == "stable":
             return result
     claim = coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes))
-    result = prove(model, settings, system, claim)
+    result = prove(model, settings, system, claim, judge)
     if result.verdict == "undecided" and claim.kind == "cra-state":  # beta_min to the last bit was too little
         more = replace(bounds, beta=bounds.beta * MARGIN)
         again = coupled_claim(solve_cra(system, more, settings.solver, settings.seconds, settings.nodes))
         if again.kind == "cra-state":
-            return prove(model, settings, system, again)
+            return prove(model, settings, system, again, judge)
     return result
 
 

@@ -5,13 +5,15 @@ graph, its layers and its cycles, `blocking` for the way in, `stages` and `props
 """
 
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import CONTINUED, PosedModel, Result, Settings, Word, pose
+from cyclopean.analysis import CONTINUED, Deferred, PosedModel, Result, Settings, Word, pose
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.design.construction.blocking import blockers, insertion, neighbours
@@ -29,11 +31,13 @@ from cyclopean.design.construction.props import EXHAUSTIVE, Props, smallest_prop
 from cyclopean.design.construction.stages import Stage, stage_of, verdict
 from cyclopean.design.construction.yard import Frames, frames_of, yard_places
 from cyclopean.errors import InputError
+from cyclopean.proof import verify
 
 __all__ = ["BuildSequence", "Step", "build_sequence", "dot_text"]
 
 SECONDS = 10.0  # for the coupled search of one stage
 CLEARANCE = 0.1  # m, of approach and retreat
+LAG = 32  # stages whose certificates may wait for the checker: they are kept meanwhile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,6 +102,7 @@ def build_sequence(
     most_props: int = EXHAUSTIVE,
     progress: Callable[[str], None] = lambda _: None,
     watch: Callable[[int, Result], None] = lambda _, __: None,
+    executor: Executor | None = None,
 ) -> BuildSequence:
     """Find the order in which a structure is built, and check every stage of it.
 
@@ -117,6 +122,8 @@ def build_sequence(
         Is told what begins.
     watch : callable
         Is given the number of each stage (from 0) and its verdict without props, certificate included.
+    executor : Executor, optional
+        Checks the certificates of stages while the next ones are looked at; this process where not given.
 
     Returns
     -------
@@ -137,7 +144,8 @@ def build_sequence(
     plan = _planned(whole, lean, clearance)
     ordered = time.perf_counter()
     steps = []
-    for number, (alone, props) in enumerate(_staged(whole, settings, plan.order, most_props, progress)):
+    stages = _Stages(whole, settings, plan.order, most_props, progress)
+    for number, (alone, props) in enumerate(stages.run(executor)):
         watch(number, alone)
         steps.append(_step(plan, number, alone, props))
     done = time.perf_counter()
@@ -201,27 +209,60 @@ def _planned(whole: PosedModel, lean: float, clearance: float) -> _Plan:
     return plan
 
 
-def _staged(
-    whole: PosedModel, settings: Settings, order: Sequence[int], most: int, progress: Callable[[str], None]
-) -> Iterator[tuple[Result, Props | None]]:
-    """The verdict of every stage, and props where it does not stand by itself."""
-    standing = whole.fixed.copy()
-    before: tuple[Stage, Result] | None = None
-    propped: tuple[Stage, Props] | None = None
-    for number, block in enumerate(order):
-        progress(f"stage {number + 1} of {len(order)}")
-        standing[block] = True
-        stage = stage_of(whole, standing)
-        alone = verdict(stage, settings, before)
-        props = None
-        if alone.verdict != "stable":
-            progress(f"stage {number + 1} of {len(order)}: props")
-            held = () if propped is None else propped[1].blocks
-            latest = [i for i in reversed(order[: number + 1]) if i not in held]
-            props = smallest_props(stage, alone, settings, [*held, *latest], most, propped)
-        propped = None if props is None else (stage, props)
-        before = (stage, alone) if alone.verdict == "stable" else None
-        yield alone, props
+Judged = tuple[Result, Props | None]  # without props, and with them where it does not stand by itself
+
+
+class _Stages:
+    """The verdict of every stage, one after the other."""
+
+    def __init__(
+        self, whole: PosedModel, settings: Settings, order: Sequence[int], most: int, progress: Callable[[str], None]
+    ) -> None:
+        self.whole, self.settings, self.order, self.most, self.progress = whole, settings, order, most, progress
+
+    def run(self, executor: Executor | None) -> Iterator[Judged]:
+        """Verdicts that have all passed the checker, in order."""
+        later = None if executor is None else Deferred(executor)
+        waiting: deque[tuple[int, Judged]] = deque()
+        for number, found in enumerate(self._found(later)):
+            waiting.append((number, found))
+            if len(waiting) > LAG:
+                yield self._proved(later, *waiting.popleft())
+        while waiting:
+            yield self._proved(later, *waiting.popleft())
+
+    def _found(self, later: Deferred | None) -> Iterator[Judged]:
+        before: tuple[Stage, Result] | None = None
+        propped: tuple[Stage, Props] | None = None
+        for number in range(len(self.order)):
+            self.progress(f"stage {number + 1} of {len(self.order)}")
+            stage = self._stage(number)
+            alone = verdict(stage, self.settings, before, verify if later is None else later)
+            props = self._props(stage, number, alone, propped)
+            propped = None if props is None else (stage, props)
+            before = (stage, alone) if alone.verdict == "stable" else None
+            yield alone, props
+
+    def _proved(self, later: Deferred | None, number: int, found: Judged) -> Judged:
+        """What was found, if the checker says so; else the stage is looked at again from nothing."""
+        if later is None or later.proved(found[0]):
+            return found
+        stage = self._stage(number)
+        alone = verdict(stage, self.settings)
+        return alone, self._props(stage, number, alone, None)
+
+    def _stage(self, number: int) -> Stage:
+        standing = self.whole.fixed.copy()
+        standing[list(self.order[: number + 1])] = True
+        return stage_of(self.whole, standing)
+
+    def _props(self, stage: Stage, number: int, alone: Result, propped: tuple[Stage, Props] | None) -> Props | None:
+        if alone.verdict == "stable":
+            return None
+        self.progress(f"stage {number + 1} of {len(self.order)}: props")
+        held = () if propped is None else propped[1].blocks
+        latest = [i for i in reversed(self.order[: number + 1]) if i not in held]
+        return smallest_props(stage, alone, self.settings, [*held, *latest], self.most, propped)
 
 
 def _step(plan: _Plan, number: int, alone: Result, props: Props | None) -> Step:

@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.analysis import Known, PosedModel, Result, Settings, mobile, recheck
+from cyclopean.analysis import Judge, Known, PosedModel, Result, Settings, mobile, recheck
 from cyclopean.arrays import Bools, Ints
 from cyclopean.assembly import Assembly, Contacts, Load
+from cyclopean.proof import verify
 
 __all__ = ["Stage", "moving", "stage_of", "verdict", "with_props"]
 
@@ -72,7 +73,9 @@ def with_props(stage: Stage, props: Sequence[int]) -> Stage:
     return replace(stage, model=replace(stage.model, fixed=fixed, idle=idle, tolerance=tolerance))
 
 
-def verdict(stage: Stage, settings: Settings, before: tuple[Stage, Result] | None = None) -> Result:
+def verdict(
+    stage: Stage, settings: Settings, before: tuple[Stage, Result] | None = None, judge: Judge = verify
+) -> Result:
     """Decide whether a stage stands, with a verified certificate.
 
     Parameters
@@ -83,12 +86,14 @@ def verdict(stage: Stage, settings: Settings, before: tuple[Stage, Result] | Non
         Method, solver and budget.
     before : Stage and Result, optional
         Another stage and its verdict, to begin from.
+    judge : callable
+        As for `recheck`.
     """
     if before is None:
-        return recheck(stage.model, settings)
+        return recheck(stage.model, settings, judge=judge)
     earlier, result = before
     block, point = _places(stage.block, earlier.block), _places(stage.point, earlier.point)
-    return recheck(stage.model, settings, Known(result, block, point))
+    return recheck(stage.model, settings, Known(result, block, point), judge)
 
 
 def moving(stage: Stage, settings: Settings) -> Ints | None:
