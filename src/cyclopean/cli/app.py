@@ -17,6 +17,7 @@ from cyclopean.cli.info import info
 from cyclopean.cli.match import match
 from cyclopean.cli.plain import PlainCommand, PlainGroup
 from cyclopean.cli.sequence import sequence
+from cyclopean.cli.settle import settle
 from cyclopean.cli.terminal import ClosedPipeError, complain, say
 from cyclopean.errors import CyclopeanError, InputError, SolverError
 
@@ -50,7 +51,7 @@ def start(
     return 0
 
 
-for command in (demo, check, files.verify, info, files.convert, sequence, match, carve, ashlar, pack):
+for command in (demo, check, files.verify, info, files.convert, sequence, match, carve, ashlar, pack, settle):
     app.command(cls=PlainCommand)(command)
 app.add_typer(make.commands, name="make")
 

@@ -1,0 +1,59 @@
+"""Rubble walls: look-ahead against input order, and how long it takes.
+
+Run `python bench/settle.py [--stones DIR] [--only scans,200,1000] [--look-ahead 8] [--detail 2] [--chinking]`.
+
+Inventories: real scans (`--stones` or CYCLOPEAN_STONES names their folder), and 200 and 1,000 stones of the synthetic
+quarry. For each, one line with a look-ahead and one in the order of the inventory: stones laid, the share of them that
+sit (centre of mass inside the hull of the contacts), void between the faces and below the stones' own tops, height,
+seconds, and the largest volume that two blocks share, by exact solids, over that of the smaller one.
+
+One thread: set OMP_NUM_THREADS=1 before.
+"""
+
+import argparse
+import os
+from pathlib import Path
+from time import perf_counter, process_time
+
+from cyclopean.design.laying.settle import SettleSettings, largest_overlap, settle
+from cyclopean.design.stones.inventory import Inventory
+from cyclopean.design.stones.quarry import quarry
+from cyclopean.io.stones import read_stones
+
+HEAD = f"{'stones':>8} {'ahead':>5} {'laid':>5} {'sit':>6} {'void':>6} {'hollow':>6} {'height':>7}"
+
+
+def inventory(name: str, folder: str | None, detail: int) -> Inventory | None:
+    """Stones by name: a number of the quarry's, or the scans; None where there are none."""
+    if name != "scans":
+        return Inventory(quarry(int(name), 0, detail=detail))
+    return read_stones(Path(folder), "m")[0] if folder else None
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--stones", default=os.environ.get("CYCLOPEAN_STONES"))
+    parser.add_argument("--only", default="scans,200,1000")
+    parser.add_argument("--look-ahead", type=int, default=8)
+    parser.add_argument("--detail", type=int, default=2)
+    parser.add_argument("--chinking", action="store_true")
+    asked = parser.parse_args()
+    print(f"{HEAD} {'seconds':>8} {'of one core':>11} {'overlap':>8}")
+    for name in asked.only.split(","):
+        stones = inventory(name, asked.stones, asked.detail)
+        if stones is None:
+            continue
+        for ahead in (asked.look_ahead, 0):
+            began, worked = perf_counter(), process_time()
+            wall = settle(stones, SettleSettings(look_ahead=ahead, chinking=asked.chinking))
+            seconds, core = perf_counter() - began, process_time() - worked
+            m = wall.measures
+            print(
+                f"{name:>8} {ahead:5d} {len(wall.laid):5d} {m.stable:6.1%} {m.void:6.1%} {m.hollow:6.1%}"
+                f" {m.height:6.2f}m {seconds:8.1f} {core:11.1f} {largest_overlap(wall.assembly)[0]:8.1e}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,374 @@
+"""Contacts of rough meshes: where two surfaces come within a band of each other, as few flat polygons.
+
+Scanned stones share no plane. Two of their triangles touch where they face each other and the gap between them, along
+the mean of their normals, is at most the band: that part of them is cut out exactly, a convex polygon. Those of two
+blocks are gathered, by their normals and by the plane on which they lie, into patches; a patch becomes one contact:
+
+    plane     through the middle of the touching area, normal to its mean normal
+    outline   convex hull of the touching area in that plane, cut down to eight of its corners
+    misfit    how far the surfaces leave the plane within the patch, at most
+
+**Why the hull is sound.** Both blocks are rigid and touch at every corner kept, so that each of those points can carry
+a force; and whatever pressures act between, their resultant lies within the hull of the touching points and is that of
+forces at its corners, in the same friction cones. Hollows inside the hull change nothing.
+
+**What a proof asks for.** The certificate checker wants every point of a contact within its tolerance of a face of
+either block that looks along the contact's normal, 18 degrees apart at most. So only triangles that face each other to
+within 34 degrees are gathered, and the normal is one from which each of them leans by no more than 17. A corner or an
+edge of a block that stands on another with all its faces steeper than that touches in no plane that can be proved: it
+is listed, with contact -1, and carries nothing. A touching area narrower than the band (a point, or a line) is widened
+to a triangle or strip as wide as the band, in the plane of the faces that touch there: a moment arm of half a band, a
+millimetre or so, that is not there.
+
+By hand: of two unit cubes, one shifted along x by 0.5 on top of the other, touch 0.5 m2, misfit 0.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.assembly.blocks import Assembly
+from cyclopean.assembly.contacts import Contacts
+from cyclopean.errors import InputError
+from cyclopean.geometry import box_pairs, frames_from_normals, triangles
+from cyclopean.geometry.box_join import meeting_boxes
+
+__all__ = ["Patch", "rough_contacts"]
+
+BAND = 0.005  # of the cube root of the median block's volume: 2 mm for stones of 0.4 m
+ALIGNED = 0.955  # least cosine between a contact's normal and those of the faces it lies on; the checker has 0.95
+FACING = 2.0 * ALIGNED**2 - 1.0  # of two faces that can share such a normal
+CORNERS = 8  # of a contact, at most
+LEAN = 0.002  # share of the area for which a corner is not worth keeping
+NARROW = 0.2  # bands; what is narrower is a line or a point
+SPECK = 1e-9  # of the band squared: area below which two triangles only graze each other
+SEEDS = 24  # largest parts that are tried as the beginning of a patch
+TURNS = 3  # rounds in which a patch settles on its normal
+BATCH = 1 << 18  # pairs of triangles cut at a time
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """What is known of one contact of rough surfaces, beside its polygon."""
+
+    contact: int  # index into the contacts; -1 = surfaces that meet in a corner or edge, which no contact can stand for
+    a: int  # blocks, a < b
+    b: int
+    kind: str  # "face", "narrow" = widened to the band, "edge" = no contact
+    normal: Floats  # (3,) from a into b
+    area: float  # m2 of the polygon
+    touching: float  # m2 of the surfaces that lie within the band of each other, as seen along the normal
+    misfit: float  # m: farthest that either surface leaves the plane within the patch
+    gap: float  # m: mean distance of the two surfaces, negative where they run into each other
+
+
+def rough_contacts(
+    assembly: Assembly, band: float | None = None, pairs: Sequence[tuple[int, int]] | None = None
+) -> tuple[Contacts, tuple[Patch, ...]]:
+    """Find contacts of blocks whose surfaces are not flat.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks as closed meshes; its own `contacts` are not looked at.
+    band : float, optional
+        Gap (m) up to which surfaces count as touching; default 0.005 of the size of the median block.
+    pairs : sequence of (int, int), optional
+        Blocks to look at; default all.
+
+    Returns
+    -------
+    contacts : Contacts
+        Sorted by a, then b, then by area, largest first; a < b; mu NaN.
+    patches : tuple of Patch
+        One for every contact, in the same order; then those that cannot be contacts.
+
+    Raises
+    ------
+    InputError
+        A band that is not a positive number, or a pair of blocks that is none.
+    """
+    width = _band(assembly, band)
+    mesh = assembly.mesh
+    corner, face = triangles(mesh)
+    p = mesh.vertex[corner]
+    double = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    length = np.linalg.norm(double, axis=1)
+    unit = double / np.where(length > 0.0, length, 1.0)[:, None]
+    body = mesh.face_body[face]
+    surface = _Surface(p, unit, p.min(axis=1), p.max(axis=1), np.searchsorted(body, np.arange(len(assembly) + 1)))
+    found: list[tuple[_Part, int, int]] = []
+    for a, b in _pairs(assembly, surface, width, pairs):
+        found += [(part, a, b) for part in _patches(surface, a, b, width)]
+    held = [entry for entry in found if len(entry[0].polygon)]
+    rest = [entry for entry in found if not len(entry[0].polygon)]
+    contacts = Contacts.of([(a, b) for _, a, b in held], [part.polygon for part, _, _ in held])
+    area = contacts.area
+    facts = [_fact(part, k, a, b, float(area[k])) for k, (part, a, b) in enumerate(held)]
+    facts += [_fact(part, -1, a, b, 0.0) for part, a, b in rest]
+    return contacts, tuple(facts)
+
+
+def _band(assembly: Assembly, band: float | None) -> float:
+    """The band (m), given or by default."""
+    if band is None:
+        size = np.cbrt(np.abs(assembly.mass.volume))
+        return BAND * float(np.sort(size)[(len(size) - 1) // 2]) if len(size) else 1.0
+    if not 0.0 < band < np.inf:
+        raise InputError(f"band: {band:g} m must be a positive number of metres")
+    return float(band)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Surface:
+    """All triangles, those of block k in rows start[k]:start[k + 1]."""
+
+    corner: Floats  # (t, 3, 3)
+    normal: Floats  # (t, 3) unit
+    low: Floats  # (t, 3)
+    high: Floats  # (t, 3)
+    start: Ints  # (n + 1,)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Part:
+    """A patch on its way; the polygon is empty where no contact can stand for it."""
+
+    polygon: Floats  # (k, 3)
+    kind: str
+    normal: Floats
+    touching: float
+    misfit: float
+    gap: float
+
+
+def _fact(part: _Part, contact: int, a: int, b: int, area: float) -> Patch:
+    return Patch(contact, a, b, part.kind, part.normal, area, part.touching, part.misfit, part.gap)
+
+
+def _pairs(
+    assembly: Assembly, surface: _Surface, band: float, pairs: Sequence[tuple[int, int]] | None
+) -> list[tuple[int, int]]:
+    """Blocks a < b that may touch, in order."""
+    count = len(assembly)
+    if pairs is not None:
+        chosen = {(min(int(a), int(b)), max(int(a), int(b))) for a, b in pairs}
+        for a, b in sorted(chosen):
+            if not (0 <= a < count and b < count) or a == b:
+                raise InputError(f"pairs: ({a}, {b}) does not name two of the blocks 0..{count - 1}")
+        return sorted(chosen)
+    if count < 2:
+        return []
+    held = np.diff(surface.start) > 0
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    low[held] = np.minimum.reduceat(surface.low, surface.start[:-1][held], axis=0)
+    high[held] = np.maximum.reduceat(surface.high, surface.start[:-1][held], axis=0)
+    i, j = box_pairs(low, high, band)
+    return list(zip(i.tolist(), j.tolist(), strict=True))
+
+
+def _patches(surface: _Surface, a: int, b: int, band: float) -> list[_Part]:
+    """Patches of two blocks, largest first."""
+    here, there = surface.start[a], surface.start[b]
+    rows_a, rows_b = slice(here, surface.start[a + 1]), slice(there, surface.start[b + 1])
+    i, j = meeting_boxes(surface.low[rows_a], surface.high[rows_a], surface.low[rows_b], surface.high[rows_b], band)
+    i, j = i + here, j + there
+    opposed = -np.einsum("ki,ki->k", surface.normal[i], surface.normal[j])
+    facing = opposed >= FACING
+    pieces = _pieces(surface, i[facing], j[facing], band)
+    parts: list[_Part] = []
+    left = np.ones(len(pieces.area), bool)
+    while left.any():
+        members, normal = _largest(pieces, left, band)
+        parts.append(_part(pieces, members, normal, band))
+        left[members] = False
+    parts.sort(key=lambda part: -part.touching)
+    return parts or _steep(surface, i[~facing & (opposed > 0.0)], j[~facing & (opposed > 0.0)], band)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pieces:
+    """Where pairs of triangles lie within the band of each other: convex polygons with up to m corners (k of them)."""
+
+    point: Floats  # (k, m, 3) halfway between the two; unused rows repeat the first
+    gap: Floats  # (k, m)
+    area: Floats  # (k,)
+    middle: Floats  # (k, 3) mean of the corners
+    normal: Floats  # (k, 3) mean normal, from a into b
+    normal_a: Floats  # (k, 3)
+    normal_b: Floats  # (k, 3)
+
+
+def _pieces(surface: _Surface, i: Ints, j: Ints, band: float) -> _Pieces:
+    """Cut the parts of triangles i and j out that lie within the band of each other."""
+    batches = [_cut(surface, i[k : k + BATCH], j[k : k + BATCH], band) for k in range(0, max(len(i), 1), BATCH)]
+    return _Pieces(*(np.concatenate([getattr(part, name) for part in batches]) for name in _Pieces.__slots__))
+
+
+def _cut(surface: _Surface, i: Ints, j: Ints, band: float) -> _Pieces:
+    """Triangle i, seen along the mean normal, clipped by the sides of triangle j and by gaps of -band and band."""
+    normal_a, normal_b = surface.normal[i], surface.normal[j]
+    mean = normal_a - normal_b
+    frame = frames_from_normals(mean / np.linalg.norm(mean, axis=1)[:, None])
+    origin = surface.corner[i, 0]
+    one = np.einsum("kci,kfi->kcf", surface.corner[i] - origin[:, None], frame)
+    two = np.einsum("kci,kfi->kcf", surface.corner[j] - origin[:, None], frame)[:, [0, 2, 1]]
+    ring, count = _padded(one[:, :, 1:], 8), np.full(len(i), 3)
+    for c in range(3):
+        start, run = two[:, c, 1:], two[:, (c + 1) % 3, 1:] - two[:, c, 1:]
+        inward = np.stack([-run[:, 1], run[:, 0]], 1)
+        ring, count = _clipped(ring, count, inward, -np.einsum("ki,ki->k", inward, start))
+    lean_a, rise_a = _height(normal_a, frame, one[:, 0])
+    lean_b, rise_b = _height(normal_b, frame, two[:, 0])
+    for sign in (1.0, -1.0):
+        ring, count = _clipped(ring, count, sign * (lean_b - lean_a), band + sign * (rise_b - rise_a))
+    area = _area(ring)
+    kept = np.flatnonzero((count >= 3) & (area > SPECK * band * band))
+    ring, count, frame, origin = ring[kept], count[kept], frame[kept], origin[kept]
+    below = np.einsum("kmi,ki->km", ring, lean_a[kept]) + rise_a[kept, None]
+    above = np.einsum("kmi,ki->km", ring, lean_b[kept]) + rise_b[kept, None]
+    local = np.concatenate([((below + above) / 2.0)[:, :, None], ring], axis=2)
+    point = np.einsum("kmf,kfi->kmi", local, frame) + origin[:, None]
+    used = np.arange(ring.shape[1])[None, :] < count[:, None]
+    middle = np.where(used[:, :, None], point, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
+    return _Pieces(point, above - below, area[kept], middle, frame[:, 0], normal_a[kept], normal_b[kept])
+
+
+def _height(normal: Floats, frame: Floats, point: Floats) -> tuple[Floats, Floats]:
+    """A plane in the frame as height = lean . (u, v) + rise: (k, 2) and (k,)."""
+    local = np.einsum("ki,kfi->kf", normal, frame)
+    lean = -local[:, 1:] / local[:, :1]
+    return lean, point[:, 0] - np.einsum("ki,ki->k", lean, point[:, 1:])
+
+
+def _padded(ring: Floats, width: int) -> Floats:
+    """(k, width, 2): the first corner again in unused rows, so that they add no area."""
+    return np.concatenate([ring, np.repeat(ring[:, :1], width - ring.shape[1], axis=1)], axis=1)
+
+
+def _clipped(ring: Floats, count: Ints, inward: Floats, offset: Floats) -> tuple[Floats, Ints]:
+    """Convex polygons (k, m, 2) cut to inward . x + offset >= 0 (Sutherland and Hodgman 1974), all at once."""
+    k, m = ring.shape[:2]
+    used = np.arange(m)[None, :] < count[:, None]
+    following = np.where(np.arange(m)[None, :] + 1 < count[:, None], np.arange(m)[None, :] + 1, 0)
+    height = np.einsum("kmi,ki->km", ring, inward) + offset[:, None]
+    later = np.take_along_axis(height, following, axis=1)
+    to = np.take_along_axis(ring, following[:, :, None], axis=1)
+    crosses = used & ((height >= 0.0) != (later >= 0.0))
+    share = height / np.where(crosses, height - later, 1.0)
+    out = np.stack([ring, ring + share[:, :, None] * (to - ring)], axis=2).reshape(k, 2 * m, 2)
+    keep = np.stack([used & (height >= 0.0), crosses], axis=2).reshape(k, 2 * m)
+    order = np.argsort(~keep, axis=1, kind="stable")[:, :m]
+    kept = np.take_along_axis(keep, order, axis=1)
+    out = np.take_along_axis(out, order[:, :, None], axis=1)
+    return np.where(kept[:, :, None], out, out[:, :1]), keep.sum(axis=1)
+
+
+def _area(ring: Floats) -> Floats:
+    """(k,) area of polygons."""
+    x, y = ring[:, :, 0] - ring[:, :1, 0], ring[:, :, 1] - ring[:, :1, 1]
+    return np.asarray((x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1) / 2.0)
+
+
+def _largest(pieces: _Pieces, left: Bools, band: float) -> tuple[Ints, Floats]:
+    """Members and normal of the patch of most area among the pieces that are left."""
+    rows = np.flatnonzero(left)
+    best: tuple[float, Ints, Floats] = (-1.0, rows[:0], np.zeros(3))
+    for seed in rows[np.argsort(-pieces.area[rows], kind="stable")[:SEEDS]]:
+        normal, middle = pieces.normal[seed], pieces.middle[seed]
+        members = _members(pieces, rows, normal, middle, band)
+        for _ in range(TURNS):
+            weight = pieces.area[members]
+            mean = weight @ pieces.normal[members]
+            mean /= np.linalg.norm(mean)
+            grown = _members(pieces, rows, mean, weight @ pieces.middle[members] / weight.sum(), band)
+            if pieces.area[grown].sum() < weight.sum():
+                break
+            members, normal = grown, mean
+        total = float(pieces.area[members].sum())
+        if total > best[0]:
+            best = (total, members, normal)
+        if len(members) == len(rows):
+            break
+    return best[1], best[2]
+
+
+def _members(pieces: _Pieces, rows: Ints, normal: Floats, middle: Floats, band: float) -> Ints:
+    """Pieces whose faces look along the normal, and all of whose corners lie within the band of the plane."""
+    along = (pieces.normal_a[rows] @ normal >= ALIGNED) & (-pieces.normal_b[rows] @ normal >= ALIGNED)
+    near = rows[along]
+    off = np.abs((pieces.point[near] - middle) @ normal).max(axis=1, initial=0.0)
+    return np.asarray(near[off <= band])
+
+
+def _part(pieces: _Pieces, members: Ints, normal: Floats, band: float) -> _Part:
+    """The contact polygon of a patch, and its facts."""
+    weight = pieces.area[members]
+    middle = weight @ pieces.middle[members] / weight.sum()
+    frame = frames_from_normals(normal[None])[0]
+    local = (pieces.point[members].reshape(-1, 3) - middle) @ frame.T
+    gap = pieces.gap[members].reshape(-1)
+    outline, widened = _outline(local[:, 1:], band)
+    misfit = float((np.abs(local[:, 0]) + np.abs(gap) / 2.0).max())
+    slope = np.einsum("ki,i->k", pieces.normal[members], normal)
+    mean = float(weight @ pieces.gap[members].mean(axis=1) / weight.sum())
+    polygon = middle + outline @ frame[1:]
+    kind = "narrow" if widened else "face"
+    return _Part(polygon, kind, normal, float(weight @ slope), misfit, mean)
+
+
+def _outline(xy: Floats, band: float) -> tuple[Floats, bool]:
+    """Hull (k, 2) of points in a plane, counter-clockwise, with few corners and not too narrow; whether widened."""
+    _, vector = np.linalg.eigh(np.cov(xy.T))
+    turned = xy @ vector[:, ::-1]  # longest first
+    extent = np.ptp(turned, axis=0)
+    widened = bool(extent[1] < NARROW * band)
+    if widened:
+        centre = (turned.max(axis=0) + turned.min(axis=0)) / 2.0
+        if extent[0] < band:
+            corner = band / np.sqrt(3.0) * np.exp(2j * np.pi * np.arange(3) / 3.0)  # sides as long as the band
+            turned = centre + np.stack([corner.real, corner.imag], 1)
+        else:
+            half = np.array([extent[0], band]) / 2.0
+            turned = centre + half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        xy = turned @ vector[:, ::-1].T
+    return _reduced(_hull(xy)), widened
+
+
+def _hull(xy: Floats) -> Floats:
+    """Corners of the convex hull, counter-clockwise."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(xy[ConvexHull(xy).vertices])
+
+
+def _reduced(ring: Floats) -> Floats:
+    """Leave out corners of a convex ring, the one that costs least area first, until what is left is worth keeping."""
+    ring = ring.copy()
+    x, y = ring.T
+    whole = float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))  # twice the area
+    while len(ring) > 3:
+        back, on = np.roll(ring, 1, axis=0) - ring, np.roll(ring, -1, axis=0) - ring
+        loss = np.abs(back[:, 0] * on[:, 1] - back[:, 1] * on[:, 0])
+        k = int(np.argmin(loss))
+        if len(ring) <= CORNERS and not loss[k] <= LEAN * whole:
+            break
+        ring = np.delete(ring, k, axis=0)
+    return ring
+
+
+def _steep(surface: _Surface, i: Ints, j: Ints, band: float) -> list[_Part]:
+    """One entry for blocks that touch with steep faces only, in a corner or along an edge; none where they do not."""
+    if not len(i):
+        return []
+    pieces = _pieces(surface, i, j, band)
+    if not len(pieces.area):
+        return []
+    mean = pieces.area @ pieces.normal
+    length = float(np.linalg.norm(mean))
+    normal = mean / length if length > 0.0 else pieces.normal[0]
+    off = float((np.abs((pieces.point - pieces.middle.mean(axis=0)) @ normal) + np.abs(pieces.gap) / 2.0).max())
+    gap = float(pieces.area @ pieces.gap.mean(axis=1) / pieces.area.sum())
+    return [_Part(np.zeros((0, 3)), "edge", normal, float(pieces.area.sum()), off, gap)]

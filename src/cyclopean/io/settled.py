@@ -1,0 +1,68 @@
+"""A settled rubble wall as JSON: `cyclopean.settle/1`."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from cyclopean import __version__
+
+if TYPE_CHECKING:
+    from cyclopean.design.laying.settle import RubbleWall
+    from cyclopean.design.stones.inventory import Inventory
+
+__all__ = ["SCHEMA", "settled_dict"]
+
+SCHEMA = "cyclopean.settle/1"
+WYTHES = ("front", "rear", "hearting")
+
+
+def settled_dict(
+    wall: "RubbleWall", inventory: "Inventory", *, stones_path: str, model_path: str, units: str | None = None
+) -> dict[str, Any]:
+    """Return where each stone lies as plain lists, numbers and text, ready for JSON.
+
+    Parameters
+    ----------
+    wall : RubbleWall
+        Of stones of this inventory.
+    inventory : Inventory
+        What it was laid of.
+    stones_path, model_path : str
+        Where stones and model lie: absolute, or relative to the folder of this file.
+    units : str, optional
+        Units the stones were read in, where the command said so.
+    """
+    stones = inventory.stones
+    return {
+        "schema": SCHEMA,
+        "stones": stones_path,
+        "model": model_path,
+        "units": units,
+        "placements": [
+            {
+                "stone": stones[laid.stone].id,
+                "transform": laid.transform.tolist(),
+                "course": laid.course,
+                "wythe": WYTHES[laid.wythe],
+                "margin": laid.margin if laid.margin > -1e300 else None,  # None: nothing bears it
+                "stable": laid.stable,
+                "support": laid.support,
+            }
+            for laid in wall.laid
+        ],
+        "left_over": [stones[k].id for k in wall.left_over.tolist()],
+        "wedges": wall.wedges,
+        "contacts": _contacts(wall),
+        "measures": asdict(wall.measures),
+        "settings": asdict(wall.settings),
+        "provenance": {"cyclopean": __version__},
+    }
+
+
+def _contacts(wall: "RubbleWall") -> list[Mapping[str, Any]]:
+    """Patches by the ids of their blocks."""
+    ids = [block.id for block in wall.assembly.blocks]
+    return [
+        {"a": ids[p.a], "b": ids[p.b], "kind": p.kind, "area": p.area, "touching": p.touching, "misfit": p.misfit}
+        for p in wall.patches
+    ]

@@ -1,0 +1,93 @@
+"""`settle`."""
+
+import json
+
+import numpy as np
+import pytest
+
+from cyclopean.io import read_model
+
+QUICK = ("--yaws", 2, "--look-ahead", 2)
+
+
+@pytest.fixture
+def quarry(run):
+    assert run("make", "stones", "--count", 4, "--detail", 1, "--out", "q.json")[0] == 0
+    return "q.json"
+
+
+def test_a_wall_its_figures_and_its_picture(run, quarry, tmp_path):
+    status, out, err = run(
+        "settle", quarry, "--out", "w.json", "--json", "s.json", "--svg", "w.svg", "--length", 2, *QUICK
+    )
+    assert (status, err) == (0, "")
+    assert out.startswith("settled 4 of 4 stones in ")
+    assert "2.00 m long" in out
+    assert out.endswith("written   w.json, s.json, w.svg\n")
+    model, _ = read_model("w.json")
+    data = json.loads((tmp_path / "s.json").read_text())
+    assert data["schema"] == "cyclopean.settle/1"
+    assert (data["stones"], data["model"]) == (quarry, "w.json")
+    stones, _ = read_model(quarry)
+    found = {block.id: block for block in stones.blocks}
+    for row, block in zip(data["placements"], model.blocks[1:], strict=True):
+        matrix = np.array(row["transform"])
+        assert row["stone"] == block.id
+        assert block.vertices == pytest.approx(found[block.id].vertices @ matrix[:3, :3].T + matrix[:3, 3], abs=1e-9)
+        assert row["stable"] == (row["margin"] > 0.0)
+        assert row["wythe"] == "front"
+    assert data["measures"]["length"] == 2.0
+    assert data["settings"]["weights"]["height"] == 0.2
+    assert model.contacts is not None
+    assert sum(c["kind"] != "edge" for c in data["contacts"]) == len(model.contacts)
+    assert (tmp_path / "w.svg").read_text().count("<title>stone-") == 4
+
+
+def test_the_wall_can_be_checked(run, quarry):
+    assert run("settle", quarry, "--out", "w.json", "--length", 4, "--chinking", *QUICK)[0] == 0
+    status, out, _ = run("check", "w.json", "--method", "rbe")
+    assert status in (0, 1, 3)
+    assert "rubble wall: " in out
+
+
+def test_json_to_standard_output_is_all_that_is_printed(run, quarry):
+    status, out, _ = run(
+        "settle", quarry, "--out", "w.json", "--json", "-", "--weights", "void=2,height=0", "--wythes", 2, *QUICK
+    )
+    assert status == 0
+    data = json.loads(out)
+    assert data["settings"]["weights"] == {
+        "support": 2.0, "centre": 2.0, "void": 2.0, "height": 0.0, "bond": 0.5, "face": 0.5,
+    }  # fmt: skip
+    assert data["settings"]["wythes"] == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--length", "0"), "--length: 0 is not more than 0"),
+        (("--length", "x"), "--length: 'x' is not a number"),
+        (("--wythes", "3"), "--wythes: '3' is not one of 1, 2"),
+        (("--look-ahead", "-1"), "--look-ahead: expected a whole number of at least 0, got -1"),
+        (("--yaws", "0"), "--yaws: expected a whole number of at least 1, got 0"),
+        (("--margin", "-1"), "--margin: must not be negative, got -1"),
+        (("--weights", "voids=1"), "--weights: 'voids=1' should be NAME=W with one of support, centre"),
+        (("--weights", "void=1,void=2"), "--weights: 'void' stands twice"),
+        (("--weights", "void=-1"), "--weights void: -1 is less than 0"),
+        (("--cell", "1e-5"), "--cell: 1e-05 m makes a map of more than"),
+        (("--length", "0.1", "--thickness", "0.1"), "none of 4 stones fits into a wall 0.1 m long"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(run, quarry, tmp_path, options, message):
+    status, out, err = run("settle", quarry, "--out", "w.json", *options)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "w.json").exists()
+
+
+def test_files_that_will_not_do(run, quarry):
+    assert "unknown ending; use .json" in run("settle", quarry, "--out", "w.obj")[2]
+    assert "this is the input file" in run("settle", quarry, "--out", quarry)[2]
+    assert run("settle", "nothing", "--out", "w.json")[0] == 2
+    assert run("settle", quarry, "--out", "no/w.json")[0] == 2
