@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from cyclopean.analysis import quadratic_cones as q3
 from cyclopean.analysis.coupled.at_scale import Plan, _Search, solve_at_scale
 from cyclopean.analysis.coupled.block_newton import BlockNewton, Doubled
-from cyclopean.analysis.coupled.central_path import follow_path
+from cyclopean.analysis.coupled.central_path import _Kinds, _settled, follow_path
 from cyclopean.analysis.coupled.polish import Sets
 from cyclopean.analysis.coupled.proximal import Prices, prox, prox_jacobian, proximal_newton
 from cyclopean.analysis.coupled.sliding import SlidingProgram
@@ -284,6 +284,19 @@ def test_a_path_claims_nothing_of_a_model_that_falls(seed: int) -> None:
     end = follow_path(system, Doubled(Schur(system)), BOUNDS, f, dq)
     assert not end.residuals.accepted
     assert end.residuals == measure(system, BOUNDS, end.f, end.dq)
+
+
+def test_what_is_settled_on_a_path_by_hand() -> None:
+    """Much force and no gap: shut. Much gap and next to no force: free, without force. All others go on."""
+    f = np.zeros((4, 3))
+    f[:, 0], gap = (1.0, 1e-3, 1e-9, 1e-5), np.array([1e-7, 1e-7, 0.1, 20.0])
+    yes, no = np.ones(4, bool), np.zeros(4, bool)
+    kinds, left = _settled(_Kinds(yes, no, no, no), f, gap)
+    assert kinds.shut.tolist() == [True, False, False, False]
+    assert kinds.free.tolist() == [False, False, True, False]
+    assert kinds.pairs.tolist() == [False, True, False, True]
+    assert kinds.rubs.tolist() == [True, True, False, True]
+    assert left[:, 0].tolist() == [1.0, 1e-3, 0.0, 1e-5]
 
 
 def test_a_path_starts_only_where_everything_has_room() -> None:

@@ -144,7 +144,7 @@ def solve_at_scale(
             progress(f"stiffening friction, round {number + 1}")
             try:
                 done = search.round()
-            except SolverError as fault:
+            except (SolverError, np.linalg.LinAlgError) as fault:  # the next plan may go another way
                 why = str(fault)
                 break
             if done or search.elapsed > seconds:

@@ -15,7 +15,9 @@ central, in the metric H and the slope b of the barrier
 where fn and s also pay a little, so that nothing grows without need. So nobody has to know which points press, which
 are let go and which would be at their bound: fn and g stay positive, and one of the two vanishes. Points that press
 without sliding keep a trace of friction that vanishes with nu, and those that are let go lose theirs on the way.
-At the end the sets are plain, and the same steps on fixed sets (g = 0 where points press) reach rounding.
+Friction of little force that stands in the way of a step is let go. Below nu = 1e-4 the products of points that
+plainly press would be stiffer than rounding allows: g = 0 replaces them one by one, and points that are plainly let go
+lose their force, so that nu may go to rounding at the rest. The same steps on fixed sets then end it.
 
 As in `block_newton`, forces and multipliers are eliminated point by point, which leaves twelve unknowns a block: with
 W = H_f^-1, K = (C W C' + slack)^-1, P = W - W C'K C W, Q = H_d and r for what the rows C df + G dd = -r miss,
@@ -23,8 +25,8 @@ W = H_f^-1, K = (C W C' + slack)^-1, P = W - W C'K C W, Q = H_d and r for what t
     [ -A P A'          A (W C'K G) A'           ] [ -y ]   [ off - A (P b_f + W C'K r)      ]
     [ A (G'K C W) A'   delta + A (Q + G'K G) A' ] [ dq ] = [ -A (b_d + G'K (r - C W b_f))   ]
 
-The slack is a small share of C W C' itself, which goes with g^2; what it leaves behind is taken up by solving again for
-what is still off, with the multipliers known so far.
+The slack is a small share of C W C' itself, which goes with g^2, but no less than `LEAST` where fn > g; what it leaves
+behind is taken up by solving again for what is still off, with the multipliers known so far.
 
 By hand: with fn = 1 and g = 0.1 kept from moving, a step to nu = 0.03 takes g to 0.03.
 """
@@ -43,8 +45,8 @@ from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["PathAnswer", "follow_path"]
 
-STEPS = 120
-DULL = 16  # steps in which nu halves at least
+STEPS = 160
+DULL = 24  # steps in which nu halves at least
 CUT = ((0.5, 0.3), (0.2, 0.6), (0.0, 0.9))  # of nu after a step longer than ...
 LEVEL = ((1e-2, 1e-3), (1e-3, 1e-2), (0.0, 0.1))  # least nu in terms of the largest, where that is above ...
 ROOM = 0.9  # share of the way to any bound that a step may go
@@ -52,17 +54,20 @@ SHORTER = 0.8  # ... and how it is cut
 SHORTEST = 1e-4  # step at which a path has ended
 STALLED = 3  # short steps in a row that are allowed
 IDLE = 0.02  # what counts as one
+BRIEF, LITTLE = 0.35, 0.02  # ... and what lets go of friction of at most so much
 OPEN = 1e-2  # fn / g below which a point is let go, at the start
 GONE = 1e-3  # ... and on the way, where fn is below this as well
 AGAINST = -0.5  # cosine between friction and sliding that a step may not exceed
-PLAIN = 2e-9  # nu from which the pair is measured
+PLAIN = 2e-10  # nu from which the pair is measured
 CLEAR = 1e-4  # nu from which sets are plain enough to try
-ENDS = 12  # steps on fixed sets
+PLAINLY, TRIFLE = 1e6, 1e-6  # fn / g, or its inverse, from which this is so; force that may be dropped there
+ENDS = 40  # steps on fixed sets
 FEW = 12  # points that may change sets in one of them
 BENT, LIGHT = 0.03, 1e-2  # sine between friction and sliding, and force, of points whose friction is turned there
 DELTA = 1.0  # of |dq|^2
 SLACK = 1e-14  # on fixed sets, and of directions
 RELATIVE = 1e-2  # slack in terms of C W C' on the path
+LEAST = 1e-14  # slack on the path where fn > g: below that, rows are stiffer than rounding allows
 SHIFT = 1e-11  # of A P A', relative to its diagonal
 REFINEMENTS = 8
 TINY = 1e-300
@@ -111,8 +116,8 @@ def follow_path(
         return PathAnswer(f, dq, measure(system, bounds, f, dq), np.inf, 0)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # ends at the factorisation's gate
         at, kinds, steps = path.followed(f, dq, kinds, deadline)
-        product = float(np.max(at.f[:, 0] * at.gap, initial=0.0))
-        plain = np.where(kinds.soft[:, None] & np.array([False, True, True]), 0.0, at.f)
+        product = float(np.max((at.f[:, 0] * at.gap)[kinds.pairs], initial=0.0))
+        plain = _without(at.f, kinds)
         residuals = measure(system, bounds, plain, at.dq)
         if residuals.accepted or not (product <= CLEAR):
             return PathAnswer(plain, at.dq, residuals, product, steps)
@@ -126,9 +131,14 @@ class _Kinds:
 
     rubs: Bools  # friction against sliding
     soft: Bools  # friction that vanishes with nu
-    free: Bools  # no force at all; on fixed sets only
-    shut: Bools  # g = 0; on fixed sets only
-    fixed: bool = False
+    free: Bools  # no force at all
+    shut: Bools  # g = 0
+    ended: bool = False  # nothing is centred any more
+
+    @property
+    def pairs(self) -> Bools:
+        """Where fn g follows nu."""
+        return ~(self.free | self.shut)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,37 +237,41 @@ class _Path:
         usual = _usual(at)
         length, short, step, trail = 1.0, 0, 0, list[float]()
         for step in range(STEPS):
-            product = at.f[:, 0] * at.gap
+            product = np.where(kinds.pairs, at.f[:, 0] * at.gap, 0.0)
             trail.append(float(product.max(initial=0.0)))
             dull = step >= DULL and not (trail[step] <= 0.5 * trail[step - DULL])
-            if dull or time.perf_counter() > deadline or (trail[-1] <= PLAIN and self.done(at, kinds)):
+            over = dull or time.perf_counter() > deadline or not kinds.pairs.any()
+            if over or (trail[-1] <= PLAIN and self.done(at, kinds)):
                 break
             target = np.maximum(_at_least(CUT, length) * product, _at_least(LEVEL, trail[-1]) * trail[-1])
             try:
-                trace = float(np.sqrt(trail[-1] * np.median(product)))
+                trace = float(np.sqrt(trail[-1] * np.median(product[kinds.pairs])))
                 move = self.step(at, kinds, self.barrier(at, kinds, usual, trace), target)
             except (SolverError, np.linalg.LinAlgError):
                 break
             length = self.length(at, move, kinds)
-            short = short + 1 if length < IDLE else 0
-            if not (length > 0.0) or short > STALLED:
+            hinder = self.hindering(at, move, kinds, length)
+            short = short + 1 if length < IDLE and not hinder.any() else 0
+            if not (length > 0.0 or hinder.any()) or short > STALLED:
                 break
             f, dq = at.f + length * move.df, at.dq + length * move.dq
-            gone = kinds.rubs & (f[:, 0] < GONE) & (f[:, 0] < OPEN * (at.gap + length * move.d[:, 0]))
+            gap = at.gap + length * move.d[:, 0]
+            gone = hinder | (kinds.rubs & (f[:, 0] < GONE) & (f[:, 0] < OPEN * gap))
             kinds = _Kinds(kinds.rubs & ~gone, kinds.soft | gone, kinds.free, kinds.shut)
+            if trail[-1] <= CLEAR:
+                kinds, f = _settled(kinds, f, gap)
             at = self.at(f, dq, kinds)
         return at, kinds, step
 
     def done(self, at: _At, kinds: _Kinds) -> bool:
         """Whether this is a state already, without the traces."""
-        plain = np.where(kinds.soft[:, None] & np.array([False, True, True]), 0.0, at.f)
-        return measure(self.system, self.bounds, plain, at.dq).accepted
+        return measure(self.system, self.bounds, _without(at.f, kinds), at.dq).accepted
 
     def ended(self, at: _At, kinds: _Kinds) -> tuple[Floats, Floats]:
         """On fixed sets: whoever has more force than gap presses."""
-        free = ~(at.f[:, 0] > at.gap)
+        free = kinds.free | (kinds.pairs & ~(at.f[:, 0] > at.gap))
         weak = (np.abs(at.sine) > BENT) & (at.tangent < LIGHT)
-        kinds = _Kinds(kinds.rubs & ~free, np.zeros_like(free), free, ~free, fixed=True)
+        kinds = _Kinds(kinds.rubs & ~free, np.zeros_like(free), free, ~free, ended=True)
         f = at.f.copy()
         f[weak, 1:] = -at.tangent[weak, None] * at.out[weak]  # turned against sliding: the balance costs less to mend
         at = self.at(_without(f, kinds), at.dq, kinds)
@@ -297,7 +311,7 @@ class _Path:
         stuck &= kinds.rubs & (at.tangent < LIGHT)
         if not 0 < np.count_nonzero(pulls | low | stuck) <= FEW:
             return kinds
-        return _Kinds(kinds.rubs & ~pulls & ~stuck, kinds.soft, kinds.free | pulls, kinds.shut | low, fixed=True)
+        return _Kinds(kinds.rubs & ~pulls & ~stuck, kinds.soft, kinds.free | pulls, kinds.shut | low, ended=True)
 
     def barrier(self, at: _At, kinds: _Kinds, usual: tuple[Floats, Floats], trace: float) -> _Barrier:
         """Second and first derivatives; `usual` is what fn and s - beta pay by."""
@@ -334,18 +348,16 @@ class _Path:
         """The rows: fn g = target, or g = 0 on fixed sets, and friction against sliding."""
         q, fn, g, k = len(at.f), at.f[:, 0], at.gap, np.flatnonzero(kinds.rubs)
         C, G, r = np.zeros((q, 2, 3)), np.zeros((q, 2, 3)), np.zeros((q, 2))
-        if kinds.fixed:
-            G[:, 0, 0], r[:, 0] = kinds.shut, np.where(kinds.shut, g, 0.0)
-        else:
-            share = 1.0 / np.maximum(fn, g)
-            C[:, 0, 0], G[:, 0, 0], r[:, 0] = g * share, fn * share, (fn * g - target) * share
+        share = kinds.pairs / np.maximum(np.maximum(fn, g), TINY)
+        C[:, 0, 0], G[:, 0, 0] = g * share, fn * share + kinds.shut
+        r[:, 0] = (fn * g - target) * share + np.where(kinds.shut, g, 0.0)
         r[k, 1] = at.sine[k]
         C[k, 1, 1], C[k, 1, 2] = at.out[k, 1] / at.tangent[k], -at.out[k, 0] / at.tangent[k]
         G[k, 1, 1], G[k, 1, 2] = -at.e[k, 1] / at.slide[k], at.e[k, 0] / at.slide[k]
         CW = C @ W
         M = CW @ C.transpose(0, 2, 1)
-        slack = np.where(kinds.shut, SLACK, 1.0) if kinds.fixed else np.maximum(RELATIVE * M[:, 0, 0], 1e-20)
-        M[:, 0, 0] += slack
+        slack = np.maximum(RELATIVE * M[:, 0, 0], np.where(fn > g, LEAST, TINY))
+        M[:, 0, 0] += np.where(kinds.pairs, slack, np.where(kinds.shut, SLACK, 1.0))
         M[:, 1, 1] += np.where(kinds.rubs, SLACK, 1.0)
         K = np.asarray(np.linalg.inv(M))
         return _Local(C, G, r, CW, K, W - CW.transpose(0, 2, 1) @ (K @ CW))
@@ -389,30 +401,50 @@ class _Path:
 
     def length(self, at: _At, move: _Step, kinds: _Kinds) -> float:
         """Longest of 1, 0.8, ... that goes at most `ROOM` of the way to every bound; 0 where none does."""
-        left, eta, rubs, on = 1.0 - ROOM, self.bounds.eta, kinds.rubs, ~kinds.free
-        watched, length = kinds.free & ~kinds.shut, 1.0
+        length = 1.0
         while length > SHORTEST:
-            f, d = at.f + length * move.df, at.d + length * move.d
-            tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
-            along, gap = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2], d[:, 0] + 1.0
-            if (
-                (f[on, 0] > left * at.f[on, 0]).all()
-                and (kinds.fixed or (gap > left * at.gap).all())
-                and (gap[watched] > -1e-13).all()
-                and (self.system.mu * f[:, 0] - tangent > left * at.cone)[rubs].all()
-                and (slide - self.bounds.beta > left * at.spare)[rubs].all()
-                and (along < AGAINST * slide * tangent)[rubs].all()
-                and (eta - slide > left * (eta - at.slide)).all()
-                and (eta - d[:, 0] > left * (eta - at.d[:, 0])).all()
-            ):
+            others, rubbing = self.within(at, move, kinds, length)
+            if others and rubbing.all():
                 return length
             length *= SHORTER
         return 0.0
+
+    def hindering(self, at: _At, move: _Step, kinds: _Kinds, length: float) -> Bools:
+        """(q,) points of little friction whose bounds cut a step short: they can do without any."""
+        if length >= BRIEF:
+            return np.zeros_like(kinds.rubs)
+        return ~self.within(at, move, kinds, max(length / SHORTER, SHORTEST))[1] & (at.tangent < LITTLE)
+
+    def within(self, at: _At, move: _Step, kinds: _Kinds, length: float) -> tuple[bool, Bools]:
+        """Whether a step of that length keeps what holds at all points; (q,) and what holds where points rub."""
+        left, eta, on, pairs = 1.0 - ROOM, self.bounds.eta, ~kinds.free, kinds.pairs
+        watched = kinds.free & ~kinds.shut
+        f, d = at.f + length * move.df, at.d + length * move.d
+        tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
+        along, gap, high = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2], d[:, 0] + 1.0, f[:, 0] > left * at.f[:, 0]
+        others = (
+            high[on & ~kinds.rubs].all()
+            and (gap > left * at.gap)[pairs].all()
+            and (gap[watched] > -1e-13).all()
+            and (eta - slide > left * (eta - at.slide)).all()
+            and (eta - d[:, 0] > left * (eta - at.d[:, 0])).all()
+        )
+        rubbing = high & (self.system.mu * f[:, 0] - tangent > left * at.cone)
+        rubbing &= (slide - self.bounds.beta > left * at.spare) & (along < AGAINST * slide * tangent)
+        return bool(others), rubbing | ~kinds.rubs
 
 
 def _usual(at: _At) -> tuple[Floats, Floats]:
     """Sizes of fn and s - beta that the barrier lets them keep."""
     return np.maximum(1.0, 3.0 * at.f[:, 0]), np.maximum(0.1, 2.0 * at.spare)
+
+
+def _settled(kinds: _Kinds, f: Floats, gap: Floats) -> tuple[_Kinds, Floats]:
+    """Points that plainly press are shut from here on, and those that are plainly let go lose their force."""
+    shut = kinds.pairs & (f[:, 0] > PLAINLY * gap) & (f[:, 0] > GONE)
+    free = kinds.pairs & (gap > PLAINLY * f[:, 0]) & (f[:, 0] < TRIFLE)
+    f = np.where(free[:, None], 0.0, f)
+    return _Kinds(kinds.rubs & ~free, kinds.soft & ~free, kinds.free | free, kinds.shut | shut), f
 
 
 def _without(f: Floats, kinds: _Kinds) -> Floats:
@@ -424,11 +456,10 @@ def _without(f: Floats, kinds: _Kinds) -> Floats:
 
 def _wrong(at: _At, kinds: _Kinds, r: Floats, off: Floats, left: Floats, miss: Floats) -> float:
     """What a solution of the linearised equations leaves off, in terms of what it may."""
-    fine = 1e-13 + 0.0 * at.gap if kinds.fixed else 0.05 * np.minimum(at.f[:, 0], at.gap)
-    turn = max(1e-13, 1e-3 * float(np.max(np.abs(r[:, 1]), initial=0.0))) if kinds.fixed else 1e-3
+    fine = np.where(kinds.pairs, 0.05 * np.minimum(at.f[:, 0], np.abs(at.gap)), 1e-13)
+    turn = max(1e-13, 1e-3 * float(np.max(np.abs(r[:, 1]), initial=0.0))) if kinds.ended else 1e-3
     balance = max(1e-12, 1e-2 * float(np.max(np.abs(off), initial=0.0)))
-    used = kinds.shut if kinds.fixed else np.ones_like(kinds.shut)
-    parts = (np.abs(miss[:, 0]) / fine)[used], np.abs(miss[:, 1]) / turn, np.abs(left) / balance
+    parts = (np.abs(miss[:, 0]) / fine)[kinds.pairs | kinds.shut], np.abs(miss[:, 1]) / turn, np.abs(left) / balance
     return max(float(np.max(part, initial=0.0)) for part in parts)
 
 
