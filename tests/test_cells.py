@@ -16,6 +16,7 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.design import arch, dome, wall
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.convex_pieces import convex_pieces
+from cyclopean.design.walls.corner import corner_wall
 from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder, Sphere
@@ -167,3 +168,14 @@ def test_an_open_block_is_refused_by_name():
 
 def test_rotation_helper_is_one():
     assert np.linalg.det(rotation(3)) == pytest.approx(1.0)
+
+
+def test_the_cells_of_a_corner_know_the_way_through_their_wall() -> None:
+    made = corner_wall(PatternSettings(width=2.0, height=1.0, columns=3, rows=2, courses=2), 1.5, depth=0.3)
+    cells = cells_of(made.assembly)
+    ids = [made.assembly.blocks[b].id for b in cells.block]
+    through = np.abs(cells.frame[:, 2])
+    assert np.isfinite(through).all()
+    for name, way in zip(ids, through, strict=True):
+        wanted = {"w1": [0.0, 1.0, 0.0], "w2": [1.0, 0.0, 0.0]}.get(name.split("-")[0])
+        assert wanted is None or way.tolist() == pytest.approx(wanted, abs=1e-9), name

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cyclopean.io import read_model
+from fixtures_stones import box, obj
 
 WALL = ("--width", 1.5, "--height", 0.9, "--depth", 0.2, "--out", "wall.json")
 BOXES = ("--stone", "0.3x0.15x0.2*40")
@@ -211,3 +212,31 @@ def test_the_input_is_not_overwritten(run):
     status, _, err = run("ashlar", "s.csv", *WALL, "--cutlist", "s.csv")
     assert status == 2
     assert "--cutlist s.csv: this is the input file" in err
+
+
+def test_models_are_no_meshes_and_nothing_is_written_before_that_is_said(run, tmp_path):
+    for extra in (("--out", "w.obj"), ("--out", "w.json", "--display", "d.STL")):
+        status, out, err = run("ashlar", *BOXES, *WALL, *extra)
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert "a model file ends in .json" in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_units_of_a_table_are_not_asked_for(run):
+    Path("s.csv").write_text("length,height,depth\n300,150,200\n", encoding="utf-8")
+    for stock in (("s.csv",), BOXES):
+        status, _, err = run("ashlar", *stock, *WALL, "--units", "mm")
+        assert (status, err) == (
+            2, "cyclopean: error: --units: a stock list and --stone are in metres; leave it out\n"
+        )  # fmt: skip
+
+
+def test_a_refusal_comes_alone(run):
+    """What is said of the stock is no second line of an error."""
+    Path("stock").mkdir()
+    for k in range(2):
+        Path("stock", f"s{k}.obj").write_text(obj(*box(0.3, 0.2, 0.15)))
+    size = ("--width", 0.6, "--depth", 0.2, "--out", "w.json")
+    status, out, err = run("ashlar", "stock", *size, "--height", 0.01)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "no file says its units" in run("ashlar", "stock", *size, "--height", 0.15)[2]

@@ -234,6 +234,7 @@ def test_hashes_tell_shapes_apart():
             "match.json: stone 'a' is not among the stones of 'stones'",
         ),
         ({"stones": "nowhere"}, "nowhere: no such file; check the path"),
+        ({"units": {"stones": "furlong"}}, "match.json: units.stones: 'furlong' is not a unit of length; use m, cm"),
         ({"wall": "gone.json"}, "gone.json: no such file; check the path"),
         ({"wall_hash": "0"}, "match.json: the wall 'wall.json' has changed since the match was made; match again"),
     ],
@@ -285,7 +286,42 @@ def test_folders(run):
     matched()
     assert run("carve", "match.json", "--out", "nowhere")[2] == "cyclopean: error: --out nowhere: no such folder\n"
     assert "the folder holds no match.json" in run("carve", "stones", "--out", "out")[2]
+    assert run("carve", "match.json", "--out", "")[2] == "cyclopean: error: --out: '' is no folder; . is this one\n"
     assert run("carve", "match.json")[0] == 2
+
+
+def test_nothing_is_written_among_the_stones(run):
+    """Carved stones and offcuts would be taken for found ones by the next match."""
+    matched()
+    before = sorted(path.name for path in Path("stones").iterdir())
+    status, out, err = run("carve", "match.json", "--out", "stones")
+    assert (status, out) == (2, "")
+    assert err == (
+        "cyclopean: error: --out carved.glb stones/carved.glb: lies among the stones and would be read as one;"
+        " choose another folder\n"
+    )
+    assert sorted(path.name for path in Path("stones").iterdir()) == before
+
+
+def test_what_was_held_in_the_match_is_held_here(run):
+    """By hand: a mesh file says no supports; three bricks on it are held where the match was told so."""
+    matched()
+    data = json.loads(Path("match.json").read_text())
+    lowest = [row for row in data["placements"] if row["cell"].startswith("c01")]
+    rest = [row for row in data["placements"] if row not in lowest]
+    assert lowest
+    assert rest
+    changed(placements=rest, settings={"supports": "ids=ground," + ",".join(row["cell"] for row in lowest)})
+    status, out, err = run("carve", "match.json", "--out", "out")
+    assert (status, err) == (0, "")
+    assert f"carved: {len(rest)} stones" in out
+    assert "have no stone" in run("carve", "match.json", "--out", "out", "--supports", "ids=ground")[2]
+
+
+def test_an_option_without_effect_is_told(run):
+    matched()
+    _, _, err = run("carve", "match.json", "--out", "out", "--method", "rbe", "--seconds", "5")
+    assert err == "cyclopean: warning: --seconds: no effect, for only coupled analysis has it (--method cra)\n"
 
 
 def test_two_stones_for_a_cell_are_refused(tmp_path):

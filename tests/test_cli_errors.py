@@ -161,3 +161,10 @@ def test_a_reader_that_leaves_gets_no_complaint(tmp_path, argv):
     answer = subprocess.run([*ENTRY, *argv], stdout=write, stderr=subprocess.PIPE, text=True, cwd=tmp_path, check=False)
     os.close(write)
     assert (answer.returncode, answer.stderr) == (141, "")
+
+
+def test_a_check_does_not_load_what_walls_are_designed_with():
+    """Start-up: reading a model takes no pattern, no surface, no stone."""
+    code = "import sys, cyclopean.io; print([m for m in sys.modules if m.startswith('cyclopean.design')])"
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout == "[]\n"

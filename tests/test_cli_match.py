@@ -1,6 +1,11 @@
 """`match` from the outside: words, files, statuses, workers, a cluster, and going on after a stop."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -102,6 +107,7 @@ def test_a_run_that_was_stopped_goes_on(run, yard, monkeypatch):
         assert run("match", *yard)[0] == 130
     assert list(Path("out/match.parts").iterdir())
     assert not Path("out/match.json").exists()
+    assert run("match", "stones", "gone.json", "--out", "out")[0] == 2  # a slip, which costs nothing of what was done
     done = []
     with monkeypatch.context() as patch:
         patch.setattr(Checkpoints, "_keep", lambda *_: done.append(1))
@@ -119,6 +125,11 @@ def test_a_run_that_was_stopped_goes_on(run, yard, monkeypatch):
         (("--negotiate", "2"), "--negotiate: 2 is not between 0 and 1"),
         (("--negotiate", "x"), "--negotiate: 'x' is not a number"),
         (("--rounds", "0"), "--rounds: 0 is not between 1 and 100"),
+        (("--rounds", "5"), "--rounds: has no say where cells stay as drawn"),
+        (("--weight", "2", "--gap", "0.1"), "--weight: --gap finds it; leave out one of the two"),
+        (("--bond", "free:20"), "--bond: 'free:20' should be free, into[:DEG] or along[:DEG]"),
+        (("--bond", "along:"), "--bond: '' is not a number"),
+        (("--report", "stones/stone-0001.obj"), "--report stones/stone-0001.obj: lies among the stones"),
         (("--workers", "0"), "--workers: 0 is not between 1 and 256"),
         (("--workers", "2", "--cluster", "tcp://127.0.0.1:1"), "--workers: has no say over a cluster"),
         (("--bond", "up"), "--bond: 'up' is not one of free, into, along"),
@@ -137,6 +148,9 @@ def test_bad_options(run, yard, extra, said):
 
 
 def test_a_wall_that_is_all_support_and_one_without_a_drawing(run, yard):
+    assert run("match", *yard, "--supports", "below=0.2")[0] == 0
+    assert match_of()["settings"]["supports"] == "below=0.2"  # for `carve`
+    Path("out/match.json").unlink()
     status, _, err = run("match", *yard, "--supports", "below=99")
     assert status == 2
     assert "every block of the model is a support" in err
@@ -144,6 +158,10 @@ def test_a_wall_that_is_all_support_and_one_without_a_drawing(run, yard):
     status, _, err = run("match", "stones", "bricks.json", "--out", "out", "--negotiate", 1)
     assert (status, err.count("\n")) == (2, 1)
     assert "does not say how it was drawn" in err
+    run("make", "polygonal", "--columns", 3, "--rows", 2, "--corner", 1.5, "--out", "corner.json")
+    status, _, err = run("match", "stones", "corner.json", "--out", "out", "--negotiate", 1)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "cells can move only in a wall from 'make polygonal', and not round a --corner" in err
     assert list(Path("out").iterdir()) == []
 
 
@@ -156,3 +174,40 @@ def test_bonds_turn_the_longest_axis(run, yard):
     for row in match_of("into.json")["placements"]:
         longest = np.array(row["transform"])[:3, :3] @ stones[row["stone"]].axes[0]
         assert abs(longest[1]) >= np.cos(np.radians(20.0)) - 1e-4  # y runs through a flat wall
+
+
+def test_a_wall_in_other_units_than_the_stones_is_suspected(run, yard):
+    data = json.loads(Path("wall.json").read_text(encoding="utf-8")) | {"units": "mm", "contacts": None}
+    data = {key: value for key, value in data.items() if key not in ("contacts", "drawing")}
+    for times in (1.0, 1000.0):  # a wall of millimetres that says so, and one that says it wrongly
+        for block in data["blocks"]:
+            block["vertices"] = [[times * x for x in point] for point in block["vertices"]]
+        Path("mm.json").write_text(json.dumps(data), encoding="utf-8")
+        status, _, err = run("match", "stones", "mm.json", "--out", "out")
+        assert status == 0
+        assert ("check the units of the wall and of the stones" in err) == (times == 1.0)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs what Unix has")
+def test_an_interrupt_ends_workers_without_a_word(run):
+    """A terminal sends Ctrl-C to every process there is; one line answers it."""
+    run("make", "stones", "--count", 60, "--detail", 3, "--out", "stones.glb")
+    run("make", "polygonal", "--columns", 9, "--rows", 6, "--out", "wall.json")
+    Path("out").mkdir()
+    argv = ["match", "stones.glb", "wall.json", "--out", "out", "--workers", "2", "--negotiate", "1", "--rounds", "100"]
+    work = subprocess.Popen(
+        [sys.executable, "-m", "cyclopean", *argv], stderr=subprocess.PIPE, start_new_session=True, text=True
+    )
+    try:
+        for _ in range(600):
+            if list(Path("out").glob("match.parts/*.npz")):
+                break
+            time.sleep(0.05)
+        os.killpg(work.pid, signal.SIGINT)
+        _, err = work.communicate(timeout=20)
+    finally:
+        if work.poll() is None:
+            os.killpg(work.pid, signal.SIGKILL)
+    assert (work.returncode, err) == (130, "cyclopean: error: interrupted\n")
+    assert {path.suffix for path in Path("out/match.parts").iterdir()} == {".npz"}  # nothing half written
+    assert not Path("out/match.json").exists()

@@ -114,3 +114,24 @@ def test_the_scans(run):
     assert "  volume      5.275 m3, stones 0.1566 to 0.5238 m3" in out
     assert "  b/a         0.763 +- 0.117\n" in out
     assert "  c/a         0.524 +- 0.125\n" in out
+
+
+def test_a_stone_is_never_overwritten_nor_is_one_added(run, yard):
+    before = {path.name: path.read_bytes() for path in yard.iterdir()}
+    for name in ("yard/s1.obj", "yard/new.GLB"):
+        status, out, err = run("info", "yard", "--units", "m", "--json", name)
+        assert (status, out) == (2, "")
+        assert err == (
+            f"cyclopean: error: --json {name}: lies among the stones and would be read as one; choose another folder\n"
+        )
+    assert {path.name: path.read_bytes() for path in yard.iterdir()} == before
+    assert run("info", "yard", "--units", "m", "--json", "yard/inventory.json")[0] == 0  # no mesh: passed over
+
+
+def test_a_stone_of_next_to_no_size_is_refused(run, tmp_path):
+    (tmp_path / "dust").mkdir()
+    for size in (1e-30, 1e-100):
+        (tmp_path / "dust" / "s.obj").write_text(obj(size * boulder()[0], boulder()[1]))
+        status, out, err = run("info", "dust", "--units", "m")
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert "dust/s.obj: is thinner than 1e-09 m; check the units; no stone is left" in err

@@ -121,9 +121,9 @@ def ashlar(
     from cyclopean.design.laying import ashlar as room
 
     with long_work("building a wall of sawn stones"), wall_options.named(FIELDS):
-        slabs = _slabs(stones, stone, units, strict)
+        slabs, said = _slabs(stones, stone, units, strict)
         wall = room.ashlar(settings, slabs)
-    return _end(wall, files, json, {"method": "first", "slots": "bond"}, [])
+    return _end(wall, said, files, json, {"method": "first", "slots": "bond"}, [])
 
 
 def pack(
@@ -184,7 +184,7 @@ def pack(
 
     with long_work("packing a wall of sawn stones") as stage, wall_options.named(FIELDS):
         shares = room.Weights(*values)
-        slabs = _slabs(stones, stone, units, strict)
+        slabs, said = _slabs(stones, stone, units, strict)
         options: dict[str, Any] = {"weights": shares, "least_score": enough}
         done = room.pack(settings, slabs, method=method, slots=where, **options)
         tried: list[Packed] = []
@@ -197,7 +197,7 @@ def pack(
     }  # fmt: skip
     lines = [f"  score    {done.mean:.3f} in the mean; {done.poor} of {len(done.wall.laid)} below {enough:g}"]
     lines += [f"  {one.method:<8} in the slots of the bond: {_told(one)}" for one in tried]
-    return _end(done.wall, files, json, asked, lines)
+    return _end(done.wall, said, files, json, asked, lines)
 
 
 def _asked(given: dict[str, Any]) -> "tuple[AshlarSettings, dict[str, Path]]":
@@ -211,7 +211,11 @@ def _asked(given: dict[str, Any]) -> "tuple[AshlarSettings, dict[str, Path]]":
     files = planned(
         {f"--{name}": given[name] for name in ("out", "cutlist", "left", "svg", "display", "json")},
         keep=given["stones"],
+        models=("--out", "--display"),
     )
+    table = given["stones"] is None or given["stones"].lower().endswith(".csv")
+    if table and given["units"] is not None:
+        raise InputError("--units: a stock list and --stone are in metres; leave it out")
     kind, colon, high = given["courses"].partition(":")
     choice("--courses", kind, ("fixed", "bins"))
     if colon and kind == "bins":
@@ -239,8 +243,10 @@ def _asked(given: dict[str, Any]) -> "tuple[AshlarSettings, dict[str, Path]]":
         return AshlarSettings(**wanted, openings=openings), files
 
 
-def _slabs(stones: str | None, stone: list[str] | None, units: str | None, strict: bool) -> "list[Slab]":
-    """The stock, from wherever it is given.
+def _slabs(
+    stones: str | None, stone: list[str] | None, units: str | None, strict: bool
+) -> "tuple[list[Slab], tuple[str, ...]]":
+    """The stock, from wherever it is given, and what is to be said of it.
 
     Raises
     ------
@@ -254,6 +260,7 @@ def _slabs(stones: str | None, stone: list[str] | None, units: str | None, stric
     if stones is None and not stone:
         raise InputError("STONES: no stock given; name a stock list or stones, or use --stone")
     found: list[Slab] = []
+    warnings: tuple[str, ...] = ()
     if stones is not None and stones.lower().endswith(".csv"):
         found += read_stocklist(stones)
     elif stones is not None:
@@ -261,14 +268,13 @@ def _slabs(stones: str | None, stone: list[str] | None, units: str | None, stric
         boxes, notes = slabs_of(inventory.stones)
         if not boxes or (strict and notes):
             raise InputError(f"{stones}: {notes[0] if boxes else 'none of its stones is a box'}")
-        for warning in (*said, *inventory.notes, *notes):
-            warn(warning)
+        warnings = (*said, *inventory.notes, *notes)
         found += boxes
     for text in stone or ():
         found += _typed(text, len(found))
         if len(found) > MOST:
             raise InputError(f"--stone: more than {MOST:,} stones; give fewer")
-    return found
+    return found, warnings
 
 
 def _typed(text: str, before: int) -> "list[Slab]":
@@ -302,7 +308,12 @@ def _told(one: "Packed") -> str:
 
 
 def _end(
-    wall: "AshlarWall", files: "dict[str, Path]", json: str | None, asked: dict[str, Any], lines: list[str]
+    wall: "AshlarWall",
+    said: tuple[str, ...],
+    files: "dict[str, Path]",
+    json: str | None,
+    asked: dict[str, Any],
+    lines: list[str],
 ) -> int:
     """Write everything, and say what came out."""
     from cyclopean import io
@@ -327,7 +338,7 @@ def _end(
         io.write_model(files["--display"], shown)
     if "--json" in files:
         io.write_json(files["--json"], data)
-    for note in wall.notes:
+    for note in (*said, *wall.notes):
         warn(note)
     if json == STANDARD_OUTPUT:
         say_json(data)

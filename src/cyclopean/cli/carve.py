@@ -71,7 +71,8 @@ def carve(
     stored = read_match(match)
     outputs = {f"--out {name}": str(place / name) for name in NAMES} | {"--json": json, "--report": report}
     files = planned(outputs, keep=str(stored.file))
-    planned(outputs, keep=str(stored.wall))
+    for given in (stored.wall, stored.stones):
+        planned(outputs, keep=str(given))
 
     from cyclopean import analysis
     from cyclopean.assembly import supports as held_blocks
@@ -82,12 +83,14 @@ def carve(
     settings = analysis.Settings(**wanted | {"supports": ""})  # of the drawn wall; the carved one says what is held
     with long_work(f"carving {stored.file}") as stage:
         wall, carved = _carved(stored, depth, stage)
-        fixed, _ = held_blocks(wall, supports)
+        fixed, _ = held_blocks(wall, supports or stored.supports or "")
         stage("joints")
         built = carved_wall(wall, carved, fixed=fixed)
         result = analysis.check(built.assembly, settings, stage)
     for warning in (*(note for c in carved for note in c.notes), *built.notes, *result.warnings):
         warn(warning)
+    if budget is not None and method == "rbe":
+        warn("--seconds: no effect, for only coupled analysis has it (--method cra)")
     data = _written(files, stored, wall, fixed, carved, built, result, depth)
     if json == STANDARD_OUTPUT:
         say_json(data)

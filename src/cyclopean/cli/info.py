@@ -39,9 +39,9 @@ def info(
     from cyclopean import io
 
     assembly, warnings = io.read_model(model, units)
+    data = _contents(assembly)
     for warning in warnings:
         warn(warning)
-    data = _contents(assembly)
     if files:
         io.write_json(files["--json"], data)
     if json == STANDARD_OUTPUT:

@@ -222,7 +222,7 @@ def polygonal(
     mu: Mu = None,
 ) -> int:
     """Make a wall of polygonal stones, flat or curved, or two round a corner."""
-    paths = planned({"--out": out, "--display": display})
+    paths = planned({"--out": out, "--display": display}, models=("--out", "--display"))
     deep = number("--depth", depth)
     line, radius = wall_options.base("--base", base)
     pattern: dict[str, Any] = {
@@ -398,7 +398,7 @@ def _make(
         "density": optional_number("--density", density, above=0.0),
         "mu": optional_number("--mu", mu, least=0.0),
     }
-    path = planned({"--out": out})["--out"]
+    path = planned({"--out": out}, models=("--out",))["--out"]
     wanted = (abs(n) for n in (*sizes, options.get("facets")) if isinstance(n, int))
     if math.prod(wanted) > MOST:
         raise InputError(f"make {kind}: more than {MOST:,} blocks or facets; ask for fewer")

@@ -33,6 +33,7 @@ FIELDS = {
     "bond_angle": ("--bond", "angle"),
 }
 LISTED = 5  # cells or stones named one by one
+ALIKE = 30.0  # times that stones may be larger than cells, or smaller, before it looks like a slip of units
 
 
 def match(
@@ -46,7 +47,9 @@ def match(
     gap: Annotated[
         str | None, typer.Option(metavar="G", help="Share of the wall that may stay void; sets the weight.")
     ] = None,
-    weight: Annotated[str, typer.Option(metavar="W", help="Price of a litre of void; a litre carved costs 1.")] = "1",
+    weight: Annotated[
+        str | None, typer.Option(metavar="W", help="Price of a litre of void; a litre carved costs 1 [1].")
+    ] = None,
     negotiate: Annotated[
         str, typer.Option(metavar="X", help="0: cells stay as drawn .. 1: cells move freely to suit the stones.")
     ] = "0",
@@ -72,23 +75,29 @@ def match(
 ) -> int:
     """Match found stones to the cells of a wall, so that as little as possible is carved away.
 
-    DIR gets match.json, and negotiated.json where cells were moved. A run that is interrupted goes on where it stopped when
-    it is started again.
+    DIR gets match.json, and negotiated.json where cells were moved. A run that is interrupted goes on where it stopped
+    when it is started again.
     """
-    kind, _, degrees = bond.partition(":")
+    kind, colon, degrees = bond.partition(":")
     wanted: dict[str, Any] = {
-        "weight": number("--weight", weight),
+        "weight": 1.0 if weight is None else number("--weight", weight),
         "gap": None if gap is None else number("--gap", gap),
         "points": whole("--points", points),
         "bond": choice("--bond", kind, ("free", "into", "along")),
-        **({"bond_angle": number("--bond", degrees)} if degrees else {}),
+        **({"bond_angle": number("--bond", degrees)} if colon else {}),
     }
+    if weight is not None and gap is not None:
+        raise InputError("--weight: --gap finds it; leave out one of the two")
+    if colon and kind == "free":
+        raise InputError(f"--bond: '{bond}' should be free, into[:DEG] or along[:DEG]")
     share, count = number("--negotiate", negotiate), whole("--workers", workers_)
     turns = None if rounds is None else whole("--rounds", rounds)
     if not 0.0 <= share <= 1.0:
         raise InputError(f"--negotiate: {share:g} is not between 0 and 1")
     if turns is not None and not 1 <= turns <= 100:
         raise InputError(f"--rounds: {turns} is not between 1 and 100")
+    if turns is not None and not share > 0.0:
+        raise InputError("--rounds: has no say where cells stay as drawn; add --negotiate, or leave it out")
     place = folder("--out", out, out)
     moved = {"--out negotiated.json": str(place / WALL)} if share > 0.0 else {}
     files = planned({"--out match.json": str(place / "match.json"), **moved, "--json": json, "--report": report})
@@ -106,14 +115,19 @@ def match(
         parts = Checkpoints(place / PARTS, hands)
         if fresh:
             parts.clear()
+        resumed = any(parts)
         try:
             answer = _answered(inventory, wall, supports, settings, (share, turns), parts, stage)
         except InputError:
-            parts.clear()
+            if not resumed:  # a slip in the command must not cost what an interrupted run has done
+                parts.clear()
             raise
-    for warning in dict.fromkeys((*said, *inventory.notes, *answer.warnings, *answer.match.notes)):
+    unlike = _unlike(inventory, answer.cells)
+    for warning in dict.fromkeys((*said, *inventory.notes, *unlike, *answer.warnings, *answer.match.notes)):
         warn(warning)
-    data = answer.data(inventory, stones, files, units, {**wanted, "negotiate": share, "rounds": turns})
+    data = answer.data(
+        inventory, stones, files, units, {**wanted, "negotiate": share, "rounds": turns, "supports": supports or None}
+    )
     page = answer.page(inventory) if "--report" in files else None
     if answer.drawn is not None and "--out negotiated.json" in files:
         io.write_model(files["--out negotiated.json"], answer.drawn.assembly, drawing=io.drawing_dict(answer.drawn))
@@ -203,13 +217,25 @@ def _answered(
 
     drawn, said = io.read_drawing(wall)
     if drawn is None:
-        why = said[-1] if said else f"{wall}: does not say how it was drawn"
-        raise InputError(f"--negotiate: {why}; only a wall from 'make polygonal' has cells that can move")
+        way = "cells can move only in a wall from 'make polygonal', and not round a --corner"
+        raise InputError(f"--negotiate: {said[-1] if said else f'{wall}: does not say how it was drawn; {way}'}")
     if supports:
         raise InputError("--supports: has no say where cells move; the ground of a drawn wall is its support")
     done = negotiate(inventory, drawn, settings, share, rounds=turns, executor=executor, progress=stage)
     cells = cells_of(done.wall.assembly)
     return _Answer(done.match, cells, wall, done.wall, done.rounds, (*said, *done.notes, *_empty(done.match, cells)))
+
+
+def _unlike(inventory: "Inventory", cells: "Cells") -> tuple[str, ...]:
+    """Name the suspicion that stones and wall are not in the same units."""
+    import numpy as np
+
+    stone, cell = np.median([s.volume for s in inventory.stones]), np.median(cells.volume)
+    times = float(np.cbrt(cell / stone))
+    if 1.0 / ALIKE <= times <= ALIKE:
+        return ()
+    said = f"{times:.3g} times as large as" if times > 1.0 else f"{1.0 / times:.3g} times smaller than"
+    return (f"cells are {said} stones; check the units of the wall and of the stones (--units)",)
 
 
 def _empty(found: "Match", cells: "Cells") -> tuple[str, ...]:

@@ -2,17 +2,20 @@
 
 import os
 import stat
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from cyclopean.errors import InputError
 
-__all__ = ["STANDARD_OUTPUT", "folder", "planned"]
+__all__ = ["MESHES", "STANDARD_OUTPUT", "folder", "planned"]
 
 STANDARD_OUTPUT = "-"
+MESHES = (".glb", ".obj", ".ply", ".stl")
 
 
-def planned(outputs: Mapping[str, str | None], *, keep: str | None = None) -> dict[str, Path]:
+def planned(
+    outputs: Mapping[str, str | None], *, keep: str | None = None, models: Collection[str] = ()
+) -> dict[str, Path]:
     """Check the output files of one command.
 
     Parameters
@@ -20,7 +23,9 @@ def planned(outputs: Mapping[str, str | None], *, keep: str | None = None) -> di
     outputs : mapping of str to str
         Option and the path given for it; None, and `-` (standard output) for `--json`, are left out of the answer.
     keep : str, optional
-        The input file, which no output may overwrite.
+        The input file, which no output may overwrite; or a folder of stones, to which no mesh file may be added either.
+    models : collection of str
+        Options that name model files, which are no meshes.
 
     Returns
     -------
@@ -30,7 +35,8 @@ def planned(outputs: Mapping[str, str | None], *, keep: str | None = None) -> di
     Raises
     ------
     InputError
-        A folder that does not exist, a path that is no file or may not be written, a file named twice, or the input.
+        A folder that does not exist, a path that is no file or may not be written, a file named twice, the input, or a
+        mesh file where it would be read as a stone the next time, or where a model is written.
     """
     found: dict[str, Path] = {}
     for option, text in outputs.items():
@@ -39,6 +45,11 @@ def planned(outputs: Mapping[str, str | None], *, keep: str | None = None) -> di
         path = _writable(option, text)
         if keep is not None and _same(path, Path(keep)):
             raise InputError(f"{option} {text}: this is the input file; choose another name")
+        mesh = path.suffix.lower() in MESHES
+        if mesh and keep is not None and os.path.isdir(keep) and _same_folder(path, keep):
+            raise InputError(f"{option} {text}: lies among the stones and would be read as one; choose another folder")
+        if mesh and option in models:
+            raise InputError(f"{option} {text}: a model file ends in .json; a mesh holds no contacts (use convert)")
         for other, taken in found.items():
             if _same(path, taken):
                 raise InputError(f"{option} {text}: {other} writes to the same file")
@@ -54,6 +65,8 @@ def folder(option: str, text: str | None, default: str) -> Path:
     InputError
         The folder does not exist, is not a folder, or may not be written.
     """
+    if text == "":
+        raise InputError(f"{option}: '' is no folder; . is this one")
     path = Path(default if text is None else text)
     try:
         if text is None:
@@ -104,6 +117,12 @@ def _same(path: Path, other: Path) -> bool:
         return os.path.realpath(path) == os.path.realpath(other)
     except (OSError, ValueError):  # the input is no path: its reader says so
         return False
+
+
+def _same_folder(path: Path, folder: str) -> bool:
+    """Whether a file lies, or a link to it, in a folder."""
+    inside = (os.path.realpath(path.parent), os.path.dirname(os.path.realpath(path)))
+    return os.path.realpath(folder) in inside
 
 
 def _why(error: OSError | ValueError) -> str:

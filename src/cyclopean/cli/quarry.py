@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cyclopean.cli.outputs import folder, planned
+from cyclopean.cli.outputs import MESHES, folder, planned
 from cyclopean.cli.terminal import long_work, say, warn
 from cyclopean.cli.values import number, whole
 from cyclopean.errors import InputError
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["stones"]
 
-MESHES = (".glb", ".obj", ".ply", ".stl")
 MOST = 20_000_000  # vertices of all stones together: more do not fit into a common memory
 UNITS = {"L": 1e-3, "l": 1e-3, "m3": 1.0}  # m3
 BAND = re.compile(r"(?P<low>.+?)\.\.(?P<high>.+?)(?P<unit>L|l|m3)")

@@ -42,15 +42,34 @@ def workers(count: int, cluster: str | None) -> Iterator[Executor | None]:
 
 @contextmanager
 def beside(count: int) -> Iterator[Executor | None]:
-    """Open so many processes beside this one; None for none."""
+    """Open so many processes beside this one; None for none.
+
+    Where the work is given up, above all by Ctrl-C, they are ended at once, and say nothing.
+    """
     if not count:
         yield None
         return
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
-    with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as executor:
-        yield executor
+    way = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(count, mp_context=way, initializer=_leave_interrupts) as executor:
+        before = multiprocessing.active_children()
+        try:
+            yield executor
+        except BaseException:
+            executor.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                if child not in before:
+                    child.terminate()
+            raise
+
+
+def _leave_interrupts() -> None:
+    """Ctrl-C goes to every process of a terminal; the first one answers it."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager

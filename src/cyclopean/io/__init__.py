@@ -1,11 +1,15 @@
 """Files in and out: the only room that opens files or converts units."""
 
-from cyclopean.io.drawings import drawing_dict, read_drawing
+import typing
+
 from cyclopean.io.files import json_text, write_json, write_text
 from cyclopean.io.models import MESH_SUFFIXES, read_model, write_mesh, write_model
 from cyclopean.io.results import result_dict
 from cyclopean.io.sequences import sequence_dict
-from cyclopean.io.stones import inventory_dict, read_stones, write_stones
+
+if typing.TYPE_CHECKING:
+    from cyclopean.io.drawings import drawing_dict, read_drawing
+    from cyclopean.io.stones import inventory_dict, read_stones, write_stones
 
 __all__ = [
     "MESH_SUFFIXES",
@@ -23,3 +27,23 @@ __all__ = [
     "write_stones",
     "write_text",
 ]
+
+_HOME = {  # only asked for by commands that design: what they load would double the start of `check`
+    "drawings": "drawing_dict read_drawing",
+    "stones": "inventory_dict read_stones write_stones",
+}
+
+
+def __getattr__(name: str) -> typing.Any:
+    import importlib
+
+    module = next((module for module, names in _HOME.items() if name in names.split()), None)
+    if module is None:
+        raise AttributeError(f"module 'cyclopean.io' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f"cyclopean.io.{module}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

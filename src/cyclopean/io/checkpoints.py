@@ -81,6 +81,9 @@ class Checkpoints(Executor):
 
     def _hand_on(self, path: Path, done: "Future[Any]", given: "Future[Any]") -> None:
         """Keep an answer that has come in, then give it: whoever has it may rely on its being kept."""
+        if done.cancelled():  # the work was given up
+            given.cancel()
+            return
         error = done.exception()
         if error is None:
             try:

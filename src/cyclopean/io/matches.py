@@ -18,6 +18,7 @@ from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
 from cyclopean.io.fields import array, found, label, mapping, number, parsed, text
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.units import check_units
 
 if TYPE_CHECKING:  # only names here: reading a file must not load the matching
     from collections.abc import Mapping, Sequence
@@ -56,6 +57,7 @@ class StoredMatch:
     wall_units: str | None
     hashes: "Mapping[str, str]"  # of each placed stone
     wall_hash: str | None
+    supports: str | None = None  # which blocks were held, where the command said so
 
     def changed(self, stones: "Mapping[str, Stone]", wall: Assembly) -> str | None:
         """What is not as it was when the match was made, in a line; None where all is."""
@@ -189,6 +191,7 @@ def read_match(path: PathLike) -> StoredMatch:
         if twice := next((n for i, n in enumerate(names) if n in set(names[:i])), None):
             raise InputError(f"{shown}: {what} {label(twice)} is placed twice")
     units = mapping(data.get("units") or {}, f"{shown}: units")
+    settings = mapping(data.get("settings") or {}, f"{shown}: settings")
     hashes = mapping(data.get("hashes") or {}, f"{shown}: hashes")
     return StoredMatch(
         file,
@@ -197,10 +200,11 @@ def read_match(path: PathLike) -> StoredMatch:
         placements,
         _names(shown, data, "unused"),
         _names(shown, data, "empty"),
-        _optional(units.get("stones"), f"{shown}: units.stones"),
-        _optional(units.get("wall"), f"{shown}: units.wall"),
+        _units(units.get("stones"), f"{shown}: units.stones"),
+        _units(units.get("wall"), f"{shown}: units.wall"),
         {name: text(value, f"{shown}: hashes.{one_line(name, 40)}") for name, value in hashes.items()},
         _optional(data.get("wall_hash"), f"{shown}: wall_hash"),
+        _optional(settings.get("supports"), f"{shown}: settings.supports"),
     )
 
 
@@ -212,6 +216,10 @@ def _field(shown: str, data: dict[str, Any], key: str) -> Any:
 
 def _optional(value: Any, where: str) -> str | None:
     return None if value is None else text(value, where)
+
+
+def _units(value: Any, where: str) -> str | None:
+    return None if value is None else check_units(text(value, where), where)
 
 
 def _names(shown: str, data: dict[str, Any], key: str) -> tuple[str, ...]:

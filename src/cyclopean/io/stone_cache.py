@@ -27,7 +27,7 @@ from cyclopean.io.files import PathLike, write_bytes
 
 __all__ = ["Reading", "cache_folder", "pack_path", "packed", "read_pack", "write_pack"]
 
-READER = "2"  # to be raised whenever another mesh, measure or sentence would come out of the same bytes
+READER = "3"  # to be raised whenever another mesh, measure or sentence would come out of the same bytes
 VARIABLE = "CYCLOPEAN_CACHE"
 
 _UNREADABLE = (

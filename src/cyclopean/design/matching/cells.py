@@ -35,6 +35,7 @@ Form = Literal["convex", "prism", "hull"]
 FLAT = 1e-7  # of a block's size: how far a corner may lie outside a plane of a convex block
 ALIKE = 1e-3  # planes whose normals differ by less are one (radians)
 MOST_PLANES = 40  # of one part; a rounder hull is coarsened
+SPECK = 1e-12  # of a block's size squared: a triangle of less area has no normal
 CAP = 0.7  # cosine: a face is a cap where its normal is within 45 degrees of the way through the wall
 BENT = 2e-3  # of a block's squared size: on a curved wall, corners that were straight come out a little reflex
 NEAR = 8  # neighbours by whose centres the lie of the wall is told
@@ -181,8 +182,9 @@ def _through(bodies: Sequence[_Body], centre: Floats) -> Floats:
 
 def _thinnest(body: _Body) -> Floats:
     """Normal of a face along which a block reaches least; of a level one, if there is any."""
-    level = np.abs(body.normal[:, 2]) < CAP
-    normal = body.normal[level] if level.any() else body.normal
+    solid = body.normal[body.area > SPECK * body.size**2]  # a fan of a face with a straight corner has empty triangles
+    level = np.abs(solid[:, 2]) < CAP
+    normal = solid[level] if level.any() else solid
     extent = np.ptp(body.vertices @ normal.T, axis=0)
     thin = normal[extent <= extent.min() * (1.0 + 1e-6)]
     return np.asarray(thin[np.argmax(np.abs(thin) @ [1.0, 2.0, 0.5])])  # of a cube's: through is along y

@@ -11,6 +11,8 @@ from cyclopean.geometry import mass_properties, pack
 
 __all__ = ["Stone", "in_body_frame", "stone_of"]
 
+SPECK = 1e-9  # m: a stone that is thinner is none, and its products would leave double precision
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stone:
@@ -40,7 +42,8 @@ def stone_of(name: str, vertices: ArrayLike, triangles: ArrayLike, density: floa
     Raises
     ------
     InputError
-        The mesh encloses no positive volume, or a triangle names a vertex that is not there.
+        The mesh encloses no positive volume, is thinner than a nanometre, or a triangle names a vertex that is not
+        there.
     """
     point = sealed(f"stone '{name}': vertices", vertices, None, 3)
     corner = sealed(f"stone '{name}': triangles", triangles, None, 3, dtype=np.int64)
@@ -53,6 +56,8 @@ def stone_of(name: str, vertices: ArrayLike, triangles: ArrayLike, density: floa
     spread = np.trace(inertia) / 2.0 * np.eye(3) - inertia  # integral of x x' about the centroid
     value, vector = np.linalg.eigh(spread)
     half = np.sqrt(5.0 * np.maximum(value[::-1], 0.0) / volume)
+    if not half[2] > SPECK:
+        raise InputError(f"stone '{name}': is thinner than {SPECK:g} m; check the units")
     axes = _directed(vector[:, ::-1].T, point - mass.centroid[0])
     edge = point[corner]
     area = float(np.linalg.norm(np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0]), axis=1).sum() / 2.0)
