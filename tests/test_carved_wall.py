@@ -13,8 +13,8 @@ from carving_cases import box, pebble, prism, rotation, stone_like
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, Block, Contacts, Load, detect
 from cyclopean.design import wall
-from cyclopean.design.matching.carved_wall import CORNERS, carved_wall
-from cyclopean.design.matching.carving import carve
+from cyclopean.design.carving.carve import carve
+from cyclopean.design.carving.carved_wall import CORNERS, carved_wall
 from cyclopean.design.stones.stone import stone_of
 from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from carving_cases import CORNERS, box, pebble, prism, rotation, stone_like
 from cyclopean.assembly import Block
-from cyclopean.design.matching.carving import BALANCE, LEAST, carve, carve_all, total
-from cyclopean.design.matching.cuts import enclosed
+from cyclopean.design.carving.carve import BALANCE, LEAST, carve, carve_all, total
+from cyclopean.design.carving.cuts import enclosed
 from cyclopean.design.stones.stone import stone_of
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, mesh_faults, pack

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from cyclopean.analysis import Result
     from cyclopean.arrays import Bools
     from cyclopean.assembly import Assembly
-    from cyclopean.design.matching.carved_wall import CarvedWall
-    from cyclopean.design.matching.carving import Carved
+    from cyclopean.design.carving.carve import Carved
+    from cyclopean.design.carving.carved_wall import CarvedWall
     from cyclopean.io.matches import StoredMatch
 
 __all__ = ["carve"]
@@ -76,8 +76,8 @@ def carve(
 
     from cyclopean import analysis
     from cyclopean.assembly import supports as held_blocks
-    from cyclopean.design.matching.carved_wall import carved_wall
-    from cyclopean.design.matching.carving import LEAST
+    from cyclopean.design.carving.carve import LEAST
+    from cyclopean.design.carving.carved_wall import carved_wall
 
     depth = LEAST if least is None else least
     settings = analysis.Settings(**wanted | {"supports": ""})  # of the drawn wall; the carved one says what is held
@@ -108,7 +108,7 @@ def _carved(stored: "StoredMatch", least: float, stage: Callable[[str], None]) -
         Stones or wall cannot be read, or are not those that were matched.
     """
     from cyclopean import io
-    from cyclopean.design.matching.carving import carve_all
+    from cyclopean.design.carving.carve import carve_all
     from cyclopean.io.stones import read_stones
 
     wall, _ = io.read_model(stored.wall, stored.wall_units)
@@ -134,7 +134,7 @@ def _written(
 ) -> dict[str, Any]:
     """Compose everything, then write it; return the figures."""
     from cyclopean import io
-    from cyclopean.design.matching.carving import total
+    from cyclopean.design.carving.carve import total
     from cyclopean.io.cutlist import carved_meshes, carving_dict, cutlist_csv, cuts_csv, offcut_meshes, placements_dict
     from cyclopean.view.carving_drawing import carving_html, carving_svg
 

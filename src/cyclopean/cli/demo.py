@@ -53,9 +53,9 @@ def demo(
     place = folder("--out", out, "demo")
 
     from cyclopean import analysis, io, view
+    from cyclopean.design.carving.carve import carve_match, total
+    from cyclopean.design.carving.carved_wall import carved_wall
     from cyclopean.design.construction.sequence import build_sequence, dot_text
-    from cyclopean.design.matching.carved_wall import carved_wall
-    from cyclopean.design.matching.carving import carve_match, total
     from cyclopean.design.matching.cells import cells_of
     from cyclopean.design.matching.match import MatchSettings
     from cyclopean.design.matching.negotiation import negotiate

@@ -15,9 +15,9 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.io.csv_tables import csv_number, csv_text
 
 if TYPE_CHECKING:  # only names here
-    from cyclopean.design.matching.carved_wall import CarvedWall
-    from cyclopean.design.matching.carving import Carved, Total
-    from cyclopean.design.matching.cuts import Cut
+    from cyclopean.design.carving.carve import Carved, Total
+    from cyclopean.design.carving.carved_wall import CarvedWall
+    from cyclopean.design.carving.cuts import Cut
 
 __all__ = ["carved_meshes", "carving_dict", "cutlist_csv", "cuts_csv", "offcut_meshes", "placements_dict"]
 

@@ -15,8 +15,8 @@ import numpy as np
 from cyclopean.analysis import Result
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
-from cyclopean.design.matching.carved_wall import CarvedWall
-from cyclopean.design.matching.carving import Carved, Total, total
+from cyclopean.design.carving.carve import Carved, Total, total
+from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SCALE, STEPS, SUPPORT, classes
 from cyclopean.view.elevation import View, front_view, project
 from cyclopean.view.figures import number

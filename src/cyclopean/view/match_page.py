@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 
 from cyclopean.assembly import supports
-from cyclopean.design.matching.carving import carve
+from cyclopean.design.carving.carve import carve
 from cyclopean.design.matching.cells import Cells
 from cyclopean.design.matching.match import Match
 from cyclopean.design.matching.negotiation import Round

@@ -5,9 +5,9 @@ from html import escape
 from urllib.parse import quote
 
 from cyclopean.analysis import Result
+from cyclopean.design.carving.carve import Carved, Total
+from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.design.construction.sequence import BuildSequence
-from cyclopean.design.matching.carved_wall import CarvedWall
-from cyclopean.design.matching.carving import Carved, Total
 from cyclopean.design.stones.stone import Stone
 from cyclopean.view.building import building_svg
 from cyclopean.view.carving_drawing import DATUM

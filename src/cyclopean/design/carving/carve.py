@@ -43,7 +43,7 @@ from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.assembly import Block
-from cyclopean.design.matching.cuts import (
+from cyclopean.design.carving.cuts import (
     CellPlanes,
     Cut,
     Piece,

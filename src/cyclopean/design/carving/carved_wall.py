@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.assembly import Assembly, Block, Contacts, Load, check_contacts, detect, length_tolerance, supports
-from cyclopean.design.matching.carving import Carved
+from cyclopean.design.carving.carve import Carved
 from cyclopean.errors import InputError
 
 __all__ = ["CORNERS", "CarvedWall", "carved_wall"]
