@@ -1,15 +1,19 @@
 """Stones to cells by the earlier protocol: exact Lambda at equal total gap, against the earlier method and plain ones.
 
-Run `python bench/matching.py [--stones DIR] [--seeds 20] [--only 45] [--source scans] [--negotiate] [--large]`.
+Run `python bench/matching.py [--stones DIR] [--seeds 0:20] [--only 45] [--source scans] [--negotiate] [--large]`, or
+`python bench/matching.py --curves docs/images/lambda-gap.svg`.
 
 Walls of 15, 24 and 100 cells (5 x 3, 6 x 4, 10 x 10 seeds; depth 0.30 m, coursing 0.5) and stones of 30 to 200 L, 45,
 60 and 150 of them: stand-ins made from real scans (`--stones` or CYCLOPEAN_STONES names their folder) and a synthetic
 quarry. A wall is sized so that a mean cell has the volume of a mean stone. Seed k draws both the stones and the wall.
 
 Lambda means something only at a stated gap: each method of ours is asked for the total gap of the earlier method, and
-Lambda is read off between its answers on either side of that gap. Greedy and random ones take no such wish: they are
-given with their own gap. Seconds are of the processor. `--large` measures 1,100 x 300 and 10,000 x 1,000 instead, and
-how well the ranking recalls the pairs that are best by exact volumes.
+Lambda is read off between its answers on either side of that gap. The earlier method looked at 6 stones a cell unless
+told otherwise; that it looks at all of them is compared with too, at the gap it then has. Greedy and random ones take
+no such wish: they are given with their own gap, and their ratio is not at equal gap. Seconds are of the processor.
+
+`--curves` draws Lambda against the gap for one wall of 15 cells and one of 100. `--large` measures 1,100 x 300 and
+10,000 x 1,000 instead, and how well the ranking recalls the pairs that are best by exact volumes.
 
 One thread: set OMP_NUM_THREADS=1 before.
 """
@@ -19,11 +23,13 @@ import os
 import resource
 from collections import defaultdict
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
 from matching_baselines import METHODS, Yard, measured
+from matching_curves import Panel, svg
 
 from cyclopean.design.matching.candidates import EXACT, POLISHED, Candidates
 from cyclopean.design.matching.cells import cells_of
@@ -42,6 +48,9 @@ LARGE = {1100: (20, 15), 10000: (40, 25)}
 DEPTH, COURSING = 0.30, 0.5
 LIGHTER = 0.9  # the answer on the other side of the gap is sought at a weight this much lower, again and again
 LIGHTENINGS = 4
+REFERENCES = ("earlier, 6 a cell", "earlier, all pairs")
+CURVED = (45, 150)  # stones of the walls whose curves are drawn
+WEIGHTS = (0.15, 0.25, 0.4, 0.65, 1.0, 1.6, 2.5, 4.0, 6.5)  # of void; negotiated at every second
 
 Source = Callable[[int, int], Sequence[Stone]]
 
@@ -88,53 +97,98 @@ def at_gap(answer: Callable[[MatchSettings], Match], gap: float) -> tuple[float,
     return float(np.interp(gap, [low[0], high[0]], [low[1], high[1]])), full.gap_of_wall, seconds
 
 
-def one(stones: Sequence[Stone], wall: PolygonalWall, negotiated: bool) -> dict[str, tuple[float, float, float]]:
-    """Lambda, gap and seconds of every method on one wall."""
+@dataclass(frozen=True)
+class Answer:
+    """What a method found on one wall."""
+
+    imposition: float
+    gap: float
+    ratio: tuple[float, float]  # to both ways of the earlier method
+    seconds: float
+
+
+def one(stones: Sequence[Stone], wall: PolygonalWall, negotiated: bool) -> dict[str, Answer]:
+    """Answers of every method on one wall; Lambda and gap of ours are at the gap of the first of the references."""
     cells = cells_of(wall.assembly)
     began = process_time()
     points = body_points(stones, 1024)
     ranking = rank(points, np.array([s.volume for s in stones]), cells, cells.axes, np.ones(48, bool), 2)
     prepared = process_time() - began
     yard = Yard(stones, points, cells, ranking)
-    found = {}
+    plain = {}
     for name, method in METHODS.items():
         began = process_time()
-        placed = method(yard)
-        found[name] = (*measured(yard, placed), prepared + process_time() - began)
-    gap = found["earlier"][1]
-    found["ours fixed"] = at_gap(lambda settings: match_stones(stones, cells, settings), gap)
+        plain[name] = (*measured(yard, method(yard)), prepared + process_time() - began)
+    least = [plain[name][0] for name in REFERENCES]
+    found = {name: Answer(x[0], x[1], (x[0] / least[0], x[0] / least[1]), x[2]) for name, x in plain.items()}
+    ours = {"ours fixed": lambda settings: match_stones(stones, cells, settings)}
     if negotiated:
-        found["ours negotiated"] = at_gap(lambda settings: negotiate(stones, wall, settings).match, gap)
+        ours["ours negotiated"] = lambda settings: negotiate(stones, wall, settings).match
+    for name, answer in ours.items():
+        first, second = (at_gap(answer, plain[reference][1]) for reference in REFERENCES)
+        found[name] = Answer(first[0], first[1], (first[0] / least[0], second[0] / least[1]), first[2])
     return found
 
 
 def compare(chosen: argparse.Namespace) -> None:
-    """One table: Lambda, gap and ratio to the earlier method, by means over the seeds."""
-    print(
-        f"{'stones x cells':>22} {'method':>17} {'Lambda':>7} {'gap':>6} {'ratio':>6} {'least':>6} {'most':>6} {'s':>6}"
-    )
-    overall = defaultdict(list)
+    """What every wall came to, one line each, then one table: means over the seeds, and the worst."""
+    table: dict[tuple[str, str], list[Answer]] = defaultdict(list)
     for source, make in sources(chosen.stones).items():
         for count, (columns, rows) in SIZES.items():
             if chosen.only not in (None, count) or chosen.source not in (None, source):
                 continue
-            rows_of = defaultdict(list)
-            for seed in range(chosen.seeds):
+            for seed in chosen.seeds:
                 stones = make(count, seed)
                 answers = one(stones, wall_for(stones, columns, rows, seed), chosen.negotiate)
-                for name, (imposition, gap, seconds) in answers.items():
-                    rows_of[name].append((imposition, gap, imposition / answers["earlier"][0], seconds))
-            for name, row in rows_of.items():
-                table = np.array(row)
-                imposition, gap, ratio, seconds = table.mean(axis=0)
-                overall[name] += table[:, 2].tolist()
-                print(
-                    f"{f'{source} {count} x {columns * rows}':>22} {name:>17} {imposition:>7.4f} {gap:>6.3f}"
-                    f" {ratio:>6.3f} {table[:, 2].min():>6.3f} {table[:, 2].max():>6.3f} {seconds:>6.2f}",
-                    flush=True,
-                )
-    for name, ratio in overall.items():
-        print(f"{'all':>22} {name:>17} ratio {np.mean(ratio):.3f}, {min(ratio):.3f} to {max(ratio):.3f}")
+                told = [f"{x.ratio[0]:.3f} {x.ratio[1]:.3f}" for name, x in answers.items() if name.startswith("ours")]
+                print(f"{source} {count} x {columns * rows} seed {seed}: {', '.join(told)}", flush=True)
+                for name, answer in answers.items():
+                    table[f"{source} {count} x {columns * rows}", name].append(answer)
+                    table["all", name].append(answer)
+    six, every = ("to " + name.removeprefix("earlier, ") for name in REFERENCES)
+    print(f"{'':>22} {'':>18} {'':>7} {'':>6} {six + ': mean, worst':>22} {every + ': mean, worst':>24} {'':>6}")
+    print(f"{'stones x cells':>22} {'method':>18} {'Lambda':>7} {'gap':>6} {'ratio':>22} {'ratio':>24} {'s':>6}")
+    for (wall, name), answers in sorted(table.items(), key=lambda row: row[0][0] == "all"):
+        ratio = np.array([x.ratio for x in answers])
+        mean = np.mean([(x.imposition, x.gap, x.seconds) for x in answers], axis=0)
+        first, second = (f"{r.mean():.3f} {r.max():.3f}" for r in ratio.T)
+        print(f"{wall:>22} {name:>18} {mean[0]:>7.4f} {mean[1]:>6.3f} {first:>22} {second:>24} {mean[2]:>6.2f}")
+
+
+def seeds(text: str) -> range:
+    """`A:B`, without B, or `B` for 0:B."""
+    first, _, last = text.rpartition(":")
+    return range(int(first or 0), int(last))
+
+
+def draw_curves(chosen: argparse.Namespace) -> None:
+    """Lambda against the gap, of one small wall and one larger, as SVG."""
+    source, make = next((s, m) for s, m in sources(chosen.stones).items() if chosen.source in (None, s))
+    panels = []
+    for count in CURVED:
+        columns, rows = SIZES[count]
+        stones = make(count, chosen.seeds[0])
+        panels.append(panel(f"{count} stones ({source}) for {columns * rows} cells", stones, columns, rows, chosen))
+        for name, points in panels[-1].series.items():
+            print(
+                f"{panels[-1].title}: {name}: " + ", ".join(f"G {g:.3f} Lambda {x:.3f}" for g, x in points), flush=True
+            )
+    Path(chosen.curves).write_text(svg(panels), encoding="utf-8")
+
+
+def panel(title: str, stones: Sequence[Stone], columns: int, rows: int, chosen: argparse.Namespace) -> Panel:
+    """Gap and Lambda of each method on one wall, at several weights of void where it takes one."""
+    wall = wall_for(stones, columns, rows, chosen.seeds[0])
+    cells = cells_of(wall.assembly)
+    points = body_points(stones, 1024)
+    ranking = rank(points, np.array([s.volume for s in stones]), cells, cells.axes, np.ones(48, bool), 2)
+    yard = Yard(stones, points, cells, ranking)
+    series = {name: [measured(yard, METHODS[name](yard))[::-1]] for name in REFERENCES}
+    fixed = [match_stones(stones, cells, MatchSettings(weight=w)) for w in WEIGHTS]
+    moved = [negotiate(stones, wall, MatchSettings(weight=w)).match for w in WEIGHTS[::2]]
+    for name, answers in (("cells as drawn", fixed), ("negotiated", moved)):
+        series[name] = sorted((m.gap_of_wall, m.imposition) for m in answers)
+    return Panel(title, series)
 
 
 def large(chosen: argparse.Namespace) -> None:
@@ -181,13 +235,14 @@ def recall(stones: Sequence[Stone], cells, among: int, asked: int) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--stones", default=os.environ.get("CYCLOPEAN_STONES"))
-    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--seeds", type=seeds, default=range(20), metavar="A:B")
     parser.add_argument("--only", type=int)
     parser.add_argument("--source", choices=("scans", "quarry"))
     parser.add_argument("--negotiate", action="store_true")
     parser.add_argument("--large", action="store_true")
+    parser.add_argument("--curves", metavar="FILE")
     chosen = parser.parse_args()
-    (large if chosen.large else compare)(chosen)
+    (draw_curves if chosen.curves else large if chosen.large else compare)(chosen)
 
 
 if __name__ == "__main__":

@@ -137,8 +137,8 @@ def at_random(yard: Yard) -> Placed:
 
 
 METHODS: dict[str, Callable[[Yard], Placed]] = {
-    "earlier": earlier,
-    "earlier, of all": earlier_of_all,
+    "earlier, 6 a cell": earlier,
+    "earlier, all pairs": earlier_of_all,
     "greedy volume": greedy_by_volume,
     "greedy cost": greedy_by_cost,
     "random": at_random,

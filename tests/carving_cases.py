@@ -3,7 +3,7 @@
 import numpy as np
 
 from cyclopean.assembly import Block
-from cyclopean.design.matching.cuts import planes_of
+from cyclopean.design.carving.cuts import planes_of
 from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.geometry.solids import CUBE, hull_of, mesh_of
 

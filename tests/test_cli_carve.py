@@ -13,7 +13,7 @@ from carving_cases import stone_like
 from cyclopean import io
 from cyclopean.assembly import Assembly
 from cyclopean.design import wall
-from cyclopean.design.matching.carving import carve_match
+from cyclopean.design.carving.carve import carve_match
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.match import Match, MatchSettings, Placement
 from cyclopean.design.stones.inventory import Inventory

@@ -12,6 +12,7 @@ shift without the centroid; stones by their inner numbers.
 """
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -148,6 +149,22 @@ def test_refining_never_loses_what_was_given():
         assert share[k] >= shares(cells, cell[k], points[k, :512], start[k]) - 1e-6
 
 
+def test_early_steps_with_few_points_end_as_high_and_never_below_where_they_began():
+    stones, cells = rubble(12, size=0.7), polygonal(3, 2)
+    points = body_points(stones, 1024)
+    pair = np.arange(12), np.arange(12) % len(cells)
+    plain = Schedule(1024, 40, (0.08, 0.02), (0.05, 0.005))
+    start = cells.axes[pair[1]].transpose(0, 2, 1), np.zeros((12, 3))
+    all_along, pose, shift = refine(points, cells, pair, start, plain)
+    early, *_ = refine(points, cells, pair, start, replace(plain, early=24))
+    assert early.mean() == pytest.approx(all_along.mean(), abs=0.01)
+    again, same, _ = refine(points, cells, pair, (pose, shift), replace(plain, early=24, step=(0.9, 0.9)))
+    assert (again >= all_along - 1e-6).all()
+    kept = again <= all_along  # steps so long lead nowhere: it stays where it was
+    assert kept.sum() > 6
+    assert same[kept] == pytest.approx(pose[kept], abs=1e-6)
+
+
 def test_refining_works_in_a_cell_of_several_parts():
     cells = only(prism([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], 0.0, 0.6))
     it = stone(*prism([(0, 0), (1.9, 0), (1.9, 0.9), (0.9, 0.9), (0.9, 1.9), (0, 1.9)], 0.0, 0.6))
@@ -223,6 +240,10 @@ def test_weight_is_the_least_that_reaches_the_gap():
         lighter = assign(shared, volume, weight * 0.97)
         if 0.011 < weight < 99.0:
             assert 1.0 - shared[lighter, np.arange(8)].sum() / cell.sum() > gap
+        for near in (0.01, 0.5 * weight, weight, 3.0 * weight, 100.0):  # wherever it begins, but for its resolution
+            again, same = weight_for_gap(shared, volume, cell, gap, min(near, 100.0))
+            assert again == pytest.approx(weight, rel=0.006)
+            assert (1.0 - shared[same, np.arange(8)].sum() / cell.sum() <= gap) == (void <= gap)
 
 
 # Exact volumes
@@ -383,6 +404,25 @@ def test_an_earlier_match_is_a_candidate():
     quick = match_stones(stones, cells, QUICK)
     assert sum(p.shared for p in again.placements) >= sum(p.shared for p in best.placements) * 0.995
     assert again.imposition <= quick.imposition + 1e-3
+
+
+def test_what_was_measured_here_is_not_measured_again():
+    stones, cells = rubble(14, size=0.7), polygonal(3, 3)
+    best = match_stones(stones, cells)
+    again = match_stones(stones, cells, QUICK, start=best, known=True)
+    placed = {(p.stone, p.cell): p for p in best.placements}
+    same = [(p, placed[p.stone, p.cell]) for p in again.placements if (p.stone, p.cell) in placed]
+    assert len(same) >= 7
+    assert all(p.shared == q.shared for p, q in same)
+    assert all(p.shift == pytest.approx(q.shift, abs=1e-9) for p, q in same)
+    yielded = match_stones(stones, cells, QUICK, start=best, known=True, yielding=0.2)
+    kept = [p for p in yielded.placements if (p.stone, p.cell) in placed]
+    assert len(kept) < len(same)  # they count for less, so that others come in
+    solids = Solids(stones, cells)
+    for p in yielded.placements:  # by points, not exact, but near
+        turn, it = p.rotation @ stones[p.stone].axes.T, stones[p.stone]
+        shift = p.rotation @ it.centroid + p.shift - cells.centre[p.cell]
+        assert p.shared == pytest.approx(solids.shared(p.stone, p.cell, turn, shift), rel=0.06)
 
 
 def test_the_same_input_gives_the_same_answer_also_from_other_workers():

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.assembly import Assembly, detect
-from cyclopean.design.matching import negotiation
+from cyclopean.design.matching import ascent, negotiation
 from cyclopean.design.matching.ascent import Bodies, Climb, State, climbed, diagram_neighbours, gradient
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.flattening import flat_wall, frames_at
@@ -105,6 +105,29 @@ def test_the_gradient_is_that_of_the_smoothed_volume():
 
         slope = (at(step) - at(-step)) / (2 * step)
         assert float((own * way).sum()) == pytest.approx(slope, rel=5e-3), name
+
+
+def test_planes_out_of_reach_are_left_out_without_a_trace(monkeypatch):
+    """To the rounding of sums: on a wall with openings, courses and ends."""
+    wall = wall_of(openings=(Opening(0.6, 0.35, 0.45),), coping=Coping(0.15), width=2.0, columns=4, coursing=0.0)
+    flat = flat_wall(wall)
+    bodies, state = posed(wall, 256)
+    beside, width = diagram_neighbours(flat, state), np.full(len(bodies.site), 0.03)
+    few = gradient(flat, bodies, state, beside, width)
+    counts = ascent._within_reach
+
+    def everything(*given):
+        order, count = counts(*given)
+        assert count.min() < order.shape[1]
+        return order, np.full(len(count), order.shape[1])
+
+    monkeypatch.setattr(ascent, "_within_reach", everything)
+    every = gradient(flat, bodies, state, beside, width)
+    assert few.counted == every.counted
+    assert few.smooth == pytest.approx(every.smooth, rel=1e-6)
+    for name in ("point", "weight", "shift", "turn"):
+        own = getattr(every, name)
+        assert getattr(few, name) == pytest.approx(own, abs=1e-5 * np.abs(own).max()), name
 
 
 def test_a_stone_inside_its_cell_is_pushed_by_nothing():

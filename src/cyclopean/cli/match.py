@@ -104,6 +104,7 @@ def match(
     for given in (stones, wall):
         planned({option: str(path) for option, path in files.items()}, keep=given)
 
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean import io
     from cyclopean.design.matching.match import MatchSettings
     from cyclopean.io.checkpoints import Checkpoints

@@ -24,21 +24,21 @@ stone's cell gains, another's loses.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.matching.refine import bonded, turned_by
+from cyclopean.design.matching.refine import AFTER, NEXT, bonded, turned_by
 from cyclopean.geometry import power_diagram
 
 __all__ = ["Bodies", "Climb", "FlatWall", "Gradient", "Obstacles", "State", "climbed", "diagram_neighbours", "gradient"]
 
 Singles = NDArray[np.float32]
 
-BATCH = 1 << 19  # points times planes at a time
+BATCH = 1 << 18  # points times planes at a time
 FAR = 1e3  # m: offset of a plane that everything is before
 BESIDE = 8  # sites by which a hidden one is bounded
 MOMENTS = (0.85, 0.95)  # of what was, in the means of the gradient and its square
@@ -82,6 +82,13 @@ class Bodies:
     bond: tuple[Floats, float] | None = (
         None  # ways (b, 3) of longest axes in (u, v, t), and by how much they may be off (radians)
     )
+    radius: Floats = field(init=False)  # (b,) m: of the farthest point from the centroid
+    reach: Floats = field(init=False)  # (b,) m: of gyration
+
+    def __post_init__(self) -> None:
+        square = np.einsum("bni,bni->bn", self.points, self.points).astype(float)
+        object.__setattr__(self, "radius", np.sqrt(square.max(axis=1)))
+        object.__setattr__(self, "reach", np.sqrt(square.mean(axis=1)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,7 +135,7 @@ def climbed(
 
     The volume is less what the tether costs; the state given is among those compared.
     """
-    start, reach = state, _reach(bodies)
+    start, reach = state, bodies.reach
     mean = np.zeros((max(len(bodies.site), 1), 6)), np.zeros((len(state.weight), 3))
     square = np.zeros_like(mean[0]), np.zeros_like(mean[1])
     best, top = state, -np.inf
@@ -183,11 +190,6 @@ def _moved(wall: FlatWall, bodies: Bodies, state: State, moves: list[Floats], re
         rotation if bodies.bond is None else bonded(rotation, *bodies.bond),
         state.shift + poses[:, :3] * reach[:, None],
     )
-
-
-def _reach(bodies: Bodies) -> Floats:
-    """Radius of gyration of each stone (m), (b,)."""
-    return np.sqrt((bodies.points.astype(float) ** 2).sum(axis=2).mean(axis=1))
 
 
 def diagram_neighbours(wall: FlatWall, state: State) -> Ints:
@@ -260,13 +262,12 @@ def gradient(wall: FlatWall, bodies: Bodies, state: State, beside: Ints, width: 
     normal, offset = _planes(wall, lines)
     # about the stone's own centroid, which keeps single precision precise
     offset = offset - np.einsum("bpk,bk->bp", normal, state.shift)
+    order, count = _within_reach(bodies, offset, width)
     near = _near(wall, bodies, state)
-    count = len(bodies.site)
-    inside, smooth = np.zeros(count), np.zeros(count)
-    force, turn = np.zeros((count, 3)), np.zeros((count, 3))
+    inside, smooth = np.zeros(len(count)), np.zeros(len(count))
+    force, turn = np.zeros((len(count), 3)), np.zeros((len(count), 3))
     moment = np.zeros((*offset.shape, 5))  # of the points that each plane pushes: first moments, sum, sum of s
-    size = max(1, BATCH // max(1, bodies.points.shape[1] * offset.shape[1]))
-    for rows in _batches(near, size):
+    for rows in _batches(near, count, BATCH // bodies.points.shape[1]):
         chosen = near[rows[0]]
         walls = None
         if len(chosen):
@@ -274,8 +275,10 @@ def gradient(wall: FlatWall, bodies: Bodies, state: State, beside: Ints, width: 
                 [wall.obstacles.normal[chosen], np.zeros((*wall.obstacles.offset[chosen].shape, 1))], 2
             )
             walls = edge, wall.obstacles.offset[chosen] - np.einsum("oek,bk->boe", edge, state.shift[rows])
-        found = _pushes(bodies, state.rotation, (normal, offset), walls, width, rows)
-        inside[rows], smooth[rows], force[rows], turn[rows], moment[rows] = found
+        first = order[rows, : count[rows].max()]
+        planes = normal[rows[:, None], first], offset[rows[:, None], first]
+        found = _pushes(bodies, state.rotation, planes, walls, width, rows)
+        inside[rows], smooth[rows], force[rows], turn[rows], moment[rows[:, None], first] = found
     each = bodies.volume / bodies.points.shape[1]
     moment *= each[:, None, None]
     k = lines.other.shape[1]
@@ -288,6 +291,12 @@ def gradient(wall: FlatWall, bodies: Bodies, state: State, beside: Ints, width: 
         point,
         weight,
     )
+
+
+def _within_reach(bodies: Bodies, offset: Floats, width: Floats) -> tuple[Ints, Ints]:
+    """Planes (b, p) of each body, the nearest to its centroid first, and how many (b,) may push points of it."""
+    within = np.count_nonzero(offset <= (bodies.radius * (1.0 + 1e-5) + width)[:, None], axis=1)
+    return np.argsort(offset, axis=1, kind="stable"), np.maximum(within, 1)
 
 
 def _planes(wall: FlatWall, lines: _Lines) -> tuple[Floats, Floats]:
@@ -307,20 +316,23 @@ def _near(wall: FlatWall, bodies: Bodies, state: State) -> list[Ints]:
     """Obstacles within reach of each stone."""
     if not len(wall.obstacles):
         return [np.zeros(0, np.int64)] * len(bodies.site)
-    radius = np.sqrt((bodies.points**2).sum(axis=2).max(axis=1))
     low = np.stack([c.min(axis=0) for c in wall.obstacles.corners])
     high = np.stack([c.max(axis=0) for c in wall.obstacles.corners])
     here = state.shift[:, None, :2]
     gap = np.linalg.norm(np.maximum(np.maximum(low - here, here - high), 0.0), axis=2)
-    return [np.flatnonzero(row) for row in gap <= radius[:, None]]
+    return [np.flatnonzero(row) for row in gap <= bodies.radius[:, None]]
 
 
-def _batches(near: list[Ints], size: int) -> list[Ints]:
-    """Stones with the same obstacles together, `size` at most."""
+def _batches(near: list[Ints], count: Ints, size: int) -> list[Ints]:
+    """Stones with the same obstacles together, those with as many planes next to each other, as many as fit."""
     groups: dict[tuple[int, ...], list[int]] = {}
-    for row, chosen in enumerate(near):
-        groups.setdefault(tuple(chosen.tolist()), []).append(row)
-    return [np.array(g[k : k + size]) for g in groups.values() for k in range(0, len(g), size)]
+    for row in np.argsort(count, kind="stable").tolist():
+        groups.setdefault(tuple(near[row].tolist()), []).append(row)
+    found = []
+    for group in groups.values():
+        most = max(1, size // int(count[group].max()))
+        found += [np.array(group[k : k + most]) for k in range(0, len(group), most)]
+    return found
 
 
 def _pushes(
@@ -330,44 +342,58 @@ def _pushes(
     walls: tuple[Floats, Floats] | None,
     width: Floats,
     rows: Ints,
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Per stone: points inside, sum of phi, its gradient by shift and turn, and what each plane is pushed with."""
-    turned = rotation[rows].astype(np.float32) @ bodies.points[rows].transpose(0, 2, 1)
-    turned = np.concatenate([turned, np.ones_like(turned[:, :1])], axis=1)  # (b, 4, n)
-    normal = planes[0][rows].astype(np.float32)
-    plane = np.concatenate([normal, -planes[1][rows, :, None].astype(np.float32)], axis=2)
-    depth = plane @ turned  # (b, p, n)
+) -> tuple[Ints, Floats, Singles, Singles, Singles]:
+    """Per stone: points inside, sum of phi, its gradient by shift and turn, and what each plane is pushed with.
+
+    The planes are turned into the stones' frames, and not the points into the wall's: there are fewer of them.
+    """
+    turn, normal = rotation[rows].astype(np.float32), planes[0].astype(np.float32)
+    body = np.ones((len(rows), 4, bodies.points.shape[1]), np.float32)
+    body[:, :3] = bodies.points[rows].transpose(0, 2, 1)
+    plane = np.concatenate([normal @ turn, -planes[1][..., None].astype(np.float32)], axis=2)
+    depth = plane @ body  # (b, p, n)
     outermost = depth.max(axis=1)
-    taken = None
+    pressed = None
     if walls is not None:
         sides = np.broadcast_to(walls[0], (len(rows), *walls[0].shape)).astype(np.float32)
-        side = np.concatenate([sides, -walls[1][..., None].astype(np.float32)], axis=3)  # (b, o, e, 4)
-        within = (side.reshape(len(rows), -1, 4) @ turned).reshape(*side.shape[:3], -1)
-        beyond = within.max(axis=2)  # (b, o, n): how far out of each obstacle, negative inside
-        deepest = beyond.argmin(axis=1)
-        worst = -np.take_along_axis(beyond, deepest[:, None], axis=1)[:, 0]
-        nearest = np.take_along_axis(within.argmax(axis=2), deepest[:, None], axis=1)[:, 0]
-        # one side of one obstacle, though dressed stones in a row have sides in one line
-        number = np.arange(side.shape[1] * side.shape[2])[:, None]
-        taken = (number == (deepest * side.shape[2] + nearest)[:, None]) & (worst > outermost)[:, None]
-        outermost = np.maximum(outermost, worst)
-    share = outermost / width[rows, None].astype(np.float32)
-    np.clip(share, -1.0, 1.0, out=share)
-    phi = 0.5 - 0.75 * share + 0.25 * share**3
-    push = np.float32(0.75) * (1.0 - share**2) / width[rows, None].astype(np.float32)
-    pushed = np.multiply(depth == outermost[:, None], push[:, None], dtype=np.float32)
-    moment = pushed @ turned.transpose(0, 2, 1)  # (b, p, 4)
-    force = -(moment[:, :, 3:] * normal).sum(axis=1)
-    turn = -np.cross(moment[:, :, :3], normal).sum(axis=1)
-    if taken is not None:
-        pressed = np.multiply(taken, push[:, None], dtype=np.float32)
-        pressure = pressed @ turned.transpose(0, 2, 1)
-        out = sides.reshape(len(rows), -1, 3)
-        force += (pressure[:, :, 3:] * out).sum(axis=1)
-        turn += np.cross(pressure[:, :, :3], out).sum(axis=1)
-    deep = (pushed * depth).sum(axis=2, keepdims=True)
-    inside = (outermost <= 0.0).sum(axis=1)
-    return inside, phi.sum(axis=1, dtype=float), force, turn, np.concatenate([moment, deep], axis=2)
+        side = np.concatenate([sides @ turn[:, None], -walls[1][..., None].astype(np.float32)], axis=3)  # (b, o, e, 4)
+        pressed, outermost = _obstructed(side, body, outermost)
+    own = width[rows, None].astype(np.float32)
+    share = np.clip(outermost / own, np.float32(-1.0), np.float32(1.0))
+    square = share * share
+    phi = np.float32(0.5) + share * (np.float32(0.25) * square - np.float32(0.75))
+    push = np.float32(0.75) * (1.0 - square) / own
+    np.multiply(depth == outermost[:, None], push[:, None], out=depth)
+    moment = depth @ body.transpose(0, 2, 1)  # (b, p, 4), in the stones' frames
+    deep = np.einsum("bpi,bpi->bp", moment, plane)  # s is linear in the point
+    moment[..., :3] = moment[..., :3] @ turn.transpose(0, 2, 1)
+    force, torque = _wrench(moment, normal)
+    if pressed is not None:
+        pressure = np.multiply(pressed, push[:, None], dtype=np.float32) @ body.transpose(0, 2, 1)
+        pressure[..., :3] = pressure[..., :3] @ turn.transpose(0, 2, 1)
+        out = _wrench(pressure, sides.reshape(len(rows), -1, 3))
+        force, torque = force - out[0], torque - out[1]
+    inside = np.count_nonzero(outermost <= 0.0, axis=1)
+    return inside, phi.sum(axis=1, dtype=float), force, torque, np.concatenate([moment, deep[..., None]], axis=2)
+
+
+def _obstructed(side: Singles, body: Singles, outermost: Singles) -> tuple[Bools, Singles]:
+    """Which side of which obstacle (b, o * e, n) presses each point most, if it lies deeper in it than it is out."""
+    within = (side.reshape(len(side), -1, 4) @ body).reshape(*side.shape[:3], -1)
+    beyond = within.max(axis=2)  # (b, o, n): how far out of each obstacle, negative inside
+    deepest = beyond.argmin(axis=1)
+    worst = -np.take_along_axis(beyond, deepest[:, None], axis=1)[:, 0]
+    nearest = np.take_along_axis(within.argmax(axis=2), deepest[:, None], axis=1)[:, 0]
+    # one side of one obstacle, though dressed stones in a row have sides in one line
+    number = np.arange(side.shape[1] * side.shape[2])[:, None]
+    pressed = (number == (deepest * side.shape[2] + nearest)[:, None]) & (worst > outermost)[:, None]
+    return pressed, np.maximum(outermost, worst)
+
+
+def _wrench(moment: Singles, normal: Singles) -> tuple[Singles, Singles]:
+    """Force (b, 3) and torque (b, 3) inwards, of points that planes push, by their moments (b, p, 4)."""
+    pressed = moment.transpose(0, 2, 1) @ normal  # (b, 4, 3): sums of moment times normal, and of normals
+    return -pressed[:, 3], pressed[:, AFTER, NEXT] - pressed[:, NEXT, AFTER]
 
 
 def _site_gradient(

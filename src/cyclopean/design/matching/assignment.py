@@ -10,6 +10,8 @@ By hand: stones of 3 and 2, cells of 2 and 2, I = [[2, 1], [2, 2]]: the greedy p
 [0, 1]
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
@@ -17,7 +19,8 @@ from cyclopean.arrays import Floats, Ints
 __all__ = ["assign", "costs", "prices", "weight_for_gap"]
 
 LIGHTEST, HEAVIEST = 1e-2, 1e2  # weights between which one is looked for
-HALVINGS = 12
+FINE = 1.0025  # ratio of two weights between which none is looked for
+NEARBY = 1.02  # ratio of a weight to the first that is tried beside it
 EXACT = 1e-12  # of the largest cost: a price that falls by less has settled
 PASSES = 500
 
@@ -80,28 +83,52 @@ def prices(cost: Floats, chosen: Ints) -> tuple[Floats, Floats]:
     return found, own - u
 
 
-def weight_for_gap(shared: Floats, volume: Floats, cell_volume: Floats, gap: float) -> tuple[float, Ints]:
+def weight_for_gap(
+    shared: Floats, volume: Floats, cell_volume: Floats, gap: float, near: float | None = None
+) -> tuple[float, Ints]:
     """Least weight at which void / volume of all cells is no more than `gap`, and the assignment there.
 
     The more void costs, the less of it there is. Where even the heaviest weight leaves more, that one is the answer.
+
+    Parameters
+    ----------
+    shared : (n, m) float
+        m3 that stone i and cell j have in common.
+    volume, cell_volume : (n,) float, (m,) float
+        m3 of each stone and of each cell.
+    gap : float
+        Share of all cells that may be void.
+    near : float, optional
+        Where to look first, such as the answer to nearly the same numbers.
     """
     cell = np.arange(shared.shape[1])
+    found: dict[float, Ints] = {}
 
-    def found(weight: float) -> tuple[Ints, float]:
-        chosen = assign(shared, volume, weight)
+    def reaches(weight: float) -> bool:
+        chosen = found.setdefault(weight, assign(shared, volume, weight))
         filled = np.where(chosen >= 0, shared[chosen, cell], 0.0)
-        return chosen, 1.0 - float(filled.sum() / cell_volume.sum())
+        return 1.0 - float(filled.sum() / cell_volume.sum()) <= gap
 
-    low, high = LIGHTEST, HEAVIEST
-    best, reached = found(low)
-    if reached <= gap:
-        return low, best
-    best, _ = found(high)
-    for _ in range(HALVINGS):
+    if near is None:
+        low, high = LIGHTEST, HEAVIEST
+        if reaches(low):
+            return low, found[low]
+        reaches(high)
+    else:
+        low, high = _bracket(reaches, near)
+        if low == high:
+            return low, found[low]
+    while high > FINE * low:
         middle = float(np.sqrt(low * high))
-        chosen, reached = found(middle)
-        if reached <= gap:
-            high, best = middle, chosen
-        else:
-            low = middle
-    return high, best
+        low, high = (low, middle) if reaches(middle) else (middle, high)
+    return high, found[high]
+
+
+def _bracket(reaches: Callable[[float], bool], near: float) -> tuple[float, float]:
+    """A weight that does not reach the gap and a heavier one that does; twice the last one where there are none."""
+    way, step, last = reaches(near), NEARBY, near
+    while True:
+        weight = float(np.clip(last / step if way else last * step, LIGHTEST, HEAVIEST))
+        if weight == last or reaches(weight) != way:
+            return (weight, last) if way else (last, weight)
+        step, last = step * step, weight

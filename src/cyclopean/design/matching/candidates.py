@@ -34,7 +34,7 @@ RANKED, REFINED, POLISHED, EXACT = range(4)
 DISCOUNT = (0.97, 0.97, 0.99, 1.0)  # what a pair is taken to have, of what it was seen to have
 
 CLIMB = Schedule(points=256, steps=20, width=(0.15, 0.06), step=(0.10, 0.01))
-POLISH = Schedule(points=1024, steps=40, width=(0.08, 0.02), step=(0.05, 0.005))
+POLISH = Schedule(points=1024, steps=40, width=(0.08, 0.02), step=(0.05, 0.005), early=24)
 EVEN = 1e-12  # of the volume: poses that differ by less are even, and the first one stands
 EVENS = 1e-9  # of a mean stone; counted points are often even, as of stones that lie wholly in either of two cells
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
@@ -95,10 +95,16 @@ class Candidates:
             return self._rotation[row], self._shift[row]
         return self.axes[j].T @ self._turns[self.ranking.turns[0, i, j]], np.zeros(3)
 
-    def take(self, stone: Ints, cell: Ints, rotation: Floats, shift: Floats) -> None:
-        """Note poses from elsewhere; they are what these pairs are polished from."""
+    def take(self, stone: Ints, cell: Ints, rotation: Floats, shift: Floats, shared: Floats | None = None) -> None:
+        """Note poses from elsewhere, and what is shared at them if that was measured in these very cells.
+
+        Pairs that were not measured are polished from there.
+        """
         self._put(stone, cell, rotation, shift)
-        self.level[stone, cell] = np.maximum(self.level[stone, cell], REFINED)
+        if shared is None:
+            self.level[stone, cell] = np.maximum(self.level[stone, cell], REFINED)
+        else:
+            self.value[stone, cell], self.level[stone, cell] = shared, EXACT
 
     def hold_back(self, stone: Ints, cell: Ints, share: float) -> None:
         """Let these pairs count for less, by a share of what they have in common, when stones are assigned."""

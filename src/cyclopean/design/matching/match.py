@@ -104,6 +104,7 @@ def match_stones(
     progress: Callable[[str], None] = lambda _: None,
     start: Match | None = None,
     points: NDArray[np.float32] | None = None,
+    known: bool = False,
     yielding: float = 0.0,
 ) -> Match:
     """Place stones in the cells of a wall so that carved + w void is least.
@@ -128,9 +129,12 @@ def match_stones(
         An earlier answer, by the same stones for as many cells: its pairs and poses are candidates too.
     points : (n, p, 3) float32, optional
         `body_points` of the stones, at least 1,024 of each and as many as the settings ask for, where they are at hand.
+    known : bool
+        Say that what the pairs of `start` share was measured in these very cells, so that it is not done again.
     yielding : float
         Share of what the pairs of `start` have in common that does not count when stones are assigned: cells that have
         moved towards their stones would else keep them, and others, towards which they could move too, have no chance.
+        Where it is above 0 a climb of the cells is to follow, and volumes of new pairs are by counted points only.
 
     Returns
     -------
@@ -164,11 +168,11 @@ def match_stones(
     work = Candidates(stock, points, cells, ranking, axes, bond, executor, progress)
     if start is not None:
         stone, cell, rotation, shift = _incumbents(start, stock, order, cells)
-        work.take(stone, cell, rotation, shift)
+        work.take(stone, cell, rotation, shift, np.array([p.shared for p in start.placements]) if known else None)
         # measured at once, so that whoever takes their place is better, and not only thought to be
         work.improve(stone, cell, EXACT, replace(POLISH, points=settings.points))
         work.hold_back(stone, cell, yielding)
-    weight, chosen = _settled(work, settings)
+    weight, chosen = _settled(work, settings, rough=yielding > 0.0)
     found = _answer(work, settings, weight, chosen, order)
     total = perf_counter() - began
     return replace(found, seconds={**seconds, **work.seconds, "total": total})
@@ -196,19 +200,20 @@ def _incumbents(start: Match, stock: Sequence[Stone], order: Ints, cells: Cells)
     return stone, cell, rotation, shift - cells.centre[cell]
 
 
-def _settled(work: Candidates, settings: MatchSettings) -> tuple[float, Ints]:
-    """Weight and stone of each cell, all of whose pairs are measured."""
+def _settled(work: Candidates, settings: MatchSettings, rough: bool) -> tuple[float, Ints]:
+    """Weight and stone of each cell, all of whose pairs are measured, or polished only."""
     polish = replace(POLISH, points=settings.points)
-    levels = (POLISHED, EXACT) if settings.refine else (EXACT,)
+    levels = (POLISHED, EXACT)[0 if settings.refine else 1 : 1 if rough else 2]
     each = settings.climbs // len(work.cells)  # a wall of many cells has its choice of stones instead
     work.climbs = settings.climbs if each and settings.refine else 0
     weight, chosen = _chosen(work, settings)
     if settings.refine:
-        work.improve(*work.twins(TWINS), EXACT, polish)
+        if not rough:
+            work.improve(*work.twins(TWINS), EXACT, polish)
         work.improve(*_unique(work, *_shortlist(work, weight, chosen, settings.shortlist)), REFINED)
     for level in levels:
         for turn in range(ROUNDS):
-            weight, chosen = _chosen(work, settings)
+            weight, chosen = _chosen(work, settings, weight)
             stone, cell = chosen[chosen >= 0], np.flatnonzero(chosen >= 0)
             if work.settled(stone, cell, level).all():
                 break
@@ -218,13 +223,16 @@ def _settled(work: Candidates, settings: MatchSettings) -> tuple[float, Ints]:
                 known = work.settled(near, place, level - 1)
                 stone, cell = np.concatenate([stone, near[known]]), np.concatenate([cell, place[known]])
             work.improve(*_unique(work, stone, cell), level, polish)
+    if not rough:  # they are already, unless rounds have run out
+        filled = np.flatnonzero(chosen >= 0)
+        work.improve(chosen[filled], filled, EXACT, polish)
     return weight, chosen
 
 
-def _chosen(work: Candidates, settings: MatchSettings) -> tuple[float, Ints]:
-    """Weight, and the best assignment by what is known now."""
+def _chosen(work: Candidates, settings: MatchSettings, last: float | None = None) -> tuple[float, Ints]:
+    """Weight, by the last one, and the best assignment by what is known now."""
     if settings.gap is not None:
-        return weight_for_gap(work.worth, work.volume, work.cells.volume, settings.gap)
+        return weight_for_gap(work.worth, work.volume, work.cells.volume, settings.gap, last)
     return settings.weight, assign(work.worth, work.volume, settings.weight)
 
 
@@ -253,9 +261,8 @@ def _unique(work: Candidates, stone: Ints, cell: Ints) -> tuple[Ints, Ints]:
 
 
 def _answer(work: Candidates, settings: MatchSettings, weight: float, chosen: Ints, order: Ints) -> Match:
-    """The match in numbers, all exact."""
+    """The match in numbers, as exact as its pairs are known."""
     cells, filled = work.cells, np.flatnonzero(chosen >= 0)
-    work.improve(chosen[filled], filled, EXACT)
     placements = []
     for j in filled.tolist():
         i = int(chosen[j])
@@ -278,9 +285,9 @@ def _answer(work: Candidates, settings: MatchSettings, weight: float, chosen: In
     if settings.gap is not None and not wall <= settings.gap + GAP_SLACK:
         notes.append(f"gap {settings.gap:g} cannot be reached with these stones: {wall:.3f} of the wall is void")
     if len(filled) < len(cells):
-        notes.append(
-            f"{len(cells) - len(filled)} of {len(cells)} cells stay empty: there are only {len(work.stones)} stones"
-        )
+        many = len(work.stones)
+        there = "is only 1 stone" if many == 1 else f"are only {many} stones"
+        notes.append(f"{len(cells) - len(filled)} of {len(cells)} cells stay empty: there {there}")
     return Match(
         placements=tuple(placements),
         unused=np.setdiff1d(np.arange(len(order)), order[chosen[filled]]),

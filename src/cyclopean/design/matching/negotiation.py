@@ -125,8 +125,9 @@ class _Talk:
         if yielding:  # the climb that follows moves the poses anyway
             few = min(settings.shortlist, HASTY[0]), min(settings.points, HASTY[1])
             settings = replace(settings, climbs=0, shortlist=few[0], points=few[1])
+        known = start is not None  # they were measured where they are
         return match_stones(
-            self.stock, cells, settings, self.executor, self.progress, start, self.points, yielding=yielding
+            self.stock, cells, settings, self.executor, self.progress, start, self.points, known, yielding
         )
 
 

@@ -11,7 +11,7 @@ All pairs of a batch move together; none knows of the others.
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar, cast
 
@@ -26,11 +26,12 @@ __all__ = ["Bonds", "Schedule", "bonded", "refine", "turned_by"]
 Singles = NDArray[np.float32]
 Real = TypeVar("Real", np.float32, np.float64)
 
-BATCH = 1 << 16  # points times planes at a time: what the fast memory of a core holds
+BATCH = 1 << 18  # points times planes at a time: what the fast memory of a core holds
 KEPT = 0.6  # of the last step's direction that is kept in the next
-LEVI_CIVITA = np.array(
-    [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]], float
-)
+# takes a vector to the matrix of its cross product, row by row
+CROSS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]], float)
+AXES, NEXT, AFTER = [0, 1, 2], [1, 2, 0], [2, 0, 1]
+FEW = 4  # one of so many points is used in early steps
 TOUCH = 1e-6  # of the stone's radius: points so near to a plane count as inside
 
 
@@ -42,6 +43,7 @@ class Schedule:
     steps: int
     width: tuple[float, float]  # from and to which the border is smoothed
     step: tuple[float, float]
+    early: int = 0  # of the steps, the first, that are made with a quarter of the points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,12 +107,18 @@ Job = tuple[Singles, Singles, Singles, int, Singles, Singles, tuple[Singles, flo
 
 
 def _batches(cells: Cells, cell: Ints, points: int) -> Iterator[Ints]:
-    """Pairs that are refined together: cells of as many parts, and no more than fit."""
-    planes = cells.offset.shape[2]
+    """Pairs that are refined together: cells of as many parts and of about as many planes, and no more than fit."""
+    planes = _planes(cells)[cell]
     for parts in np.unique(cells.part_count[cell]):
         rows = np.flatnonzero(cells.part_count[cell] == parts)
-        size = max(1, BATCH // (points * planes * int(parts)))
+        rows = rows[np.argsort(planes[rows], kind="stable")]
+        size = max(1, BATCH // (points * int(planes[rows].max()) * int(parts)))
         yield from (rows[k : k + size] for k in range(0, len(rows), size))
+
+
+def _planes(cells: Cells) -> Ints:
+    """(m,) planes of the part of each cell that has the most; others fill up what is left of the rows."""
+    return np.asarray(np.abs(cells.normal).any(axis=3).sum(axis=2).max(axis=1))
 
 
 def _job(
@@ -123,12 +131,12 @@ def _job(
     count: int,
 ) -> Job:
     stone, cell = pairs[0][batch], pairs[1][batch]
-    parts = int(cells.part_count[cell[0]])
+    parts, planes = int(cells.part_count[cell[0]]), int(_planes(cells)[cell].max())
     bond = None if bonds is None else (bonds.way[batch].astype(np.float32), bonds.angle)
     return (
         points[stone, :count],
-        cells.normal[cell, :parts].astype(np.float32).reshape(len(batch), -1, 3),
-        cells.offset[cell, :parts].astype(np.float32).reshape(len(batch), -1),
+        cells.normal[cell, :parts, :planes].astype(np.float32).reshape(len(batch), -1, 3),
+        cells.offset[cell, :parts, :planes].astype(np.float32).reshape(len(batch), -1),
         parts,
         poses[0][batch].astype(np.float32),
         poses[1][batch].astype(np.float32),
@@ -138,22 +146,45 @@ def _job(
 
 def _climbed(schedule: Schedule, job: Job) -> tuple[Singles, Singles, Singles]:
     """Climb with one batch: share, rotation and shift at the best pose that was met."""
+    points, normal, offset, parts, start, shift, bond = job
+    if not schedule.early:
+        return _leg(schedule, job, 0)
+    few = points[:, : points.shape[1] // FEW], normal, offset, parts, start, shift, bond
+    _, *near = _leg(replace(schedule, steps=schedule.early), few, 0, schedule.steps)
+    share, rotation, moved = _leg(schedule, (points, normal, offset, parts, near[0], near[1], bond), schedule.early)
+    given, *_ = _leg(schedule, job, schedule.steps)  # a climb never ends below where it began
+    worse = given > share
+    share[worse], rotation[worse], moved[worse] = given[worse], start[worse], shift[worse]
+    return share, rotation, moved
+
+
+def _leg(schedule: Schedule, job: Job, first: int, last: int = 0) -> tuple[Singles, Singles, Singles]:
+    """Steps of a climb, from the first on; the best pose that was met by the points of the job.
+
+    The planes are turned into the stones' frames, and not the points into the wall's: there are fewer of them.
+    """
     points, normal, offset, parts, rotation, shift, bond = job
-    size = np.sqrt((points**2).sum(axis=2).mean(axis=1))
-    body = np.ascontiguousarray(points.transpose(0, 2, 1))
-    ones = np.ones((len(points), 1, points.shape[1]), np.float32)
-    best = np.full(len(points), -1.0, np.float32)
+    count, many = points.shape[:2]
+    size = np.sqrt(np.einsum("bni,bni->b", points, points) / np.float32(many))
+    body = np.ones((count, 4, many), np.float32)
+    body[:, :3] = points.transpose(0, 2, 1)
+    depth, nearest = (
+        np.zeros((count, normal.shape[1], many), np.float32),
+        np.zeros((count, normal.shape[1], many), bool),
+    )
+    best = np.full(count, -1.0, np.float32)
     best_rotation, best_shift = rotation.copy(), shift.copy()
-    momentum: Singles = np.zeros((len(points), 6), np.float32)
+    momentum: Singles = np.zeros((count, 6), np.float32)
+    plane, pull = np.zeros((count, normal.shape[1], 4), np.float32), np.zeros((count, 3, 2), np.float32)
     if bond is not None:
         rotation = bonded(rotation, *bond)
-    for k in range(schedule.steps + 1):
-        done = k / max(1, schedule.steps - 1)
-        turned = np.concatenate([rotation @ body, ones], axis=1)  # (b, 4, n), about the stone's own centroid
-        plane = np.concatenate([normal, ((normal @ shift[:, :, None])[..., 0] - offset)[:, :, None]], axis=2)
-        depth = plane @ turned
-        outermost = depth.reshape(len(points), parts, -1, points.shape[1]).max(axis=2).min(axis=1)
-        share = (outermost <= (TOUCH * size)[:, None]).mean(axis=1, dtype=np.float32)
+    for k in range(first, schedule.steps + 1):
+        done = k / max(1, (last or schedule.steps) - 1)
+        turned = normal @ rotation
+        plane[..., :3], plane[..., 3] = turned, (normal @ shift[:, :, None])[..., 0] - offset
+        np.matmul(plane, body, out=depth)
+        outermost = depth.max(axis=1) if parts == 1 else _union(depth, parts)
+        share = np.count_nonzero(outermost <= (TOUCH * size)[:, None], axis=1).astype(np.float32) / np.float32(many)
         better = share > best
         best = np.where(better, share, best)
         best_rotation[better], best_shift[better] = rotation[better], shift[better]
@@ -161,30 +192,42 @@ def _climbed(schedule: Schedule, job: Job) -> tuple[Singles, Singles, Singles]:
             break
         width = schedule.width[0] * (schedule.width[1] / schedule.width[0]) ** done
         step = np.float32(schedule.step[0] * (schedule.step[1] / schedule.step[0]) ** done)
-        push = 1.0 - (outermost / (np.float32(width) * size)[:, None]) ** 2
-        np.maximum(push, 0.0, out=push)
-        pushed = np.multiply(
-            depth == outermost[:, None], push[:, None], dtype=np.float32
-        )  # by the plane that is nearest
-        moment = pushed @ turned.transpose(0, 2, 1)  # (b, planes, 4): first moments and sum
-        force = -(moment[:, :, 3:] * normal).sum(axis=1)
-        torque = -np.cross(moment[:, :, :3], normal).sum(axis=1)
-        way: Singles = np.concatenate([force, torque / size[:, None]], axis=1)
-        way /= np.linalg.norm(way, axis=1, keepdims=True) + np.float32(1e-12)
+        np.equal(depth, outermost[:, None], out=nearest)
+        push = outermost / (np.float32(width) * size)[:, None]
+        push *= push
+        np.subtract(np.float32(1.0), push, out=push)
+        np.maximum(push, np.float32(0.0), out=push)
+        np.multiply(nearest, push[:, None], out=depth)  # by the plane that is nearest
+        moment = depth @ body.transpose(0, 2, 1)  # (b, planes, 4): first moments and sum
+        pressed = moment.transpose(0, 2, 1) @ turned  # (b, 4, 3): of moments times normals, and force
+        pull[:, :, 0] = -pressed[:, 3]
+        pull[:, :, 1] = (pressed[:, AFTER, NEXT] - pressed[:, NEXT, AFTER]) / size[:, None]
+        way: Singles = (rotation @ pull).transpose(0, 2, 1).reshape(count, 6)  # force, and torque
+        way /= np.sqrt(np.einsum("bi,bi->b", way, way))[:, None] + np.float32(1e-12)
         momentum = np.float32(KEPT) * momentum + np.float32(1.0 - KEPT) * way
         shift = shift + momentum[:, :3] * (step * size[:, None])
-        rotation = (turned_by(step * momentum[:, 3:]) @ rotation).astype(np.float32)
+        rotation = turned_by(step * momentum[:, 3:]) @ rotation
         if bond is not None:
             rotation = bonded(rotation, *bond)
     return best, best_rotation, best_shift
 
 
+def _union(depth: Singles, parts: int) -> Singles:
+    """(b, n) depth in a union of convex parts, of depths (b, parts * planes, n) beyond their planes."""
+    split = depth.reshape(len(depth), parts, -1, depth.shape[2])
+    return cast("Singles", split.max(axis=2).min(axis=1))
+
+
 def turned_by(vector: NDArray[Real]) -> NDArray[Real]:
     """Rotations (b, 3, 3) about vectors (b, 3), by their lengths in radians (Rodrigues)."""
-    angle = np.sqrt((vector**2).sum(axis=1))[:, None, None]
-    axis = vector[:, :, None] / np.where(angle > 0.0, angle, 1.0)
-    cross = (LEVI_CIVITA @ axis[:, None])[..., 0]  # (b, 3, 3): the matrix of axis x
-    turned = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    square = np.einsum("bi,bi->b", vector, vector)
+    angle = np.sqrt(square)
+    safe = np.where(angle > 0.0, angle, vector.dtype.type(1.0))
+    sine = np.sin(safe) / safe
+    half = np.sin(safe / 2.0) / safe
+    turned = vector[:, :, None] * ((2.0 * half * half)[:, None] * vector)[:, None]
+    turned += ((sine[:, None] * vector) @ CROSS.astype(vector.dtype)).reshape(-1, 3, 3)
+    turned[:, AXES, AXES] += np.cos(angle)[:, None]
     found: NDArray[Real] = np.asarray(turned, vector.dtype)
     return found
 
