@@ -3,8 +3,8 @@
 Run `python bench/polygonal.py [--only door] [--seconds 60] [--large] [--seed 7] [--save DIR]`; prints one row a wall:
 stones, contacts, points, joints that are not flat, processor seconds to draw and to check (verification included), the
 verdict and the route that found it; then how many of the walls got which verdict, and which stay undecided. `--large`
-adds walls of 150, 300, 1,000 and 2,000 stones: flat with coursing 0, 0.4 and 1, a cylinder, a sphere, a door. `--seed` draws
-all of them with another seed; `--save` writes the models that stay undecided.
+adds walls of 150, 300, 1,000 and 2,000 stones: flat with coursing 0, 0.4 and 1, a cylinder, a sphere, a door. `--seed`
+draws all of them with another seed; `--save` writes the models that stay undecided.
 
 The budget is in seconds of a free processor. On a busy one give more of them by `--seconds` and count as undecided
 what takes more than `--limit` processor seconds.
