@@ -14,7 +14,6 @@ import sys
 from time import perf_counter
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, supports
@@ -22,6 +21,7 @@ from cyclopean.design.laying.settle import SettleSettings, settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import Stone, in_body_frame, stone_of
+from cyclopean.geometry.solids import hull_of, mesh_of
 
 WALLS = 40
 STONES = (3, 8)
@@ -47,15 +47,7 @@ XML = """
 
 def hull_stone(stone: Stone) -> Stone:
     """The convex hull of a stone, as a stone."""
-    points = in_body_frame(stone)
-    points = points[ConvexHull(points).vertices]
-    hull = ConvexHull(points)
-    corner = points[hull.simplices]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    turned = np.einsum("ki,ki->k", normal, hull.equations[:, :3]) < 0.0
-    faces = hull.simplices.astype(np.int64)
-    faces[turned] = faces[turned][:, ::-1]
-    return stone_of(stone.id, points, faces, DENSITY)
+    return stone_of(stone.id, *mesh_of(hull_of(in_body_frame(stone))), DENSITY)
 
 
 def drawn(seed: int) -> tuple[Assembly, tuple[float, float, float], int]:

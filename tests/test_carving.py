@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from carving_cases import CORNERS, box, pebble, prism, rotation, stone_like
 from cyclopean.assembly import Block
 from cyclopean.design.carving.carve import BALANCE, LEAST, carve, carve_all, total
-from cyclopean.design.carving.cuts import enclosed
 from cyclopean.design.stones.stone import stone_of
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, mesh_faults, pack
@@ -286,11 +285,6 @@ def test_a_stone_that_crosses_itself_is_refused():
     twice = stone_of("twice", np.concatenate([vertices, vertices + 0.5]), np.concatenate([triangles, triangles + 8]))
     with pytest.raises(InputError, match=r"stone 'twice' in cell 'cell': the parts differ .* does a mesh cross itself"):
         carve(twice, box((3.0, 3.0, 0.75)), *STAY)
-
-
-def test_enclosed_by_hand():
-    assert enclosed(*mesh_of(solid_of(2.0 * CORNERS + 7.0, CUBE))) == pytest.approx(8.0)
-    assert enclosed(np.zeros((0, 3)), np.zeros((0, 3), np.int64)) == 0.0
 
 
 @pytest.mark.skipif("CYCLOPEAN_STONES" not in os.environ, reason="CYCLOPEAN_STONES names no folder of scans")

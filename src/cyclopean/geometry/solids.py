@@ -29,8 +29,8 @@ __all__ = [
     "hull_of",
     "intersection",
     "mesh_of",
+    "mesh_volume",
     "moved",
-    "pieces_of",
     "solid_of",
     "solid_volume",
     "split_by_plane",
@@ -98,7 +98,11 @@ def mesh_of(solid: Solid) -> tuple[Floats, Ints]:
 
 def solid_volume(solid: Solid) -> float:
     """Volume (m3), integrated by us from the triangles."""
-    vertices, triangles = mesh_of(solid)
+    return mesh_volume(*mesh_of(solid))
+
+
+def mesh_volume(vertices: Floats, triangles: Ints) -> float:
+    """Volume (m3) within closed triangles, negative where they face inwards; 0 where there are none."""
     if not len(triangles):
         return 0.0
     return float(mass_properties(pack([(vertices, triangles)])).volume[0])
@@ -138,11 +142,6 @@ def moved(solid: Solid, rotation: ArrayLike, shift: ArrayLike) -> Solid:
     """The solid with each point x taken to rotation x + shift."""
     matrix = np.column_stack([sealed("rotation", rotation, 3, 3), sealed("shift", shift, 3)])
     return _sound(solid.transform(matrix))
-
-
-def pieces_of(solid: Solid) -> list[Solid]:
-    """Connected pieces, largest first; none where it is empty."""
-    return sorted((p for p in solid.decompose() if not p.is_empty()), key=lambda p: -p.volume())
 
 
 def hull_of(points: ArrayLike, name: str = "points") -> Solid:

@@ -48,7 +48,6 @@ from cyclopean.design.carving.cuts import (
     Cut,
     Piece,
     cuts_of,
-    enclosed,
     labelled,
     pieces_with_cavities,
     planes_of,
@@ -57,7 +56,7 @@ from cyclopean.design.carving.cuts import (
 from cyclopean.design.stones.inventory import flat_faces
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
-from cyclopean.geometry.solids import difference, intersection, mesh_of, solid_of
+from cyclopean.geometry.solids import difference, intersection, mesh_of, mesh_volume, solid_of
 
 if TYPE_CHECKING:  # only names here
     from cyclopean.design.matching.cells import Cells
@@ -292,10 +291,10 @@ def _split(
     shared, off, void = intersection(rock, room), difference(rock, room), difference(room, rock)
     inside = [labelled(shells, room, planes) for shells in pieces_with_cavities(shared)]
     outside = [labelled(shells, room, planes) for shells in pieces_with_cavities(off)]
-    common, capacity = sum(piece.volume for piece in inside), enclosed(planes.vertices, planes.triangles)
+    common, capacity = sum(piece.volume for piece in inside), mesh_volume(planes.vertices, planes.triangles)
     worst = max(
         abs(common + sum(piece.volume for piece in outside) - stone.volume) / stone.volume,
-        abs(common + enclosed(*mesh_of(void)) - capacity) / capacity,
+        abs(common + mesh_volume(*mesh_of(void)) - capacity) / capacity,
     )
     if not worst <= BALANCE:
         raise InputError(

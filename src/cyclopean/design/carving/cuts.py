@@ -15,7 +15,8 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.assembly import Block
 from cyclopean.design.stones.stone import Stone
-from cyclopean.geometry.solids import Solid, mesh_of
+from cyclopean.geometry.mesh_repair import solid_angle
+from cyclopean.geometry.solids import Solid, mesh_of, mesh_volume
 
 __all__ = [
     "OWN",
@@ -23,7 +24,6 @@ __all__ = [
     "Cut",
     "Piece",
     "cuts_of",
-    "enclosed",
     "labelled",
     "pieces_with_cavities",
     "planes_of",
@@ -127,28 +127,18 @@ def pieces_with_cavities(solid: Solid) -> list[list[Solid]]:
     given back to the smallest piece that it lies in.
     """
     shells = [shell for shell in solid.decompose() if not shell.is_empty()]
-    volume = [enclosed(*mesh_of(shell)) for shell in shells]
+    volume = [mesh_volume(*mesh_of(shell)) for shell in shells]
     outer = sorted((k for k in range(len(shells)) if volume[k] > 0.0), key=lambda k: volume[k])
     found = {k: [shells[k]] for k in outer}
     for k in range(len(shells)):
         if volume[k] < 0.0:
             point = mesh_of(shells[k])[0][0]
-            around = next((o for o in outer if volume[o] > -volume[k] and _holds(shells[o], point)), None)
+            around = next(
+                (o for o in outer if volume[o] > -volume[k] and solid_angle(*mesh_of(shells[o]), point) > 0.5), None
+            )
             if around is not None:
                 found[around].append(shells[k])
     return [found[k] for k in outer[::-1]]
-
-
-def _holds(shell: Solid, point: Floats) -> bool:
-    """Whether a point that is not on it lies inside a shell: the solid angle under which it is seen is 4 pi, or 0."""
-    vertices, triangles = mesh_of(shell)
-    a, b, c = np.moveaxis(vertices[triangles] - point, 1, 0)
-    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
-    over = np.einsum("ti,ti->t", a, np.cross(b, c))
-    under = la * lb * lc + (
-        np.einsum("ti,ti->t", a, b) * lc + np.einsum("ti,ti->t", b, c) * la + np.einsum("ti,ti->t", c, a) * lb
-    )
-    return bool(2.0 * np.arctan2(over, under).sum() > 2.0 * np.pi)
 
 
 def labelled(shells: Sequence[Solid], room: Solid, planes: CellPlanes) -> Piece:
@@ -177,15 +167,7 @@ def labelled(shells: Sequence[Solid], room: Solid, planes: CellPlanes) -> Piece:
         labels.append(np.where(of_cell, planes.plane[face], OWN))
         before += len(point)
     vertices, triangles = np.concatenate(points), np.concatenate(corners)
-    return Piece(vertices, triangles, np.concatenate(labels), enclosed(vertices, triangles))
-
-
-def enclosed(vertices: Floats, triangles: Ints) -> float:
-    """Volume (m3) within closed triangles, by tetrahedra to the first vertex."""
-    if not len(triangles):
-        return 0.0
-    a, b, c = np.moveaxis(vertices[triangles] - vertices[triangles[0, 0]], 1, 0)
-    return float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
+    return Piece(vertices, triangles, np.concatenate(labels), mesh_volume(vertices, triangles))
 
 
 def reaches(piece: Piece, planes: CellPlanes) -> Floats:
