@@ -14,6 +14,7 @@ One thread: set RAYON_NUM_THREADS=1 and OMP_NUM_THREADS=1 before.
 
 import argparse
 import contextlib
+import importlib.util
 import io
 import multiprocessing
 import os
@@ -82,7 +83,9 @@ def peer_answer(model: Assembly, mu: float, pipe) -> None:
 
 
 def peer_time(model: Assembly, mu: float, limit: float) -> tuple[float, str]:
-    """Seconds and word of the peer, in a process of its own."""
+    """Seconds and word of the peer, in a process of its own; where it is not installed, that."""
+    if importlib.util.find_spec("compas_cra") is None:
+        return float("nan"), "absent"
     here, there = multiprocessing.Pipe(duplex=False)
     process = multiprocessing.Process(target=peer_answer, args=(model, mu, there))
     process.start()
