@@ -103,8 +103,6 @@ def solid_volume(solid: Solid) -> float:
 
 def mesh_volume(vertices: Floats, triangles: Ints) -> float:
     """Volume (m3) within closed triangles, negative where they face inwards; 0 where there are none."""
-    if not len(triangles):
-        return 0.0
     return float(mass_properties(pack([(vertices, triangles)])).volume[0])
 
 
