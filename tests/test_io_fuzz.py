@@ -15,9 +15,10 @@ import pytest
 
 from cyclopean.assembly import Assembly, Block, Contacts, Load
 from cyclopean.errors import InputError
-from cyclopean.io import read_model, write_mesh, write_model
+from cyclopean.io import read_model, write_exchange, write_mesh, write_model
 
-CASES = int(os.environ.get("CYCLOPEAN_FUZZ", "250"))  # nine files: 2,250 in all
+CASES = int(os.environ.get("CYCLOPEAN_FUZZ", "250"))  # of each of eleven files
+FEWER = {"model.3dm": 10}  # each that is not plainly broken costs a process of its own: one case for so many of others
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -76,6 +77,9 @@ def whole(tmp_path_factory):
     for suffix in ("obj", "stl", "ply", "glb"):
         write_mesh(folder / f"mesh.{suffix}", PAIR)
         files[f"mesh.{suffix}"] = (folder / f"mesh.{suffix}").read_bytes()
+    for name in ("ours.compas.json", "model.ifc", "model.3dm"):
+        write_exchange(folder / name, PAIR)
+        files[name] = (folder / name).read_bytes()
     made = {"compas.json": compas(), "dump.json": dump(), "binary.stl": binary_stl(), "ascii.ply": ascii_ply()}
     return files | made
 
@@ -119,6 +123,9 @@ FORMATS = [
     "mesh.ply",
     "ascii.ply",
     "mesh.glb",
+    "ours.compas.json",
+    "model.ifc",
+    "model.3dm",
 ]
 
 
@@ -128,8 +135,8 @@ def test_damage_is_refused_in_one_line_or_read(name, whole, tmp_path):
     path = tmp_path / name
     path.write_bytes(whole[name])
     assert len(read_model(path)[0]) in (1, 2)  # the file itself is good
-    refused = 0
-    for case in range(CASES):
+    refused, cases = 0, CASES // FEWER.get(name, 1)
+    for case in range(cases):
         data = damaged(whole[name], rng)
         path.write_bytes(data)
         start = time.perf_counter()
@@ -149,5 +156,5 @@ def test_damage_is_refused_in_one_line_or_read(name, whole, tmp_path):
             assert line.startswith(str(path)), line
             assert line.isprintable(), line
             assert len(line) < len(str(path)) + 400, line
-        assert time.perf_counter() - start < 5.0
-    assert refused > CASES // 10  # the damage is real
+        assert time.perf_counter() - start < 10.0
+    assert refused > cases // 10  # the damage is real

@@ -269,7 +269,7 @@ def test_refused_paths(at, tmp_path):
         "folder.json": "folder.json: is a folder; name a file in it",
         "no\nline.json": "no\\nline.json: no such file; check the path",
         "nul\0.json": "nul\\x00.json: is not a path",
-        at(b"x", "model.3dm"): "model.3dm: '.3dm' files cannot be read; use json, glb, obj, ply or stl",
+        at(b"x", "model.dwg"): "model.dwg: '.dwg' files cannot be read; use json, 3dm, glb, ifc, obj, ply or stl",
     }
     for path, line in cases.items():
         with pytest.raises(InputError) as caught:

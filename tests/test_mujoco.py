@@ -18,6 +18,11 @@ from coupled_cases import beams, shaft, tilted
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, supports
 from cyclopean.design import arch, dome, stack, wall
+from cyclopean.design.laying.settle import SettleSettings, settle
+from cyclopean.design.stones.inventory import Inventory
+from cyclopean.design.stones.quarry import quarry
+from cyclopean.design.stones.stone import in_body_frame, stone_of
+from cyclopean.geometry.solids import hull_of, mesh_of
 from near_limit import limit_multiplier, posed, random_assembly
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (extra `check`)")
@@ -184,6 +189,24 @@ def test_a_beam_on_friction_alone_falls() -> None:
     assert moved(loose, 0.3, UPRIGHT) > FAR * MOVED
     assert check(wide, Settings(mu=0.3, method="rbe")).verdict == "stable"
     assert check(wide, Settings(mu=0.3, method="cra")).verdict == "unstable"
+
+
+def rubble(seed: int) -> Assembly:
+    """A wall of the convex hulls of six quarry stones, laid dry."""
+    stones = (
+        stone_of(s.id, *mesh_of(hull_of(in_body_frame(s))), DENSITY) for s in quarry(6, seed=100 + seed, detail=1)
+    )
+    return settle(Inventory(tuple(stones)), SettleSettings(yaws=4, look_ahead=4, band=5e-4)).assembly
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rubble_stands_as_it_was_laid_and_falls_on_a_slope(seed: int) -> None:
+    model = rubble(seed)
+    assert len(model) > 3
+    for slope, word in ((0.0, "stable"), (40.0, "unstable")):
+        gravity = tilted(slope, np.pi / 2)
+        assert check(model, Settings(mu=0.7, gravity=gravity, density=DENSITY)).verdict == word
+        assert (moved(model, 0.7, gravity) <= MOVED) == (word == "stable")
 
 
 def test_domes_are_left_out_for_a_reason() -> None:

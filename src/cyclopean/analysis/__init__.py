@@ -5,8 +5,16 @@ from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
 from cyclopean.analysis.grown.deferred import Deferred
 from cyclopean.analysis.grown.recheck import CONTINUED, Known, mobile, recheck
+from cyclopean.analysis.limits.bracket import CoupledBracket, coupled_bracket
+from cyclopean.analysis.limits.joints import MovingJoint, moving_joints
+from cyclopean.analysis.limits.limit import limit
+from cyclopean.analysis.limits.live import Live, LiveLoad
+from cyclopean.analysis.limits.polar import Polar, polar_tilt
+from cyclopean.analysis.limits.pushover import Pushover, PushoverStep, pushover
+from cyclopean.analysis.limits.result import LimitResult
 from cyclopean.analysis.posing import PosedModel, pose
 from cyclopean.analysis.proving import Judge
+from cyclopean.analysis.reserves import Margins, margins
 from cyclopean.analysis.rigid.interior import interior_point
 from cyclopean.analysis.rigid.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
 from cyclopean.analysis.rigid.rbe import Outcome, solve_rbe, tension
@@ -18,39 +26,64 @@ from cyclopean.analysis.rigid.reference import (
     rbe_program,
     solve_program,
 )
+from cyclopean.analysis.scatter.ranges import QUANTITIES, Range, ranges_of
+from cyclopean.analysis.scatter.sampling import Sensitivity, sensitivity, share_between
 from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
-from cyclopean.analysis.verdict import Result, Word
+from cyclopean.analysis.verdict import Result, Settled, Word, openings
 
 __all__ = [
     "CONTINUED",
     "DENSITY",
     "GRAVITY",
     "MU",
+    "QUANTITIES",
     "Bounds",
     "Cone",
+    "CoupledBracket",
     "CoupledOutcome",
     "Deferred",
     "DualAnswer",
     "Judge",
     "Known",
+    "LimitResult",
+    "Live",
+    "LiveLoad",
+    "Margins",
+    "MovingJoint",
     "Outcome",
+    "Polar",
     "PosedModel",
+    "Pushover",
+    "PushoverStep",
+    "Range",
     "Residuals",
     "Result",
+    "Sensitivity",
     "Settings",
+    "Settled",
     "Word",
     "check",
     "collapse_bound",
+    "coupled_bracket",
     "interior_point",
+    "limit",
+    "margins",
     "measure",
     "mechanism_program",
     "mobile",
+    "moving_joints",
     "newton",
+    "openings",
     "parse_cone",
     "penalty_program",
+    "polar_tilt",
     "pose",
+    "pushover",
+    "ranges_of",
     "rbe_program",
     "recheck",
+    "sensitivity",
+    "share_between",
     "sharpen_mechanism",
     "solve_cra",
     "solve_program",

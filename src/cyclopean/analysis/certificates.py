@@ -7,6 +7,7 @@ import numpy as np
 
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Contacts
+from cyclopean.errors import InputError
 from cyclopean.proof import seal
 from cyclopean.statics import EquilibriumSystem
 
@@ -40,8 +41,8 @@ def _flushed(values: Floats) -> list[list[float]]:
 
 
 def world_forces(system: EquilibriumSystem, f: Floats) -> Floats:
-    """(q, 3) N: world force on block b at each used point, from scaled (fn, fu, fv)."""
-    return np.asarray(np.einsum("qi,qij->qj", f * system.force_unit, system.frame))
+    """(q, 3) N: true world force on block b at each used point, from scaled (fn, fu, fv) of the system."""
+    return np.asarray(np.einsum("qi,qij->qj", system.true_forces(f) * system.force_unit, system.frame))
 
 
 def certify(
@@ -65,15 +66,23 @@ def certify(
         Its equilibrium system: says which contact points matter.
     tolerance : float
         m; how far contact points may lie from the faces of their blocks.
-    kind : {"rbe-state", "rbe-mechanism", "cra-state", "cra-tree"}
+    kind : {"rbe-state", "rbe-mechanism", "rbe-settled", "cra-state", "cra-tree"}
         What it proves.
     proof : mapping
         `world_force` (q, 3) N on block b at each used point; `motion` (m, 6) of each free block, of its centre of mass:
         m/s and rad/s of a mechanism, or a virtual displacement in the unit of `bounds`; `bounds`; `tree`, as it is to
-        stand in the file. Those that the kind has.
+        stand in the file; `settlements` (n, 6) of supports. Those that the kind has.
+
+    Raises
+    ------
+    InputError
+        Loads that are not at points.
     """
+    if assembly.actions:
+        raise InputError("a certificate holds loads at points only; resolve the others first (resolved_loads)")
     used = ~(fixed[contacts.a] & fixed[contacts.b])
     names = [block.id for block in assembly.blocks]
+    strength = contacts.strength
     certificate: dict[str, Any] = {
         "schema": "cyclopean.certificate/1",
         "kind": kind,
@@ -85,9 +94,10 @@ def certify(
                 "vertices": block.vertices.tolist(),
                 "faces": [list(face) for face in block.faces],
                 "density": float(density if block.density is None else block.density),
-                "fixed": bool(held),
+                "fixed": bool(whole),
             }
-            for block, held in zip(assembly.blocks, fixed, strict=True)
+            | ({"held": list(block.held)} if block.held and not whole else {})
+            for block, whole in zip(assembly.blocks, fixed, strict=True)
         ],
         "contacts": [
             {
@@ -96,6 +106,7 @@ def certify(
                 "polygon": contacts.polygon(int(k)).tolist(),
                 "mu": float(contacts.mu[k]),
             }
+            | ({"tension": float(strength[k])} if strength[k] > 0.0 else {})
             for k in np.flatnonzero(used)
         ],
         "loads": [
@@ -110,8 +121,11 @@ def certify(
     if "world_force" in proof:
         certificate["forces"] = _flushed(proof["world_force"])
     if "motion" in proof:
-        rows = _flushed(proof["motion"])
+        rows = _flushed(system.still(np.ravel(proof["motion"])).reshape(-1, 6))
         certificate["mechanism"] = {names[i]: row for i, row in zip(system.free, rows, strict=True)}
+    if "settlements" in proof:
+        moved = np.asarray(proof["settlements"])
+        certificate["settlements"] = {names[i]: moved[i].tolist() for i in np.flatnonzero(moved.any(1)).tolist()}
     if "bounds" in proof:
         bounds = proof["bounds"]
         certificate |= {"eps": bounds.eps, "eta": bounds.eta, "beta_min": bounds.beta}

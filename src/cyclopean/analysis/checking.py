@@ -4,17 +4,20 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from cyclopean.analysis.coupled.glue import coupled_tension
 from cyclopean.analysis.coupled.search import solve_cra
 from cyclopean.analysis.posing import PosedModel, pose
-from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim, spread
+from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim, settled_claim, spread
 from cyclopean.analysis.rigid.rbe import solve_rbe, tension
 from cyclopean.analysis.rigid.reference import parse_cone
+from cyclopean.analysis.rigid.settling import settle, support_gap
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
-from cyclopean.errors import SolverError
+from cyclopean.errors import InputError, SolverError
 from cyclopean.statics import EquilibriumSystem, equilibrium_system
 
 __all__ = ["check"]
@@ -41,14 +44,20 @@ def check(
     Raises
     ------
     InputError
-        Blocks that are not closed solids, contacts off their blocks, supports that do not exist.
+        Blocks that are not closed solids, contacts off their blocks, supports or loads that do not exist, joints
+        that pull with a method that has none.
     """
     settings = Settings() if settings is None else settings
     clock = {"start": time.perf_counter()}
     model = pose(assembly, settings, clock, progress)
+    settings, turned = _method_for(model, settings)
     progress("solving")
     system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
-    claim = _solved(settings, system, progress)
+    claim = None if model.settled is None else _after_settlement(model, system, model.settled)
+    if model.settled is not None and claim is None:
+        turned = (*turned, "no free block touches a support that settles, so the settlement changes nothing")
+    model = model if claim is not None else replace(model, settled=None)
+    claim = _solved(settings, system, progress) if claim is None else claim
     clock["solved"] = time.perf_counter()
     progress("verifying")
     result = prove(model, settings, system, claim)
@@ -60,7 +69,7 @@ def check(
         "verify": clock["verified"] - clock["solved"],
         "total": time.perf_counter() - clock["start"],
     }
-    warnings = result.warnings
+    warnings = (*result.warnings, *turned)
     if settings.penalty and pull is None:
         warnings = (*warnings, "--penalty: the tension could not be measured")
     elif pull is not None and not exact:
@@ -68,6 +77,44 @@ def check(
     if not settings.method and (only := settings.asks_for_rbe()):
         warnings = (*warnings, f"{only}: only rigid-block equilibrium has it, so the method is rbe")
     return replace(result, seconds=seconds, tension=pull, tension_exact=exact, warnings=warnings)
+
+
+def _method_for(model: PosedModel, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
+    """Rigid-block equilibrium where the model asks for it and no method was said, with a warning.
+
+    Raises
+    ------
+    InputError
+        An option does not go with joints that pull, or with a settlement.
+    """
+    pulls, settles = bool(model.contacts.strength.any()), model.settled is not None
+    if not pulls and not settles:
+        return settings, ()
+    what = "a settlement" if settles else "joints that pull"
+    if pulls and settles:
+        raise InputError("a settlement and joints that pull do not go together: what has opened pulls no more")
+    if settings.penalty:
+        raise InputError(f"--penalty measures the tension that dry joints would need; it does not go with {what}")
+    if settles and (settings.cone != "exact" or settings.weights != (1.0, 1.0) or settings.solver != "auto"):
+        raise InputError("a settlement is answered in exact cones: leave out --cone, --weights and --solver")
+    if settings.method == "cra":
+        raise InputError(f"{what}: only rigid-block equilibrium has that; use --method rbe")
+    if settings.method == "rbe" or settings.asks_for_rbe():
+        return settings, ()
+    told = f"the model has {what}: only rigid-block equilibrium has that, so the method is rbe"
+    return replace(settings, method="rbe"), (told,)
+
+
+def _after_settlement(model: PosedModel, system: EquilibriumSystem, ground: Floats) -> Claim | None:
+    """What becomes of a settlement; None where no contact point moves with the ground."""
+    scaled = ground / system.length_unit
+    scaled[:, 3:] *= system.length_unit
+    patch = model.contacts.patch[system.used]
+    gap = support_gap(system, scaled[model.contacts.a[patch]], scaled[model.contacts.b[patch]])
+    size = float(np.max(np.linalg.norm(gap, axis=1), initial=0.0))
+    if not size > 0.0:
+        return None
+    return settled_claim(settle(system, gap / size), size * system.length_unit)
 
 
 def _solved(settings: Settings, system: EquilibriumSystem, progress: Callable[[str], None]) -> Claim:

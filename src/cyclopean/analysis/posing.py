@@ -10,7 +10,18 @@ import numpy as np
 
 from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
 from cyclopean.arrays import Bools, Floats
-from cyclopean.assembly import Assembly, Contacts, check_contacts, detect, length_tolerance, supports
+from cyclopean.assembly import (
+    Assembly,
+    Contacts,
+    Loading,
+    check_contacts,
+    detect,
+    length_tolerance,
+    loading,
+    paired_friction,
+    resolved_loads,
+    supports,
+)
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.statics import turned_gravity
@@ -33,12 +44,14 @@ class PosedModel:
     assumed: dict[str, Any]
     warnings: tuple[str, ...]
     idle: tuple[int, ...]  # free blocks that touch nothing
+    loading: Loading | None = None  # which loads act; those of `assembly` have their factors already
+    settled: Floats | None = None  # (n, 6) m, rad: what the ground does to supports; None = nothing
 
 
 def pose(
     assembly: Assembly, settings: Settings, clock: dict[str, float], progress: Callable[[str], None]
 ) -> PosedModel:
-    """Check the blocks, choose supports, find or check contacts, fill in what is not given.
+    """Check the blocks, choose supports and loads, find or check contacts, fill in what is not given.
 
     Parameters
     ----------
@@ -63,6 +76,9 @@ def pose(
         more = f" (and {len(faults) - 1} more blocks with faults)" if len(faults) > 1 else ""
         raise InputError(f"block '{assembly.blocks[faults[0][0]].id}' {faults[0][1]}{more}; mend its mesh")
     fixed, rule = supports(assembly, settings.supports, settings.tolerance)
+    density = DENSITY if settings.density is None else settings.density
+    chosen = loading(assembly, settings.combination, settings.factors)
+    acting = resolved_loads(assembly, chosen, density)
     progress("contacts")
     for library in LIBRARIES:
         import_module(library)
@@ -73,7 +89,8 @@ def pose(
     else:
         contacts, margin, warnings = check_contacts(assembly, assembly.contacts, settings.tolerance)
     clock["contacts"] = time.perf_counter()
-    warnings = (*warnings, *_idle_options(assembly, contacts, settings))
+    contacts, unsaid = paired_friction(assembly, contacts)
+    warnings = (*warnings, *unsaid, *_idle_options(assembly, contacts, settings))
     assumed: dict[str, Any] = {}
     if np.isnan(contacts.mu).any() and settings.mu is None:
         assumed["mu"] = MU
@@ -86,19 +103,55 @@ def pose(
     gravity = np.array(settings.gravity or GRAVITY, float)
     if settings.tilt is not None:
         gravity = turned_gravity(gravity, *settings.tilt)
-    touched = np.zeros(len(assembly), bool)
+    if chosen is not None and chosen.factors["self"] != 1.0:
+        gravity = chosen.factors["self"] * gravity
+    touched = np.array([bool(b.held) for b in assembly.blocks], bool)  # what is partly held hangs on something
     touched[contacts.a] = touched[contacts.b] = True
     return PosedModel(
-        assembly,
-        contacts.with_mu(MU if settings.mu is None else settings.mu),
+        acting,
+        _pulling(contacts.with_mu(MU if settings.mu is None else settings.mu), settings),
         fixed,
         gravity,
-        DENSITY if settings.density is None else settings.density,
+        density,
         _stated(assembly, fixed, margin),
         assumed,
         tuple(warnings),
         tuple(int(i) for i in np.flatnonzero(~touched & ~fixed)),
+        chosen,
+        _settled(assembly, fixed, settings),
     )
+
+
+def _settled(assembly: Assembly, fixed: Bools, settings: Settings) -> Floats | None:
+    """(n, 6) movements of supports, those of the settings before those of the model; None where there are none."""
+    number = {block.id: i for i, block in enumerate(assembly.blocks)}
+    rows = {one.block: one.motion for one in assembly.settlements}
+    for name, motion in settings.settle:
+        if name not in number:
+            raise InputError(f"--settle {name}: block '{name}' is not in the model")
+        rows[number[name]] = np.array(motion, float)
+    for i in rows:
+        if not fixed[i]:
+            raise InputError(f"settlement of block '{assembly.blocks[i].id}': it is no support; only supports settle")
+    moved = np.zeros((len(assembly), 6))
+    for i, row in rows.items():
+        moved[i] = row
+    return moved if moved.any() else None
+
+
+def _pulling(contacts: Contacts, settings: Settings) -> Contacts:
+    """Fill in what joints may pull, where that was asked for; cohesion C is mu times it."""
+    if settings.tension is not None:
+        return contacts.with_tension(settings.tension)
+    if settings.cohesion is None or not len(contacts):
+        return contacts
+    mu = contacts.mu
+    if not (mu.min() == mu.max() and mu.min() > 0.0):
+        raise InputError(
+            f"--cohesion {settings.cohesion:g}: needs one friction above zero at all contacts"
+            f" (they have {mu.min():g} to {mu.max():g}); use --tension"
+        )
+    return contacts.with_tension(settings.cohesion / float(mu[0]))
 
 
 def _idle_options(assembly: Assembly, contacts: Contacts, settings: Settings) -> tuple[str, ...]:
@@ -106,6 +159,8 @@ def _idle_options(assembly: Assembly, contacts: Contacts, settings: Settings) ->
     idle = []
     if settings.mu is not None and len(contacts) and not np.isnan(contacts.mu).any():
         idle.append(f"--mu {settings.mu:g} has no effect: every contact of the model gives its own mu")
+    if settings.tension is not None and len(contacts) and not np.isnan(contacts.strength_given).any():
+        idle.append(f"--tension {settings.tension:g} has no effect: every contact of the model gives its own tension")
     if settings.density is not None and all(b.density is not None for b in assembly.blocks):
         idle.append(f"--density {settings.density:g} has no effect: every block of the model gives its own density")
     return tuple(idle)

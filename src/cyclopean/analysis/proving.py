@@ -13,19 +13,21 @@ from cyclopean.analysis.coupled.tree import tree_document
 from cyclopean.analysis.posing import PosedModel
 from cyclopean.analysis.reasons import reason_for
 from cyclopean.analysis.rigid.rbe import Outcome
+from cyclopean.analysis.rigid.settling import SettledOutcome
 from cyclopean.analysis.settings import Settings
-from cyclopean.analysis.verdict import Result, Word
+from cyclopean.analysis.verdict import Result, Settled, Word
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
 from cyclopean.proof import Report, verify
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["Claim", "Judge", "coupled_claim", "prove", "rigid_claim", "spread"]
+__all__ = ["Claim", "Judge", "coupled_claim", "prove", "rigid_claim", "settled_claim", "spread", "utilisation"]
 
 Judge = Callable[[Any], Report]
-Kind = Literal["rbe-state", "rbe-mechanism", "cra-state", "cra-tree", ""]
+Kind = Literal["rbe-state", "rbe-mechanism", "rbe-settled", "cra-state", "cra-tree", ""]
 WORDS: dict[str, Word] = {
     "rbe-state": "stable",
+    "rbe-settled": "stable",
     "rbe-mechanism": "unstable",
     "cra-state": "stable",
     "cra-tree": "unstable",
@@ -110,13 +112,41 @@ def prove(
         residuals=residuals,
         force=shown,
         frame=model.contacts.frame,
-        utilisation=None if shown is None else _utilisation(model.contacts, shown),
+        utilisation=None if shown is None else utilisation(model.contacts, shown),
         mechanism=rows if word == "unstable" else None,
-        displacement=rows if word == "stable" else None,
+        displacement=rows if word == "stable" and model.settled is None else None,
+        settled=None if rows is None or word != "stable" else _settled(model, rows),
         certificate=certificate if proved else None,
         provenance={**claim.provenance, "settings": _said(settings)},
         warnings=model.warnings,
+        loading=model.loading,
     )
+
+
+def _settled(model: PosedModel, rows: Floats) -> Settled | None:
+    """How blocks and joints have moved, of the (n, 6) displacements of free blocks."""
+    if model.settled is None:
+        return None
+    contacts, moved = model.contacts, rows + model.settled
+    patch, centre = contacts.patch, model.assembly.mass.centroid
+    at = [
+        moved[i, :3] + np.cross(moved[i, 3:], contacts.point - centre[i])
+        for i in (contacts.a[patch], contacts.b[patch])
+    ]
+    gap = np.einsum("pij,pj->pi", contacts.frame[patch], at[1] - at[0]) if len(patch) else np.zeros((0, 3))
+    return Settled(model.settled, moved, gap)
+
+
+def settled_claim(outcome: SettledOutcome, settlement: float) -> Claim:
+    """What became of a settlement, whose largest displacement of a contact point is given (m)."""
+    provenance = outcome.provenance | {"settlement": outcome.word}
+    figures = {"balance": outcome.balance, "bound": outcome.bound}
+    if outcome.word == "collapse":
+        return Claim("rbe-mechanism", None, outcome.y, None, figures, provenance)
+    if outcome.word == "settled":
+        figures |= {"settlement": settlement, "missed": outcome.missed}
+        return Claim("rbe-settled", outcome.f, outcome.y, None, figures, provenance)
+    return Claim("", None, None, None, figures, provenance)
 
 
 def spread(system: EquilibriumSystem, contacts: Contacts, values: Floats) -> Floats:
@@ -130,11 +160,15 @@ def _proof(
     model: PosedModel, bounds: Bounds, system: EquilibriumSystem, claim: Claim
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """What the certificate will hold beside the model, and the residuals, recomputed from what will stand there."""
-    if claim.kind in ("rbe-state", "cra-state") and claim.f is not None:
+    if claim.kind in ("rbe-state", "rbe-settled", "cra-state") and claim.f is not None:
         force = inner_forces(claim.f, system.mu, _blur(model.contacts)[model.contacts.patch[system.used]])
-        proof: dict[str, Any] = {"force": force, "world_force": world_forces(system, force)}
+        proof: dict[str, Any] = {"force": system.true_forces(force), "world_force": world_forces(system, force)}
         if claim.kind == "rbe-state" or claim.motion is None:
             return proof, _state_residuals(system, force)
+        if claim.kind == "rbe-settled":
+            settled = {name: float(claim.figures[name]) for name in ("missed",)}
+            motion = _turned(system, claim.motion.reshape(-1, 6)) * claim.figures["settlement"]
+            return proof | {"motion": motion, "settlements": model.settled}, _state_residuals(system, force) | settled
         found = measure(system, bounds.unit(), force, claim.motion)
         residuals = _state_residuals(system, force) | {
             "gap": found.gap,
@@ -157,7 +191,7 @@ def _proof(
 
 def _turned(system: EquilibriumSystem, rows: Floats) -> Floats:
     """(m, 6) with the scaled rotations turned into radians a metre of the displacement's own unit."""
-    turned = rows.copy()
+    turned = system.still(rows.ravel()).reshape(-1, 6).copy()
     turned[:, 3:] /= system.length_unit
     return turned
 
@@ -179,17 +213,21 @@ def _blur(contacts: Contacts) -> Floats:
 
 
 def _state_residuals(system: EquilibriumSystem, f: Floats) -> dict[str, float]:
-    total = float(np.sum(np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1))) or 1.0
+    total = system.total or 1.0
     tangent = np.hypot(f[:, 1], f[:, 2])
     beyond = np.max([np.max(tangent - system.mu * f[:, 0], initial=0.0), np.max(-f[:, 0], initial=0.0)])
     return {"equilibrium": float(np.linalg.norm(system.residual(f))) / total, "cone": float(beyond) / total + 0.0}
 
 
-def _utilisation(contacts: Contacts, force: Floats) -> Floats:
-    """(c,) |sum f_t| / (mu sum fn): the share of its friction that each patch as a whole uses."""
+def utilisation(contacts: Contacts, force: Floats) -> Floats:
+    """(c,) |sum f_t| / (mu sum fn): the share of its friction that each patch as a whole uses.
+
+    Where joints pull, fn is what presses beyond that: the true one plus strength times area.
+    """
     if not len(contacts):
         return np.zeros(0)
     whole = np.add.reduceat(force, contacts.start[:-1], axis=0)
+    whole[:, 0] += contacts.strength * contacts.area
     capacity = contacts.mu * whole[:, 0]
     noise = 1e-12 * float(np.max(whole[:, 0], initial=0.0))
     used = np.hypot(whole[:, 1], whole[:, 2])

@@ -38,8 +38,45 @@ def reason_for(
     provenance : mapping
         How the verdict was found.
     """
+    said = _said(model, bounds, kind, motion, figures, provenance)
+    pulling = model.contacts.strength
+    if not pulling.any():
+        return said
+    most = f"{pulling.max():g} Pa"
+    if kind == "rbe-state":
+        return f"{said} This counts on joints that pull: {np.count_nonzero(pulling)} of them, with up to {most}."
+    if kind == "rbe-mechanism":
+        return f"{said} Joints that pull with up to {most} do not prevent it."
+    return f"{said} Joints that pull with up to {most} were counted on."
+
+
+def _said(
+    model: PosedModel,
+    bounds: Bounds,
+    kind: str,
+    motion: Floats | None,
+    figures: Mapping[str, float],
+    provenance: Mapping[str, Any],
+) -> str:
     if kind in ("rbe-state", "cra-state") and model.fixed.all():
         return "Every block is a support, so nothing can move."
+    if kind == "rbe-settled":
+        return (
+            "After the settlement, if it is small, the blocks come to rest again: what stays shut balances every load,"
+            " and what has opened carries nothing."
+        )
+    if provenance.get("settlement") == "sliding":
+        return (
+            "After this settlement joints slide, and the state that was found leans on sliding that opens gaps"
+            " (associated flow); dry stone does not do that, so that nothing is proved."
+        )
+    if provenance.get("settlement") == "locked":
+        return (
+            "The blocks cannot follow this settlement: they are locked between the supports, so that something would"
+            " have to crush."
+        )
+    if kind == "rbe-state" and model.contacts.strength.any():
+        return "Compression, friction and joints that pull can balance every load on every block."
     if kind == "rbe-state":
         return "Compression and friction at the contacts can balance every load on every block."
     if kind == "cra-state":
@@ -66,6 +103,8 @@ def _falls(model: PosedModel, motion: Floats, provenance: Mapping[str, Any]) -> 
         names = ", ".join(f"'{blocks[i].id}'" for i in model.idle[:3])
         more = f" and {len(model.idle) - 3} more" if len(model.idle) > 3 else ""
         return f"Nothing holds block {names}{more}: it touches no other block and is no support."
+    if provenance.get("solver") == "connectivity" and any(block.held for block in blocks):
+        return "Its loads drive a block along a direction in which no support and no other block holds it."
     if provenance.get("solver") == "connectivity":
         return "A group of blocks is not connected to any support, so it falls."
     speed = np.linalg.norm(motion[:, :3], axis=1)

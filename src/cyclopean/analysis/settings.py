@@ -37,6 +37,11 @@ class Settings:
     beta_min: float | None = None  # scaled: least sliding where there is friction; 0.01 eps
     seconds: float = 60.0  # budget of the search for a coupled state or its refutation
     nodes: int = 2000  # budget of the refuting search
+    combination: str = ""  # of the model's; "" = all loads with factor 1
+    factors: tuple[tuple[str, float], ...] = ()  # case and factor, instead of what the combination says
+    tension: float | None = None  # Pa that joints may pull where the model gives none; rigid-block equilibrium only
+    cohesion: float | None = None  # Pa; the same, given as mu times it
+    settle: tuple[tuple[str, tuple[float, ...]], ...] = ()  # support and its six numbers (m, rad)
 
     def __post_init__(self) -> None:
         self._check_method()
@@ -50,6 +55,7 @@ class Settings:
             raise InputError(f"--seconds {self.seconds:g}: expected a positive number")
         if not (self.nodes >= 1):
             raise InputError(f"--nodes {self.nodes}: expected a whole number >= 1")
+        self._check_pull()
         for name, values in (("gravity", self.gravity), ("tilt", self.tilt)):
             if values is not None and not np.isfinite(values).all():
                 raise InputError(f"--{name}: expected finite numbers")
@@ -66,12 +72,33 @@ class Settings:
         if self.method == "cra" and (only := self.asks_for_rbe()):
             raise InputError(f"{only}: only rigid-block equilibrium has it; use --method rbe")
 
+    def _check_pull(self) -> None:
+        for name in ("tension", "cohesion"):
+            value = getattr(self, name)
+            if value is not None and not (0.0 < value < np.inf):
+                raise InputError(f"--{name} {value:g}: expected a positive number of Pa")
+        if self.tension is not None and self.cohesion is not None:
+            raise InputError("--tension and --cohesion say the same thing (C = mu PA); give one of them")
+        if self.penalty and (self.tension is not None or self.cohesion is not None):
+            raise InputError("--penalty asks what tension dry joints would need; leave out --tension and --cohesion")
+        for name, motion in self.settle:
+            if len(motion) != 6 or not np.isfinite(motion).all():
+                raise InputError(f"--settle {name}: expected six finite numbers, metres and radians")
+        for case, factor in self.factors:
+            if not np.isfinite(factor):
+                raise InputError(f"--factor {case}: expected a finite number")
+
     def asks_for_rbe(self) -> str:
         """The first option given that only rigid-block equilibrium has; "" where there is none."""
         if self.cone != "exact":
             return f"--cone {self.cone}"
         if self.weights != (1.0, 1.0):
             return f"--weights {self.weights[0]:g},{self.weights[1]:g}"
+        for name in ("tension", "cohesion"):
+            if (value := getattr(self, name)) is not None:
+                return f"--{name} {value:g}"
+        if self.settle:
+            return f"--settle {self.settle[0][0]}"
         return f"--solver {self.solver}" if self.solver not in CRA_SOLVERS else ""
 
     def chosen_method(self) -> str:

@@ -3,12 +3,25 @@
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from cyclopean.arrays import Bools, Floats
-from cyclopean.assembly import Assembly, Contacts
+import numpy as np
 
-__all__ = ["Result", "Word"]
+from cyclopean.arrays import Bools, Floats
+from cyclopean.assembly import Assembly, Contacts, Loading
+
+OPEN = 1e-6  # of the largest displacement: what gaps less counts as shut
+
+__all__ = ["Result", "Settled", "Word", "openings"]
 
 Word = Literal["stable", "unstable", "undecided"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Settled:
+    """How the blocks come to rest after a settlement that is small."""
+
+    ground: Floats  # (n, 6) m, rad: what the ground does to supports, zero for other blocks
+    displacement: Floats  # (n, 6) m, rad: of all blocks, supports included
+    gap: Floats  # (P, 3) m: opening and sliding of each contact point, in the frame of its patch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,3 +48,26 @@ class Result:
     provenance: dict[str, Any] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    settled: Settled | None = None  # when stable after a settlement: `force` is then that of the settled state
+    loading: Loading | None = None  # cases and their factors, where the model or the user told them apart
+
+    @property
+    def strength(self) -> float:
+        """Pa: the most that a joint of this model may pull; 0 where all are dry."""
+        return float(self.contacts.strength.max(initial=0.0))
+
+    @property
+    def partly_held(self) -> tuple[str, ...]:
+        """Ids of the blocks that supports hold in some directions only."""
+        pairs = zip(self.assembly.blocks, self.fixed.tolist(), strict=True)
+        return tuple(block.id for block, whole in pairs if block.held and not whole)
+
+
+def openings(result: Result) -> list[tuple[int, float]]:
+    """Contacts that open in a settlement, the widest first: number, and opening (m) at the corner where it is most."""
+    if result.settled is None or not len(result.contacts):
+        return []
+    width = np.maximum.reduceat(result.settled.gap[:, 0], result.contacts.start[:-1])
+    order = np.argsort(-width, kind="stable")
+    least = OPEN * float(np.abs(result.settled.displacement[:, :3]).max())
+    return [(int(k), float(width[k])) for k in order if width[k] > least]

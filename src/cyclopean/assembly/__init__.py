@@ -1,25 +1,55 @@
 """Blocks, contacts, loads and supports; contacts found and contacts checked."""
 
-from cyclopean.assembly.blocks import Assembly, Block, Load, supports
+from cyclopean.assembly.blocks import (
+    DIRECTIONS,
+    Assembly,
+    Block,
+    FrictionPair,
+    Settlement,
+    held_directions,
+    supports,
+)
 from cyclopean.assembly.checking import check_contacts
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.detection import Detection, detect, length_tolerance
+from cyclopean.assembly.loading import Loading, load_cases, loading, resolved_loads, surface_loads_at_points
+from cyclopean.assembly.loads import DEAD, SELF, BodyLoad, Combination, Load, SurfaceLoad
+from cyclopean.assembly.materials import paired_friction
+from cyclopean.assembly.parts import part
 from cyclopean.assembly.patches import Patch, rough_contacts
 from cyclopean.assembly.survey import Survey, Volumes, survey
+from cyclopean.assembly.wear import worn
 
 __all__ = [
+    "DEAD",
+    "DIRECTIONS",
+    "SELF",
     "Assembly",
     "Block",
+    "BodyLoad",
+    "Combination",
     "Contacts",
     "Detection",
+    "FrictionPair",
     "Load",
+    "Loading",
     "Patch",
+    "Settlement",
+    "SurfaceLoad",
     "Survey",
     "Volumes",
     "check_contacts",
     "detect",
+    "held_directions",
     "length_tolerance",
+    "load_cases",
+    "loading",
+    "paired_friction",
+    "part",
+    "resolved_loads",
     "rough_contacts",
     "supports",
+    "surface_loads_at_points",
     "survey",
+    "worn",
 ]

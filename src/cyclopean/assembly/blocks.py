@@ -7,10 +7,14 @@ import numpy as np
 
 from cyclopean.arrays import Bools, Floats, sealed
 from cyclopean.assembly.contacts import Contacts
+from cyclopean.assembly.loads import SELF, BodyLoad, Combination, Load, SurfaceLoad
 from cyclopean.errors import InputError
 from cyclopean.geometry import MassProperties, Polyhedra, mass_properties, pack
 
-__all__ = ["Assembly", "Block", "Load", "supports"]
+__all__ = ["DIRECTIONS", "Assembly", "Block", "FrictionPair", "Settlement", "held_directions", "supports"]
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+"""What a support may hold: displacements of the centre of mass along the world's axes, rotations about them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,25 +27,41 @@ class Block:
     density: float | None = None  # kg/m3; None = not given, a default will be assumed
     fixed: bool | None = None  # True = support; None = not said
     group: str | None = None  # course, storey, whatever the file calls it
+    material: str | None = None  # what "friction" of pairs goes by
+    held: tuple[str, ...] = ()  # of DIRECTIONS: what a partial support holds; all six = fixed
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", sealed(f"block '{self.id}': vertices", self.vertices, None, 3))
         object.__setattr__(self, "faces", tuple(map(tuple, self.faces)))
         if self.density is not None and not (0.0 < self.density < np.inf):
             raise InputError(f"block '{self.id}': density {self.density:g} must be a positive number of kg/m3")
+        if wrong := [name for name in self.held if name not in DIRECTIONS]:
+            raise InputError(f"block '{self.id}': held names '{wrong[0]}'; choose among {', '.join(DIRECTIONS)}")
+        object.__setattr__(self, "held", tuple(name for name in DIRECTIONS if name in self.held))
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionPair:
+    """Friction between two materials, in either order."""
+
+    a: str
+    b: str
+    mu: float
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.mu < np.inf):
+            raise InputError(f"friction of {self.a} on {self.b}: mu {self.mu:g} must be a number that is not negative")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Load:
-    """A force that stays as it is while the block moves."""
+class Settlement:
+    """A movement that the ground forces on a support."""
 
     block: int  # index into Assembly.blocks
-    force: Floats  # (3,) N, world
-    point: Floats  # (3,) m, world
+    motion: Floats  # (6,) m and rad: displacement of its centre of mass, then rotation about it, world axes
 
     def __post_init__(self) -> None:
-        for name in ("force", "point"):
-            object.__setattr__(self, name, sealed(f"load {name}", getattr(self, name), 3))
+        object.__setattr__(self, "motion", sealed("settlement motion", self.motion, 6))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,12 +75,17 @@ class Assembly:
     contacts: Contacts | None = None
     loads: tuple[Load, ...] = ()
     name: str = "model"
+    actions: tuple[SurfaceLoad | BodyLoad, ...] = ()  # loads that are not at a point
+    combinations: tuple[Combination, ...] = ()
+    friction: tuple[FrictionPair, ...] = ()  # where a contact gives no mu
+    settlements: tuple[Settlement, ...] = ()
     mesh: Polyhedra = field(init=False)
     mass: MassProperties = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "blocks", tuple(self.blocks))
-        object.__setattr__(self, "loads", tuple(self.loads))
+        for name in ("loads", "actions", "combinations", "friction", "settlements"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         twice = [name for name, count in Counter(b.id for b in self.blocks).items() if count > 1]
         if twice:
             raise InputError(f"block '{twice[0]}': the id stands twice; ids must be unique")
@@ -83,6 +108,12 @@ class Assembly:
         for load in self.loads:
             if not 0 <= load.block < len(self.blocks):
                 raise InputError(f"loads: block index {load.block} is out of range")
+        for one in self.settlements:
+            if not 0 <= one.block < len(self.blocks):
+                raise InputError(f"settlements: block index {one.block} is out of range")
+        _check_actions(self)
+        _check_combinations(self)
+        _check_friction(self)
 
     def __len__(self) -> int:
         return len(self.blocks)
@@ -93,8 +124,63 @@ class Assembly:
         return float(np.linalg.norm(np.ptp(self.mesh.vertex, axis=0))) if len(self.mesh.vertex) else 0.0
 
 
+def _check_actions(assembly: Assembly) -> None:
+    groups = {block.group for block in assembly.blocks}
+    for load in assembly.actions:
+        if load.block is not None and not 0 <= load.block < len(assembly):
+            raise InputError(f"loads: block index {load.block} is out of range")
+        if isinstance(load, BodyLoad):
+            if load.group is not None and load.group not in groups:
+                raise InputError(f"loads: no block belongs to group '{load.group}'")
+        elif load.face is not None:
+            block = assembly.blocks[load.block]
+            if not 0 <= load.face < len(block.faces):
+                raise InputError(
+                    f"loads: block '{block.id}' has no face {load.face}; its faces are 0..{len(block.faces) - 1}"
+                )
+
+
+def _check_combinations(assembly: Assembly) -> None:
+    """A case that no load has is a slip of the pen, and would silently leave a load out."""
+    cases = {SELF, *(load.case for load in (*assembly.loads, *assembly.actions))}
+    names = [one.name for one in assembly.combinations]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"combination '{twice}': the name stands twice; names must be unique")
+    for one in assembly.combinations:
+        if unknown := [case for case, _ in one.factors if case not in cases]:
+            raise InputError(
+                f"combination '{one.name}': no load has the case '{unknown[0]}'; there are {', '.join(sorted(cases))}"
+            )
+
+
+def _check_friction(assembly: Assembly) -> None:
+    if not assembly.friction:
+        return
+    materials = {block.material for block in assembly.blocks}
+    seen: set[frozenset[str]] = set()
+    for one in assembly.friction:
+        if unknown := [name for name in (one.a, one.b) if name not in materials]:
+            raise InputError(f"friction of {one.a} on {one.b}: no block has the material '{unknown[0]}'")
+        if (pair := frozenset((one.a, one.b))) in seen:
+            raise InputError(f"friction of {one.a} on {one.b}: the pair stands twice; keep one")
+        seen.add(pair)
+
+
+def held_directions(assembly: Assembly) -> Bools:
+    """(n, 6) bool: what the model's partial supports hold, in the order of `DIRECTIONS`."""
+    held = np.zeros((len(assembly), 6), bool)
+    for i, block in enumerate(assembly.blocks):
+        if block.held:
+            held[i] = [name in block.held for name in DIRECTIONS]
+    return held
+
+
 def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None) -> tuple[Bools, str]:
     """Which blocks are held, and by which rule.
+
+    Blocks of which the model's partial supports hold all six directions are held whatever the rule says. Where it has
+    partial supports and no `fixed` flags, these are what it says of supports: the lowest blocks are not held beside.
 
     Parameters
     ----------
@@ -122,9 +208,10 @@ def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None)
     tol = 1e-6 * assembly.size if tolerance is None else tolerance
     lowest = np.full(n, np.inf)
     np.minimum.at(lowest, assembly.mesh.vertex_body, assembly.mesh.vertex[:, 2])
+    whole = np.array([len(b.held) == len(DIRECTIONS) for b in assembly.blocks], bool)
     if rule == "":
-        if any(b.fixed is True for b in assembly.blocks):
-            return np.array([b.fixed is True for b in assembly.blocks]), "file"
+        if any(b.fixed is True or b.held for b in assembly.blocks):
+            return np.array([b.fixed is True for b in assembly.blocks]) | whole, "file"
         if n and all(b.fixed is False for b in assembly.blocks):
             raise InputError('no block is a support: every block says "fixed": false; use --supports to name some')
         return lowest <= lowest.min(initial=np.inf) + tol, "lowest"
@@ -148,4 +235,4 @@ def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None)
         raise InputError(f"--supports {rule}: expected below=Z or ids=a,b")
     if not fixed.any():
         raise InputError(f"--supports {rule}: no block is a support; lower the rule or name blocks with ids=a,b")
-    return fixed, rule
+    return fixed | whole, rule

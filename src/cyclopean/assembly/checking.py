@@ -19,7 +19,7 @@ from cyclopean.geometry import (
     ragged_batches,
 )
 
-__all__ = ["check_contacts"]
+__all__ = ["ALIGNED", "REFUSED", "check_contacts", "face_distances"]
 
 ALIGNED = 0.95  # cosine between a contact's normal and that of a face it may lie on, as the certificate checker has it
 REFUSED = 0.005  # of the model's size: further from the blocks a contact is a mistake
@@ -119,13 +119,13 @@ def _side_distances(regions: PlanarRegions, contacts: Contacts, point: Floats, n
     first = np.searchsorted(entry, np.arange(len(which)))
     start = np.append(first, len(entry))
     sides = [
-        _distances(regions, block[which], direction[which], point[position], start)
+        face_distances(regions, block[which], direction[which], point[position], start)
         for block, direction in ((contacts.a, normal), (contacts.b, -normal))
     ]
     return np.stack([np.maximum.reduceat(side, first) for side in sides], 1)
 
 
-def _distances(regions: PlanarRegions, body: Ints, direction: Floats, point: Floats, start: Ints) -> Floats:
+def face_distances(regions: PlanarRegions, body: Ints, direction: Floats, point: Floats, start: Ints) -> Floats:
     """(p,) distance (m) of points `start[k]:start[k + 1]` from the nearest aligned region of body[k]; inf = none."""
     frame = frames_from_normals(regions.normal)
     away = regions.vertex[regions.corner] - regions.point[regions.corner_region]

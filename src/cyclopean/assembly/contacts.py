@@ -25,6 +25,7 @@ class Contacts:
     start: Ints  # (c + 1,) offsets into point
     point: Floats  # (P, 3) m, world
     mu: Floats  # (c,) Coulomb coefficient, NaN = not given
+    tension: Floats | None = None  # (c,) Pa that the joint may pull, NaN = not given; None = all not given
 
     def __post_init__(self) -> None:
         for name in ("a", "b"):
@@ -34,6 +35,10 @@ class Contacts:
         object.__setattr__(self, "start", sealed("contacts start", self.start, c + 1, dtype=np.int64))
         object.__setattr__(self, "point", sealed("contacts point", self.point, None, 3))
         object.__setattr__(self, "mu", sealed("contacts mu", self.mu, c, nan=True))
+        strength = np.full(c, np.nan) if self.tension is None else self.tension
+        object.__setattr__(self, "tension", sealed("contacts tension", strength, c, nan=True))
+        if (bad := np.flatnonzero(np.asarray(strength) < 0)).size:
+            raise InputError(f"contact {bad[0]}: tension {strength[bad[0]]:g} must not be negative")
         if (bad := np.flatnonzero(np.diff(self.start) < 3)).size:
             raise InputError(f"contact {bad[0]}: its polygon has fewer than 3 points")
         if self.start[0] != 0 or self.start[-1] != len(self.point):
@@ -52,13 +57,18 @@ class Contacts:
         pairs: Sequence[tuple[int, int]],
         polygons: Sequence[Floats],
         mu: Sequence[float | None] | None = None,
+        tension: Sequence[float | None] | None = None,
     ) -> "Contacts":
-        """Pack a list of (a, b) pairs and one (k, 3) polygon each; mu None = not given."""
+        """Pack a list of (a, b) pairs and one (k, 3) polygon each; mu or tension None = not given."""
         ends = np.asarray(pairs, np.int64).reshape(-1, 2)
         start = np.concatenate([[0], np.cumsum([len(p) for p in polygons], dtype=np.int64)]).astype(np.int64)
         point = np.concatenate([np.asarray(p, float).reshape(-1, 3) for p in polygons] or [np.zeros((0, 3))])
-        given = [np.nan] * len(polygons) if mu is None else [np.nan if m is None else float(m) for m in mu]
-        return cls(ends[:, 0], ends[:, 1], start, point, np.asarray(given, float))
+
+        def filled(values: Sequence[float | None] | None) -> Floats:
+            given = [None] * len(polygons) if values is None else values
+            return np.array([np.nan if x is None else float(x) for x in given], float)
+
+        return cls(ends[:, 0], ends[:, 1], start, point, filled(mu), filled(tension))
 
     @property
     def patch(self) -> Ints:
@@ -86,3 +96,52 @@ class Contacts:
     def with_mu(self, mu: float) -> "Contacts":
         """Fill in `mu` where none is given."""
         return replace(self, mu=np.where(np.isnan(self.mu), mu, self.mu))
+
+    def with_tension(self, tension: float) -> "Contacts":
+        """Fill in `tension` (Pa) where none is given."""
+        return replace(self, tension=np.where(np.isnan(self.strength_given), tension, self.strength_given))
+
+    @property
+    def strength_given(self) -> Floats:
+        """(c,) Pa that each joint may pull as given, NaN = not given."""
+        assert self.tension is not None
+        return self.tension
+
+    @property
+    def strength(self) -> Floats:
+        """(c,) Pa that each joint may pull; 0 where nothing is said."""
+        return np.nan_to_num(self.strength_given, nan=0.0)
+
+    @property
+    def shares(self) -> Floats:
+        """(P,) share of its patch's area that goes with each point: they add up to 1 and keep the patch's centroid.
+
+        With g the centroid and a_j the area of the triangle (g, r_j, r_j+1), point j has (a_j-1 + a_j) / (2 a). For an
+        even stress over the patch these are forces at its corners with the same resultant, force and moment: triangle
+        by triangle a third goes to each corner, and what comes to g goes on in the same proportions. A corner of a
+        polygon that is not convex may have a share below zero; the resultant is exact all the same.
+        """
+        start, patch = self.start, self.patch
+        if not len(self):
+            return np.zeros(0)
+        count = np.diff(start)
+        normal = newell_normals(self.point, start)
+        following = np.arange(1, len(self.point) + 1)
+        following[start[1:] - 1] = start[:-1]
+        before = np.zeros(len(self.point), np.int64)
+        before[following] = np.arange(len(self.point))
+
+        def areas(local: Floats) -> Floats:
+            turn = np.einsum("pi,pi->p", np.cross(local, local[following]), normal[patch])
+            return np.asarray(turn / np.einsum("ci,ci->c", normal, normal)[patch])
+
+        local = self.point - np.repeat(self.point[start[:-1]], count, axis=0)
+        fan = areas(local)  # from the first corner
+        middle = np.add.reduceat(fan[:, None] * (local + local[following]), start[:-1], axis=0) / 3.0
+        around = areas(local - middle[patch])
+        return np.asarray((around + around[before]) / 2.0)
+
+    @property
+    def pull(self) -> Floats:
+        """(P,) N that each point may pull: strength x area x share."""
+        return np.asarray((self.strength * self.area)[self.patch] * self.shares)

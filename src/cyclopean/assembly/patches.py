@@ -23,8 +23,9 @@ millimetre or so, that is not there.
 By hand: of two unit cubes, one shifted along x by 0.5 on top of the other, touch 0.5 m2, misfit 0.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -35,7 +36,7 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import box_pairs, frames_from_normals, triangles
 from cyclopean.geometry.box_join import meeting_boxes
 
-__all__ = ["Patch", "rough_contacts"]
+__all__ = ["Meeting", "Patch", "Surface", "gathered", "meeting", "patch_notes", "rough_contacts", "usual_band"]
 
 BAND = 0.005  # of the cube root of the median block's volume: 2 mm for stones of 0.4 m
 ALIGNED = 0.955  # least cosine between a contact's normal and those of the faces it lies on; the checker has 0.95
@@ -46,6 +47,7 @@ NARROW = 0.2  # bands; what is narrower is a line or a point
 SPECK = 1e-9  # of the band squared: area below which two triangles only graze each other
 SEEDS = 24  # largest parts that are tried as the beginning of a patch
 TURNS = 3  # rounds in which a patch settles on its normal
+TOLD = 5  # contacts whose misfit is told
 BATCH = 1 << 18  # pairs of triangles cut at a time
 
 
@@ -90,20 +92,42 @@ def rough_contacts(
     InputError
         A band that is not a positive number, or a pair of blocks that is none.
     """
-    width = _band(assembly, band)
+    width = _width(assembly, band)
     mesh = assembly.mesh
     corner, face = triangles(mesh)
-    p = mesh.vertex[corner]
-    double = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    length = np.linalg.norm(double, axis=1)
-    unit = double / np.where(length > 0.0, length, 1.0)[:, None]
-    body = mesh.face_body[face]
-    surface = _Surface(p, unit, p.min(axis=1), p.max(axis=1), np.searchsorted(body, np.arange(len(assembly) + 1)))
-    found: list[tuple[_Part, int, int]] = []
-    for a, b in _pairs(assembly, surface, width, pairs):
-        found += [(part, a, b) for part in _patches(surface, a, b, width)]
-    held = [entry for entry in found if len(entry[0].polygon)]
-    rest = [entry for entry in found if not len(entry[0].polygon)]
+    start = np.searchsorted(mesh.face_body[face], np.arange(len(assembly) + 1))
+    surfaces = [Surface.of(mesh.vertex[corner[i:j]]) for i, j in pairwise(start.tolist())]
+    found = {(a, b): meeting(surfaces[a], surfaces[b], width) for a, b in _pairs(surfaces, width, pairs)}
+    return gathered(found)
+
+
+def patch_notes(assembly: Assembly, patches: Sequence[Patch]) -> tuple[str, ...]:
+    """Say what contacts of rough surfaces stand for: how many, the worst of them, and what carries nothing."""
+    ids = [block.id for block in assembly.blocks]
+    held = sorted((p for p in patches if p.contact >= 0), key=lambda p: -p.misfit)
+    narrow = sum(p.kind == "narrow" for p in held)
+    notes = [
+        f"rough surfaces: {len(held)} contacts stand for where blocks nearly touch, {narrow} of them points or lines"
+        " as wide as the band"
+    ]
+    notes += [
+        f"rough surfaces: '{ids[p.a]}' and '{ids[p.b]}' leave the plane of their contact by {p.misfit:.2g} m,"
+        f" {p.touching:.2g} m2 nearly touch of {p.area:.2g} m2"
+        for p in held[:TOLD]
+    ]
+    notes += [
+        f"rough surfaces: '{ids[p.a]}' and '{ids[p.b]}' meet in a corner or an edge only, which carries nothing"
+        for p in patches
+        if p.contact < 0
+    ]
+    return tuple(notes)
+
+
+def gathered(found: Mapping[tuple[int, int], Sequence["Meeting"]]) -> tuple[Contacts, tuple[Patch, ...]]:
+    """Make contacts, and what is known of them, of what was found between blocks a < b: as `rough_contacts` does."""
+    every = [(part, a, b) for (a, b), parts in sorted(found.items(), key=lambda entry: entry[0]) for part in parts]
+    held = [entry for entry in every if len(entry[0].polygon)]
+    rest = [entry for entry in every if not len(entry[0].polygon)]
     contacts = Contacts.of([(a, b) for _, a, b in held], [part.polygon for part, _, _ in held])
     area = contacts.area
     facts = [_fact(part, k, a, b, float(area[k])) for k, (part, a, b) in enumerate(held)]
@@ -111,30 +135,42 @@ def rough_contacts(
     return contacts, tuple(facts)
 
 
-def _band(assembly: Assembly, band: float | None) -> float:
+def _width(assembly: Assembly, band: float | None) -> float:
     """The band (m), given or by default."""
     if band is None:
-        size = np.cbrt(np.abs(assembly.mass.volume))
-        return BAND * float(np.sort(size)[(len(size) - 1) // 2]) if len(size) else 1.0
+        return usual_band(assembly.mass.volume)
     if not 0.0 < band < np.inf:
         raise InputError(f"band: {band:g} m must be a positive number of metres")
     return float(band)
 
 
+def usual_band(volume: Floats) -> float:
+    """The band (m) for blocks of these volumes."""
+    size = np.sort(np.cbrt(np.abs(volume)))
+    return BAND * float(size[(len(size) - 1) // 2]) if len(size) else 1.0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class _Surface:
-    """All triangles, those of block k in rows start[k]:start[k + 1]."""
+class Surface:
+    """The triangles of one block."""
 
     corner: Floats  # (t, 3, 3)
     normal: Floats  # (t, 3) unit
     low: Floats  # (t, 3)
     high: Floats  # (t, 3)
-    start: Ints  # (n + 1,)
+
+    @classmethod
+    def of(cls, corner: Floats) -> "Surface":
+        """Of triangles (t, 3, 3), counter-clockwise from outside."""
+        double = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        length = np.linalg.norm(double, axis=1)
+        unit = double / np.where(length > 0.0, length, 1.0)[:, None]
+        return cls(corner, unit, corner.min(axis=1), corner.max(axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Part:
-    """A patch on its way; the polygon is empty where no contact can stand for it."""
+class Meeting:
+    """A patch where two blocks meet, not yet one of a model; the polygon is empty where no contact can stand for it."""
 
     polygon: Floats  # (k, 3)
     kind: str
@@ -144,15 +180,13 @@ class _Part:
     gap: float
 
 
-def _fact(part: _Part, contact: int, a: int, b: int, area: float) -> Patch:
+def _fact(part: Meeting, contact: int, a: int, b: int, area: float) -> Patch:
     return Patch(contact, a, b, part.kind, part.normal, area, part.touching, part.misfit, part.gap)
 
 
-def _pairs(
-    assembly: Assembly, surface: _Surface, band: float, pairs: Sequence[tuple[int, int]] | None
-) -> list[tuple[int, int]]:
+def _pairs(surfaces: Sequence[Surface], band: float, pairs: Sequence[tuple[int, int]] | None) -> list[tuple[int, int]]:
     """Blocks a < b that may touch, in order."""
-    count = len(assembly)
+    count = len(surfaces)
     if pairs is not None:
         chosen = {(min(int(a), int(b)), max(int(a), int(b))) for a, b in pairs}
         for a, b in sorted(chosen):
@@ -161,31 +195,27 @@ def _pairs(
         return sorted(chosen)
     if count < 2:
         return []
-    held = np.diff(surface.start) > 0
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    low[held] = np.minimum.reduceat(surface.low, surface.start[:-1][held], axis=0)
-    high[held] = np.maximum.reduceat(surface.high, surface.start[:-1][held], axis=0)
+    low = np.array([s.low.min(axis=0, initial=np.inf) for s in surfaces])
+    high = np.array([s.high.max(axis=0, initial=-np.inf) for s in surfaces])
     i, j = box_pairs(low, high, band)
     return list(zip(i.tolist(), j.tolist(), strict=True))
 
 
-def _patches(surface: _Surface, a: int, b: int, band: float) -> list[_Part]:
+def meeting(a: Surface, b: Surface, band: float) -> list[Meeting]:
     """Patches of two blocks, largest first."""
-    here, there = surface.start[a], surface.start[b]
-    rows_a, rows_b = slice(here, surface.start[a + 1]), slice(there, surface.start[b + 1])
-    i, j = meeting_boxes(surface.low[rows_a], surface.high[rows_a], surface.low[rows_b], surface.high[rows_b], band)
-    i, j = i + here, j + there
-    opposed = -np.einsum("ki,ki->k", surface.normal[i], surface.normal[j])
+    i, j = meeting_boxes(a.low, a.high, b.low, b.high, band)
+    opposed = -np.einsum("ki,ki->k", a.normal[i], b.normal[j])
     facing = opposed >= FACING
-    pieces = _pieces(surface, i[facing], j[facing], band)
-    parts: list[_Part] = []
+    pieces = _pieces(a, b, i[facing], j[facing], band)
+    parts: list[Meeting] = []
     left = np.ones(len(pieces.area), bool)
     while left.any():
         members, normal = _largest(pieces, left, band)
         parts.append(_part(pieces, members, normal, band))
         left[members] = False
     parts.sort(key=lambda part: -part.touching)
-    return parts or _steep(surface, i[~facing & (opposed > 0.0)], j[~facing & (opposed > 0.0)], band)
+    steep = ~facing & (opposed > 0.0)
+    return parts or _steep(a, b, i[steep], j[steep], band)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,20 +231,20 @@ class _Pieces:
     normal_b: Floats  # (k, 3)
 
 
-def _pieces(surface: _Surface, i: Ints, j: Ints, band: float) -> _Pieces:
+def _pieces(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> _Pieces:
     """Cut the parts of triangles i and j out that lie within the band of each other."""
-    batches = [_cut(surface, i[k : k + BATCH], j[k : k + BATCH], band) for k in range(0, max(len(i), 1), BATCH)]
+    batches = [_cut(a, b, i[k : k + BATCH], j[k : k + BATCH], band) for k in range(0, max(len(i), 1), BATCH)]
     return _Pieces(*(np.concatenate([getattr(part, name) for part in batches]) for name in _Pieces.__slots__))
 
 
-def _cut(surface: _Surface, i: Ints, j: Ints, band: float) -> _Pieces:
+def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> _Pieces:
     """Triangle i, seen along the mean normal, clipped by the sides of triangle j and by gaps of -band and band."""
-    normal_a, normal_b = surface.normal[i], surface.normal[j]
+    normal_a, normal_b = a.normal[i], b.normal[j]
     mean = normal_a - normal_b
     frame = frames_from_normals(mean / np.linalg.norm(mean, axis=1)[:, None])
-    origin = surface.corner[i, 0]
-    one = np.einsum("kci,kfi->kcf", surface.corner[i] - origin[:, None], frame)
-    two = np.einsum("kci,kfi->kcf", surface.corner[j] - origin[:, None], frame)[:, [0, 2, 1]]
+    origin = a.corner[i, 0]
+    one = np.einsum("kci,kfi->kcf", a.corner[i] - origin[:, None], frame)
+    two = np.einsum("kci,kfi->kcf", b.corner[j] - origin[:, None], frame)[:, [0, 2, 1]]
     ring, count = _padded(one[:, :, 1:], 8), np.full(len(i), 3)
     for c in range(3):
         start, run = two[:, c, 1:], two[:, (c + 1) % 3, 1:] - two[:, c, 1:]
@@ -303,7 +333,7 @@ def _members(pieces: _Pieces, rows: Ints, normal: Floats, middle: Floats, band: 
     return np.asarray(near[off <= band])
 
 
-def _part(pieces: _Pieces, members: Ints, normal: Floats, band: float) -> _Part:
+def _part(pieces: _Pieces, members: Ints, normal: Floats, band: float) -> Meeting:
     """The contact polygon of a patch, and its facts."""
     weight = pieces.area[members]
     middle = weight @ pieces.middle[members] / weight.sum()
@@ -316,7 +346,7 @@ def _part(pieces: _Pieces, members: Ints, normal: Floats, band: float) -> _Part:
     mean = float(weight @ pieces.gap[members].mean(axis=1) / weight.sum())
     polygon = middle + outline @ frame[1:]
     kind = "narrow" if widened else "face"
-    return _Part(polygon, kind, normal, float(weight @ slope), misfit, mean)
+    return Meeting(polygon, kind, normal, float(weight @ slope), misfit, mean)
 
 
 def _outline(xy: Floats, band: float) -> tuple[Floats, bool]:
@@ -359,11 +389,11 @@ def _reduced(ring: Floats) -> Floats:
     return ring
 
 
-def _steep(surface: _Surface, i: Ints, j: Ints, band: float) -> list[_Part]:
+def _steep(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> list[Meeting]:
     """One entry for blocks that touch with steep faces only, in a corner or along an edge; none where they do not."""
     if not len(i):
         return []
-    pieces = _pieces(surface, i, j, band)
+    pieces = _pieces(a, b, i, j, band)
     if not len(pieces.area):
         return []
     mean = pieces.area @ pieces.normal
@@ -371,4 +401,4 @@ def _steep(surface: _Surface, i: Ints, j: Ints, band: float) -> list[_Part]:
     normal = mean / length if length > 0.0 else pieces.normal[0]
     off = float((np.abs((pieces.point - pieces.middle.mean(axis=0)) @ normal) + np.abs(pieces.gap) / 2.0).max())
     gap = float(pieces.area @ pieces.gap.mean(axis=1) / pieces.area.sum())
-    return [_Part(np.zeros((0, 3)), "edge", normal, float(pieces.area.sum()), off, gap)]
+    return [Meeting(np.zeros((0, 3)), "edge", normal, float(pieces.area.sum()), off, gap)]

@@ -3,24 +3,34 @@
 import typing
 
 from cyclopean.io.files import json_text, write_json, write_text
-from cyclopean.io.models import MESH_SUFFIXES, read_model, write_mesh, write_model
-from cyclopean.io.results import result_dict
+from cyclopean.io.limits import limit_dict
+from cyclopean.io.models import MESH_SUFFIXES, file_format, read_model, write_mesh, write_model
+from cyclopean.io.results import margins_dict, result_dict, sensitivity_dict
 from cyclopean.io.sequences import sequence_dict
 
 if typing.TYPE_CHECKING:
     from cyclopean.io.drawings import drawing_dict, read_drawing
+    from cyclopean.io.exchange import exchange_paths, write_exchange
+    from cyclopean.io.findings import read_findings
     from cyclopean.io.stones import inventory_dict, read_stones, write_stones
 
 __all__ = [
     "MESH_SUFFIXES",
     "drawing_dict",
+    "exchange_paths",
+    "file_format",
     "inventory_dict",
     "json_text",
+    "limit_dict",
+    "margins_dict",
     "read_drawing",
+    "read_findings",
     "read_model",
     "read_stones",
     "result_dict",
+    "sensitivity_dict",
     "sequence_dict",
+    "write_exchange",
     "write_json",
     "write_mesh",
     "write_model",
@@ -30,6 +40,8 @@ __all__ = [
 
 _HOME = {  # only asked for by commands that design: what they load would double the start of `check`
     "drawings": "drawing_dict read_drawing",
+    "exchange": "exchange_paths write_exchange",
+    "findings": "read_findings",
     "stones": "inventory_dict read_stones write_stones",
 }
 

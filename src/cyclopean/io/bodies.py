@@ -7,9 +7,10 @@ faces that bound the same solid round an edge, never by a mere common vertex.
 """
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from cyclopean.geometry import newell_normals
 from cyclopean.io.fields import REACH, face_fault, label
 from cyclopean.io.units import metres
 
-__all__ = ["Body", "assembly_of", "pieces"]
+__all__ = ["Body", "assembly_of", "pieces", "welded"]
 
 # Half-planes closer than this round an edge (rad) are one: single precision leaves 1e-4 on the smallest facets,
 # and no stone has so sharp an arris.
@@ -35,6 +36,7 @@ class Body:
     vertices: Floats  # (v, 3) in the units of the file
     faces: list[tuple[int, ...]]
     whole: bool = True
+    fields: Mapping[str, Any] = field(default_factory=dict)  # density, fixed, group of the blocks made of it
 
 
 def assembly_of(path: str, stem: str, bodies: Sequence[Body], units: str) -> tuple[Assembly, list[str]]:
@@ -45,7 +47,7 @@ def assembly_of(path: str, stem: str, bodies: Sequence[Body], units: str) -> tup
     Returns
     -------
     assembly : Assembly
-        In metres, without contacts, supports or densities: mesh files have none.
+        In metres, without contacts; with the densities, supports and groups that the bodies have.
     warnings : list of str
         How many blocks were made and of what, faces dropped, names changed.
 
@@ -71,9 +73,26 @@ def assembly_of(path: str, stem: str, bodies: Sequence[Body], units: str) -> tup
     warnings.insert(0, f"{path}: made {count} {how}")
     ids = _unique([part.name for part in made], path, warnings)
     blocks = tuple(
-        Block(name, metres(part.vertices, units), tuple(part.faces)) for name, part in zip(ids, made, strict=True)
+        Block(name, metres(part.vertices, units), tuple(part.faces), **part.fields)
+        for name, part in zip(ids, made, strict=True)
     )
     return Assembly(blocks, name=stem), warnings
+
+
+def welded(where: str, body: Body) -> Body:
+    """Return the body as it is if it is closed, else with its equal vertices welded.
+
+    Raises
+    ------
+    InputError
+        A coordinate is not finite or a face is not one.
+    """
+    _check(where, body)
+    soup = _Soup.of([body])
+    opened = _opened(soup)
+    if not opened.any():
+        return body
+    return _part(body.name, body.vertices, _welded(soup, opened).faces, body.fields)
 
 
 def _check(where: str, body: Body) -> None:
@@ -188,22 +207,25 @@ def _split(path: str, bodies: Sequence[Body], soup: _Soup, warnings: list[str]) 
         body = bodies[k]
         if len(by_piece) > 1 and (len(bodies) == 1 or not body.whole):
             names = [None if body.name is None else f"{body.name}-{m}" for m in range(len(by_piece))]
-            made.extend(_part(name, soup.vertices, faces) for name, faces in zip(names, by_piece.values(), strict=True))
+            made.extend(
+                _part(name, soup.vertices, faces, body.fields)
+                for name, faces in zip(names, by_piece.values(), strict=True)
+            )
             split = True
             continue
         loose += [body.name] if len(by_piece) > 1 else []
-        made.append(_part(body.name, soup.vertices, list(chain.from_iterable(by_piece.values()))))
+        made.append(_part(body.name, soup.vertices, list(chain.from_iterable(by_piece.values())), body.fields))
     if loose:
         more = f" (and {len(loose) - 1} more)" if len(loose) > 1 else ""
         warnings.append(f"{path}: block {label(loose[0] or 'unnamed')} has separate pieces that move as one{more}")
     return made, split
 
 
-def _part(name: str | None, vertices: Floats, faces: list[tuple[int, ...]]) -> Body:
+def _part(name: str | None, vertices: Floats, faces: list[tuple[int, ...]], fields: Mapping[str, Any]) -> Body:
     """Return the faces as a body, with only the vertices they use, in the order they had."""
     used = sorted(set(chain.from_iterable(faces)))
     new = dict(zip(used, range(len(used)), strict=True))
-    return Body(name, vertices[used], [tuple([new[i] for i in face]) for face in faces])
+    return Body(name, vertices[used], [tuple([new[i] for i in face]) for face in faces], fields=fields)
 
 
 def pieces(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:

@@ -1,4 +1,4 @@
-"""Assemblies of COMPAS (compas_assembly, compas_cra) as plain JSON, without COMPAS; and dumps of interfaces.
+"""Assemblies of COMPAS (compas_assembly, compas_cra) as plain JSON, in and out, without COMPAS; dumps of interfaces.
 
 COMPAS wraps every object as {"dtype" or "datatype": ..., "data" or "value": ...} and has moved things about:
 
@@ -11,9 +11,15 @@ A dump holds "blocks" [{id, fixed, density, vertices, faces}] and "interfaces" [
 and one `density` for the whole file.
 
 Polygons there may wind against the normal of their frame: they are turned to wind about it.
+
+What is written is a `compas.datastructures/Assembly`, which COMPAS 2 opens: a part a stone, its mesh as `block` of the
+node, interfaces with frames on the edges. Nodes and interfaces carry what the model says of them under its own names
+(see `io.carried`), the attributes carry the rest, and all of it is read again.
 """
 
-from collections.abc import Iterator
+import ast
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,10 +29,16 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.errors import InputError
 from cyclopean.geometry import newell_normals
+from cyclopean.io.carried import TOLD, carried, model_rest, rebuilt, told
 from cyclopean.io.fields import Faces, array, face_fault, faces, found, label, mapping, number, points, text, vector
+from cyclopean.io.findings import ContactState, Findings
 from cyclopean.io.units import metres
 
-__all__ = ["is_compas", "is_dump", "read_compas", "read_dump"]
+__all__ = ["compas_dict", "is_compas", "is_dump", "is_ours", "read_compas", "read_dump"]
+
+_NAMESPACE = uuid.UUID("1c9a2f6b-2d43-4f62-8a53-0f9d7c1e5b76")  # ours: ids that stay the same
+_NODE = frozenset({"block", "part", "is_support", "x", "y", "z"})  # keys that are COMPAS's own
+_INTERFACE = frozenset({"points", "frame", "size", "forces", "index"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,18 +62,30 @@ def is_dump(data: Any) -> bool:
     return isinstance(data, dict) and "blocks" in data and "interfaces" in data
 
 
+def is_ours(data: Any) -> bool:
+    """Tell whether parsed COMPAS JSON carries a model as `compas_dict` writes it; it is in metres then."""
+    outer = _unwrapped(data)
+    attributes = outer.get("attributes") if isinstance(outer, dict) else None
+    return isinstance(attributes, dict) and isinstance(attributes.get("cyclopean"), dict)
+
+
 def read_compas(path: str, stem: str, data: Any, units: str) -> tuple[Assembly, list[str]]:
     """Read a COMPAS assembly, or a list of COMPAS meshes.
 
     Contacts are those of the interfaces, without mu; where no edge has one they are left to be detected. Where no
-    node is a support, nothing is said of supports.
+    node is a support, nothing is said of supports. A file that we wrote says all that its model said.
 
     Raises
     ------
     InputError
         Names the node or edge and what is wrong with it.
     """
-    meshes, support, edges = _tables(path, data)
+    meshes, support, edges, nodes = _tables(path, data)
+    if is_ours(data):
+        rest = model_rest(path, _unwrapped(data)["attributes"]["cyclopean"])
+        rows = [_row(f"{path}: block {label(key)}", key, meshes[key], nodes[key]) for key in meshes]
+        assembly, more = rebuilt(path, stem, rest, rows, _contact_rows(path, edges))
+        return assembly, list(more)
     blocks = []
     for key, mesh in meshes.items():
         vertices, corners = _mesh(f"{path}: block {label(key)}", mesh)
@@ -82,13 +106,30 @@ def _unwrapped(value: Any) -> Any:
     return value
 
 
-_Tables = tuple[dict[str, Any], set[str], list[tuple[str, str, Any]]]
+_Tables = tuple[dict[str, Any], set[str], list[tuple[str, str, Any]], dict[str, dict[str, Any]]]
+
+
+def _key(key: str) -> str:
+    """Name of a node: COMPAS 2 writes names that are text as Python text, in quotes.
+
+    Examples
+    --------
+    >>> _key("'a'"), _key("0"), _key("'"), _key("(1, 2)")
+    ('a', '0', "'", '(1, 2)')
+    """
+    if key[:1] not in ("'", '"'):
+        return key
+    try:
+        name = ast.literal_eval(key)
+    except (SyntaxError, ValueError):
+        return key
+    return name if isinstance(name, str) else key
 
 
 def _tables(path: str, data: Any) -> _Tables:
-    """Find the mesh of each node, the supports, and the edges."""
+    """Find the mesh of each node, the supports, the edges, and what the nodes say."""
     if isinstance(data, list):
-        return {f"b{k}": mesh for k, mesh in enumerate(data)}, set(), []
+        return {f"b{k}": mesh for k, mesh in enumerate(data)}, set(), [], {}
     outer = data if "node" in data else mapping(_unwrapped(data), f"{path}: the COMPAS data")
     graph = next((outer[key] for key in ("graph", "assembly") if key in outer), outer)
     graph = mapping(_unwrapped(graph), f"{path}: the COMPAS graph")
@@ -97,23 +138,29 @@ def _tables(path: str, data: Any) -> _Tables:
         raise InputError(f"{path}: is COMPAS data of another kind: it has no table of nodes; export an Assembly")
     nodes = mapping(nodes, f"{path}: the table of nodes")
     beside = mapping(outer.get("blocks") or {}, f"{path}: blocks")
-    meshes, support = {}, set()
-    for key, value in nodes.items():
+    meshes, support, said = {}, set(), {}
+    for written, value in nodes.items():
+        key = _key(written)
         node = mapping({} if value is None else value, f"{path}: node {label(key)}")
-        mesh = beside.get(key, node.get("block"))
+        mesh = beside.get(written, node.get("block"))
         if mesh is None:
             raise InputError(f"{path}: node {label(key)} has no block")
+        if key in meshes:
+            raise InputError(f"{path}: node {label(key)} stands twice, as text and as a number; rename one")
         meshes[text(key, f"{path}: the key of a node")] = mesh
+        said[key] = node
         if node.get("is_support") is True:
             support.add(key)
     if not meshes:
         raise InputError(f"{path}: the COMPAS file has no blocks")
-    return meshes, support, list(_edges(path, graph.get("edge") or {}, meshes))
+    return meshes, support, list(_edges(path, graph.get("edge") or {}, meshes)), said
 
 
 def _edges(path: str, table: Any, meshes: dict[str, Any]) -> Iterator[tuple[str, str, Any]]:
-    for u, row in mapping(table, f"{path}: the table of edges").items():
-        for v, edge in mapping({} if row is None else row, f"{path}: the edges of node {label(u)}").items():
+    for tail, row in mapping(table, f"{path}: the table of edges").items():
+        u = _key(tail)
+        for head, edge in mapping({} if row is None else row, f"{path}: the edges of node {label(u)}").items():
+            v = _key(head)
             for key in (u, v):
                 if key not in meshes:
                     raise InputError(f"{path}: edge {label(u)} to {label(v)}: there is no node {label(key)}")
@@ -208,6 +255,105 @@ def _contacts(
         more = f", and {len(empty) - 1} more," if len(empty) > 1 else ""
         warnings.append(f"{empty[0]}{more} has no area and was left out")
     return Contacts.of(pairs, polygons, [mu] * len(pairs))
+
+
+def _row(where: str, key: str, mesh: Any, node: Mapping[str, Any]) -> dict[str, Any]:
+    """Row of the model document for a node that we wrote; whether it is a support is what COMPAS says now."""
+    vertices, corners = _mesh(where, mesh)
+    row = {name: value for name, value in node.items() if name not in _NODE | TOLD}
+    if isinstance(node.get("is_support"), bool) and node["is_support"] != (row.get("fixed") is True):
+        row["fixed"] = node["is_support"]
+    return row | {"id": key, "vertices": vertices.tolist(), "faces": [list(face) for face in corners]}
+
+
+def _contact_rows(path: str, edges: list[tuple[str, str, Any]]) -> list[dict[str, Any]]:
+    """Rows of the model document for interfaces that we wrote, in the order they had."""
+    found: list[tuple[int, dict[str, Any]]] = []
+    for u, v, edge in edges:
+        where = f"{path}: edge {label(u)} to {label(v)}"
+        for k, value in enumerate(array(edge.get("interfaces") or [], f"{where}: interfaces")):
+            row = mapping(_unwrapped(value), f"{where}: interface {k}")
+            kept = {name: item for name, item in row.items() if name not in _INTERFACE | TOLD}
+            order = row.get("index")
+            place = order if type(order) is int else len(found)
+            found.append((place, kept | {"a": u, "b": v, "polygon": row.get("points")}))
+    return [row for _, row in sorted(found, key=lambda item: item[0])]
+
+
+def compas_dict(assembly: Assembly, findings: Findings) -> dict[str, Any]:
+    """Return the assembly as a COMPAS 2 document, in metres, with what was found out about it.
+
+    Forces stand on the interfaces as compas_assembly has them, in the frame of their interface.
+    """
+    rest, rows, contacts = carried(assembly)
+    said, centre = told(assembly, findings), assembly.mass.centroid.tolist()
+    node: dict[str, Any] = {}
+    for block, row, more, (x, y, z) in zip(assembly.blocks, rows, said, centre, strict=True):
+        own = {"x": x, "y": y, "z": z, "is_support": block.fixed is True}
+        shapes = {"block": _mesh_dict(assembly, block), "part": _part_dict(assembly, block)}
+        node[repr(block.id)] = own | shapes | row | more
+    edge: dict[str, Any] = {key: {} for key in node}
+    for contact, interface in zip(contacts, _interface_dicts(assembly, contacts, findings), strict=True):
+        between = edge[repr(contact["a"])].setdefault(repr(contact["b"]), {"interfaces": []})
+        between["interfaces"].append(interface)
+    graph = {
+        "attributes": {},
+        "default_node_attributes": {"x": 0.0, "y": 0.0, "z": 0.0},
+        "default_edge_attributes": {},
+        "node": node,
+        "edge": edge,
+        "max_node": -1,
+    }
+    attributes = {"name": assembly.name, "cyclopean": rest | {"findings": dict(findings.model)}}
+    return _wrapped(assembly, "compas.datastructures/Assembly", "", {"graph": graph, "attributes": attributes})
+
+
+def _wrapped(assembly: Assembly, kind: str, name: str, data: dict[str, Any]) -> dict[str, Any]:
+    identity = uuid.uuid5(_NAMESPACE, "\0".join((assembly.name, kind, name)))
+    return {"dtype": kind, "data": data, "guid": str(identity)}
+
+
+def _mesh_dict(assembly: Assembly, block: Block) -> dict[str, Any]:
+    data = {
+        "attributes": {"name": block.id},
+        "default_vertex_attributes": {"x": 0.0, "y": 0.0, "z": 0.0},
+        "default_edge_attributes": {},
+        "default_face_attributes": {},
+        "vertex": {str(k): {"x": x, "y": y, "z": z} for k, (x, y, z) in enumerate(block.vertices.tolist())},
+        "face": {str(k): list(face) for k, face in enumerate(block.faces)},
+        "facedata": {},
+        "edgedata": {},
+        "max_vertex": len(block.vertices) - 1,
+        "max_face": len(block.faces) - 1,
+    }
+    return _wrapped(assembly, "compas.datastructures/Mesh", block.id, data)
+
+
+def _part_dict(assembly: Assembly, block: Block) -> dict[str, Any]:
+    frame = {"point": [0.0, 0.0, 0.0], "xaxis": [1.0, 0.0, 0.0], "yaxis": [0.0, 1.0, 0.0]}
+    data = {"attributes": {"name": block.id}, "key": block.id, "frame": frame, "features": []}
+    return _wrapped(assembly, "compas.datastructures/Part", block.id, data)
+
+
+def _interface_dicts(
+    assembly: Assembly, contacts: list[dict[str, Any]], findings: Findings
+) -> Iterator[dict[str, Any]]:
+    joined = assembly.contacts
+    if joined is None:
+        return
+    states: Sequence[ContactState | None] = findings.contact or [None] * len(joined)
+    frames, areas = joined.frame, joined.area.tolist()
+    for k, (contact, state) in enumerate(zip(contacts, states, strict=True)):
+        _, u, v = frames[k] if state is None else state.frame
+        middle = joined.polygon(k).mean(axis=0).tolist()
+        words = {key: value for key, value in contact.items() if key not in ("a", "b", "polygon")}
+        row = {"index": k, "points": contact["polygon"], "size": areas[k]} | words
+        axes = {"point": middle, "xaxis": u.tolist(), "yaxis": v.tolist()}
+        row["frame"] = _wrapped(assembly, "compas.geometry/Frame", str(k), axes)
+        if state is not None:
+            row["utilisation"] = state.utilisation
+            row["forces"] = [{"c_np": n, "c_nn": 0.0, "c_u": t, "c_v": w} for n, t, w in state.local.tolist()]
+        yield row
 
 
 def read_dump(path: str, stem: str, data: dict[str, Any], units: str) -> tuple[Assembly, list[str]]:

@@ -1,20 +1,27 @@
-"""GLB (binary glTF 2.0): a tree of named nodes. glTF is y up and in metres; here z is up."""
+"""GLB (binary glTF 2.0): a tree of named nodes. glTF is y up and in metres; here z is up.
+
+Nodes carry in `extras` what the model says of their stone, the scene what it says of the whole, contacts included. glTF
+draws triangles of single precision; the polygons stand beside them as a record (see `io.carried`).
+"""
 
 import json
 import struct
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.assembly import Assembly
+from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.geometry import triangles
-from cyclopean.io.bodies import Body
+from cyclopean.io.bodies import Body, assembly_of
+from cyclopean.io.carried import TOLD, carried, fan, model_rest, polygons, rebuilt, told, written_fields
 from cyclopean.io.fields import REACH, array, label, mapping, number, parsed
 from cyclopean.io.files import decoded
+from cyclopean.io.findings import Findings
+from cyclopean.io.palette import linear, stone_colours
 
-__all__ = ["glb_bytes", "read_glb"]
+__all__ = ["glb_bytes", "read_glb", "read_glb_model"]
 
 _MAGIC, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942
 _COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
@@ -32,12 +39,62 @@ def read_glb(path: str, data: bytes) -> list[Body]:
     InputError
         The container or the tree is damaged, or needs an extension such as a compression.
     """
+    return [body for _, body in _opened(path, data).bodies()]
+
+
+def read_glb_model(path: str, stem: str, data: bytes) -> tuple[Assembly, tuple[str, ...]]:
+    """Read a model of one block for each such node.
+
+    A file that we wrote comes back as the model it was, but for the rounding to single precision. One that another
+    program has changed since keeps what its nodes say; its contacts are left to be found.
+
+    Raises
+    ------
+    InputError
+        As `read_glb`, or what it carries of the model is not what a model file may say.
+    """
+    reader = _opened(path, data)
+    bodies = reader.bodies()
+    rest = reader.carried()
+    if rest is None:
+        assembly, warnings = assembly_of(path, stem, [body for _, body in bodies], "m")
+        return assembly, tuple(warnings)
+    rows = [_row(extras, body) for extras, body in bodies]
+    untouched = [row for row in rows if row is not None]
+    if len(untouched) == len(rows) == len({row["id"] for row in untouched}):
+        contacts = array(rest.pop("contacts", None) or [], f"{path}: contacts")
+        rest["contacts"] = rest.pop("listed", None) is True
+        return rebuilt(path, stem, rest, untouched, contacts)
+    named = [
+        replace(body, fields=written_fields(f"{path}: node {label(body.name or '')}", extras))
+        for extras, body in bodies
+    ]
+    assembly, warnings = assembly_of(path, stem, named, "m")
+    lost = f"{path}: another program has changed its meshes; contacts and loads that were in it are left out"
+    return assembly, (lost, *warnings)
+
+
+def _opened(path: str, data: bytes) -> "_Reader":
     document, binary = _chunks(path, data)
     needs = set(map(str, array(document.get("extensionsRequired", []), f"{path}: extensionsRequired"))) - _UNDERSTOOD
     if needs:
         raise InputError(f"{path}: needs the extension {label(min(needs))}; export the GLB without compression")
-    reader = _Reader(path, document, binary)
-    return [body for node, matrix in reader.placed() if (body := reader.body(node, matrix)) is not None]
+    return _Reader(path, document, binary)
+
+
+def _extras(node: dict[str, Any]) -> dict[str, Any]:
+    extras = node.get("extras")
+    return extras if isinstance(extras, dict) else {}
+
+
+def _row(extras: dict[str, Any], body: Body) -> dict[str, Any] | None:
+    """Row of the model document for a node, or None where it is not as we wrote it."""
+    record = extras.get("faces")
+    faces = tuple(body.faces) if record is None else polygons(record, body.faces)
+    if faces is None or body.name != extras.get("id") or len(body.vertices) != extras.get("vertices"):
+        return None
+    row = {key: value for key, value in extras.items() if key not in TOLD}
+    return row | {"id": body.name, "vertices": body.vertices.tolist(), "faces": [list(face) for face in faces]}
 
 
 def _chunks(path: str, data: bytes) -> tuple[dict[str, Any], bytes]:
@@ -82,6 +139,20 @@ class _Reader:
         if type(value) is not int or value < 0:
             raise InputError(f"{self.path}: '{key}' in the GLB must be a whole number")
         return value
+
+    def carried(self) -> dict[str, Any] | None:
+        """What the scene carries of the model, where we wrote it."""
+        scenes = self.document.get("scenes")
+        if not isinstance(scenes, list) or not scenes:
+            return None
+        rest = _extras(self.item("scenes", self.document.get("scene", 0))).get("cyclopean")
+        return None if rest is None else model_rest(self.path, rest)
+
+    def bodies(self) -> list[tuple[dict[str, Any], Body]]:
+        """What each node with a mesh carries, and its body."""
+        return [
+            (_extras(node), body) for node, matrix in self.placed() if (body := self.body(node, matrix)) is not None
+        ]
 
     def placed(self) -> list[tuple[dict[str, Any], Floats]]:
         """Every node with a mesh and the (4, 4) matrix that places it, in the order of the tree."""
@@ -220,57 +291,97 @@ def _triangles(order: Ints, mode: int) -> Ints:
     return strip
 
 
-def glb_bytes(assembly: Assembly) -> bytes:
+def glb_bytes(assembly: Assembly, findings: Findings | None = None) -> bytes:
     """Return the assembly as GLB: one named node a block, faces as fans of triangles, y up.
 
     glTF holds single precision; each block is taken about the middle of its own box, which its node gives in full, so
-    that a model far from the origin keeps its shape.
+    that a model far from the origin keeps its shape. Stones are coloured by utilisation, or else by group.
     """
-    mesh = assembly.mesh
-    tri, face = triangles(mesh)
-    split = np.searchsorted(mesh.face_body[face], np.arange(len(assembly) + 1))
-    nodes: list[dict[str, Any]] = []
-    meshes: list[dict[str, Any]] = []
-    accessors: list[dict[str, Any]] = []
-    indices, positions = [], []
-    placed = drawn = 0
-    for i, block in enumerate(assembly.blocks):
-        low, high = block.vertices.min(0, initial=np.inf), block.vertices.max(0, initial=-np.inf)
-        order = (tri[split[i] : split[i + 1]] - mesh.vertex_start[i]).astype("<u4")
-        node: dict[str, Any] = {"name": block.id}
-        nodes.append(node)
+    known = Findings() if findings is None else findings
+    rest, rows, contacts = carried(assembly)
+    touches = _neighbours(assembly)
+    writer = _Writer(sorted(set(colours := stone_colours(assembly, known))))
+    for block, row, said, beside, colour in zip(
+        assembly.blocks, rows, told(assembly, known), touches, colours, strict=True
+    ):
+        plain = all(len(face) == 3 for face in block.faces)
+        record = {} if plain else {"faces": json.dumps(block.faces, separators=(",", ":"))}
+        extras = {"id": block.id, "vertices": len(block.vertices)} | row | said | {"touches": beside} | record
+        writer.add(block, extras, colour)
+    scene = {key: value for key, value in rest.items() if key != "contacts"}
+    if "contacts" in rest:
+        scene |= {"listed": True, "contacts": contacts}
+    if known.model:
+        scene["findings"] = dict(known.model)
+    return writer.finished(scene)
+
+
+def _neighbours(assembly: Assembly) -> list[list[str]]:
+    """Ids of the blocks that each block touches, as far as the model lists contacts."""
+    touches: list[dict[str, None]] = [{} for _ in assembly.blocks]
+    if assembly.contacts is not None:
+        for a, b in zip(assembly.contacts.a.tolist(), assembly.contacts.b.tolist(), strict=True):
+            touches[a][assembly.blocks[b].id] = touches[b][assembly.blocks[a].id] = None
+    return [list(names) for names in touches]
+
+
+class _Writer:
+    """A document that grows by one node a block; all positions stand in one view, all indices in another."""
+
+    def __init__(self, palette: list[tuple[float, float, float]]) -> None:
+        self.material = {colour: k for k, colour in enumerate(palette)}
+        self.nodes: list[dict[str, Any]] = []
+        self.meshes: list[dict[str, Any]] = []
+        self.accessors: list[dict[str, Any]] = []
+        self.positions: list[bytes] = []
+        self.indices: list[bytes] = []
+        self.placed = self.drawn = 0
+
+    def add(self, block: Block, extras: dict[str, Any], colour: tuple[float, float, float]) -> None:
+        """One node and, if it has faces, its mesh."""
+        node: dict[str, Any] = {"name": block.id, "extras": extras}
+        self.nodes.append(node)
+        order = np.array([triangle for face in block.faces for triangle in fan(face)], "<u4")
         if not len(order):
-            continue
-        middle = (low + high) / 2.0
+            return
+        middle = (block.vertices.min(0) + block.vertices.max(0)) / 2.0
         local = ((block.vertices - middle) @ _Z_UP).astype("<f4")
-        node |= {"mesh": len(meshes), "translation": (middle @ _Z_UP).tolist()}
+        node |= {"mesh": len(self.meshes), "translation": (middle @ _Z_UP).tolist()}
         box = {"min": local.min(0).tolist(), "max": local.max(0).tolist()}
-        accessors.append(
-            {"bufferView": 0, "byteOffset": placed, "componentType": 5126, "count": len(local), "type": "VEC3"} | box
-        )
-        accessors.append(
-            {"bufferView": 1, "byteOffset": drawn, "componentType": 5125, "count": order.size, "type": "SCALAR"}
-        )
-        part = {"attributes": {"POSITION": len(accessors) - 2}, "indices": len(accessors) - 1}
-        meshes.append({"name": block.id, "primitives": [part]})
-        positions.append(local.tobytes())
-        indices.append(order.tobytes())
-        placed, drawn = placed + local.nbytes, drawn + order.nbytes
-    views = [
-        {"buffer": 0, "byteOffset": 0, "byteLength": placed, "byteStride": 12, "target": 34962},
-        {"buffer": 0, "byteOffset": placed, "byteLength": drawn, "target": 34963},
-    ]
-    document = {
-        "asset": {"version": "2.0", "generator": "cyclopean"},
-        "scene": 0,
-        "scenes": [{"nodes": list(range(len(nodes)))}],
-        "nodes": nodes,
-        "meshes": meshes,
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{"byteLength": placed + drawn}],
-    }
-    return _container(json.dumps(document, allow_nan=False).encode(), b"".join(positions) + b"".join(indices))
+        vertex = {"bufferView": 0, "byteOffset": self.placed, "componentType": 5126, "count": len(local)}
+        index = {"bufferView": 1, "byteOffset": self.drawn, "componentType": 5125, "count": order.size}
+        self.accessors += [vertex | {"type": "VEC3"} | box, index | {"type": "SCALAR"}]
+        last = len(self.accessors) - 1
+        part = {"attributes": {"POSITION": last - 1}, "indices": last, "material": self.material[colour]}
+        self.meshes.append({"name": block.id, "primitives": [part]})
+        self.positions.append(local.tobytes())
+        self.indices.append(order.tobytes())
+        self.placed, self.drawn = self.placed + local.nbytes, self.drawn + order.nbytes
+
+    def finished(self, scene: dict[str, Any]) -> bytes:
+        """The whole file; `scene` is what it carries of the model."""
+        views = [
+            {"buffer": 0, "byteOffset": 0, "byteLength": self.placed, "byteStride": 12, "target": 34962},
+            {"buffer": 0, "byteOffset": self.placed, "byteLength": self.drawn, "target": 34963},
+        ]
+        document = {
+            "asset": {"version": "2.0", "generator": "cyclopean"},
+            "scene": 0,
+            "scenes": [{"nodes": list(range(len(self.nodes))), "extras": {"cyclopean": scene}}],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "materials": [_material(colour) for colour in self.material],
+            "accessors": self.accessors,
+            "bufferViews": views,
+            "buffers": [{"byteLength": self.placed + self.drawn}],
+        }
+        text = json.dumps(document, allow_nan=False).encode()
+        return _container(text, b"".join(self.positions) + b"".join(self.indices))
+
+
+def _material(colour: tuple[float, float, float]) -> dict[str, Any]:
+    surface = {"baseColorFactor": [*linear(colour), 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
+    return {"pbrMetallicRoughness": surface}
 
 
 def _container(text: bytes, binary: bytes) -> bytes:

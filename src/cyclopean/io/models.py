@@ -1,27 +1,26 @@
 """One door for every model file: what it is, is told by its suffix and its content."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import PurePath
 from typing import Any
 
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import Body, assembly_of
-from cyclopean.io.compas_json import is_compas, is_dump, read_compas, read_dump
+from cyclopean.io.compas_json import is_compas, is_dump, is_ours, read_compas, read_dump
 from cyclopean.io.fields import label, parsed
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes, write_bytes, write_json
-from cyclopean.io.glb import glb_bytes, read_glb
+from cyclopean.io.glb import glb_bytes, read_glb_model
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
 from cyclopean.io.obj import obj_text, read_obj
 from cyclopean.io.ply import ply_bytes, read_ply
 from cyclopean.io.stl import read_stl, stl_text
 from cyclopean.io.units import check_units
 
-__all__ = ["MESH_SUFFIXES", "read_model", "write_mesh", "write_model"]
+__all__ = ["MESH_SUFFIXES", "file_format", "read_model", "write_mesh", "write_model"]
 
 _READERS: dict[str, Callable[[str, bytes], list[Body]]] = {
-    ".glb": read_glb,
     ".obj": read_obj,
     ".ply": read_ply,
     ".stl": read_stl,
@@ -32,11 +31,12 @@ _WRITERS: dict[str, Callable[[Assembly], bytes]] = {
     ".ply": ply_bytes,
     ".stl": lambda assembly: stl_text(assembly).encode(),
 }
-MESH_SUFFIXES = tuple(sorted(_READERS))
+MESH_SUFFIXES = tuple(sorted(_WRITERS))
+_KNOWN = frozenset({".json", ".3dm", ".ifc", *MESH_SUFFIXES})  # what is read
 
 
 def read_model(path: PathLike, units: str | None = None) -> tuple[Assembly, tuple[str, ...]]:
-    """Read a model: `cyclopean.model/1`, COMPAS JSON, OBJ, STL, PLY or GLB.
+    """Read a model: `cyclopean.model/1`, COMPAS JSON, OBJ, STL, PLY, GLB, Rhino 3DM or IFC.
 
     Parameters
     ----------
@@ -66,10 +66,31 @@ def read_model(path: PathLike, units: str | None = None) -> tuple[Assembly, tupl
     suffix = _kind(path, data)
     if suffix in _READERS:
         assembly, warnings = assembly_of(shown, stem, _READERS[suffix](shown, data), units or "m")
-        return assembly, (*warnings, *_assumed(shown, units if suffix != ".glb" else "m"))  # glTF is in metres
+        return assembly, (*warnings, *_assumed(shown, units))
+    if suffix == ".glb":  # in metres, always
+        return read_glb_model(shown, stem, data)
+    if suffix == ".3dm":
+        from cyclopean.io.rhino import read_rhino
+
+        return read_rhino(shown, stem, data, units)
+    if suffix == ".ifc":
+        from cyclopean.io.ifc import read_ifc
+
+        return read_ifc(shown, stem, data, units)
     if suffix != ".json":
-        raise InputError(f"{shown}: '{one_line(suffix, 20)}' files cannot be read; use json, {_listed()}")
+        raise InputError(
+            f"{shown}: '{one_line(suffix, 20)}' files cannot be read; use json, {_listed(_KNOWN - {'.json'})}"
+        )
     return _read_json(shown, stem, data, units)
+
+
+def file_format(path: PathLike) -> str:
+    """Name the format of a model file, as `read_model` takes it; an ending in capitals where it does not know it."""
+    data = read_bytes(path)
+    suffix = _kind(path, data)
+    if suffix == ".json":
+        return SCHEMA if SCHEMA.encode() in data[:4096] else "COMPAS JSON"
+    return {".3dm": "Rhino 3DM", ".ifc": "IFC"}.get(suffix, suffix[1:].upper())
 
 
 def _read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[Assembly, tuple[str, ...]]:
@@ -83,6 +104,10 @@ def _read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[A
     if is_dump(document):
         assembly, warnings = read_dump(shown, stem, document, units or "m")
     elif is_compas(document):
+        if is_ours(document):
+            if units not in (None, "m"):
+                raise InputError(f"{shown}: says that its units are m; leave out --units {units}")
+            units = "m"
         assembly, warnings = read_compas(shown, stem, document, units or "m")
     else:
         raise InputError(f'{shown}: is not a model: expected an object with "schema": "{SCHEMA}", or a COMPAS assembly')
@@ -93,8 +118,8 @@ def _assumed(shown: str, units: str | None) -> tuple[str, ...]:
     return () if units is not None else (f"{shown}: does not say its units; metres assumed (--units)",)
 
 
-def _listed() -> str:
-    names = [suffix[1:] for suffix in MESH_SUFFIXES]
+def _listed(suffixes: Iterable[str]) -> str:
+    names = [suffix[1:] for suffix in sorted(suffixes)]
     return f"{', '.join(names[:-1])} or {names[-1]}"
 
 
@@ -106,10 +131,11 @@ def _stem(path: PathLike) -> str:
 def _kind(path: PathLike, data: bytes) -> str:
     """The suffix where it is known; else what the first bytes look like."""
     suffix = PurePath(os.fspath(path)).suffix.lower()
-    if suffix in _READERS or suffix == ".json":
+    if suffix in _KNOWN:
         return suffix
     start = data[:64].lstrip(b"\xef\xbb\xbf \t\r\n")
     looks = {b"{": ".json", b"[": ".json", b"glTF": ".glb", b"ply": ".ply", b"solid": ".stl"}
+    looks |= {b"3D Geometry File Format": ".3dm", b"ISO-10303-21": ".ifc"}
     if suffix in ("", ".tmp", ".txt"):
         return next((kind for first, kind in looks.items() if start.startswith(first)), suffix)
     return suffix
@@ -136,16 +162,19 @@ def write_model(
     InputError
         The place cannot be written, or the suffix is that of a mesh file.
     """
-    if PurePath(os.fspath(path)).suffix.lower() in MESH_SUFFIXES:
+    suffix = PurePath(os.fspath(path)).suffix.lower()
+    if suffix in MESH_SUFFIXES:
         raise InputError(f"{one_line(path)}: a model file ends in .json; a mesh holds no contacts (use convert)")
+    if suffix in _KNOWN - {".json"}:
+        raise InputError(f"{one_line(path)}: a model file ends in .json; use convert for other programs")
     write_json(path, model_dict(assembly, contacts, drawing))
 
 
 def write_mesh(path: PathLike, assembly: Assembly) -> None:
     """Write OBJ, STL, PLY or GLB by the suffix, whole or not at all.
 
-    Blocks keep their ids; contacts, loads, densities, supports and groups have no place in a mesh file.
-    GLB holds single precision, the others every digit.
+    Blocks keep their ids, in OBJ their groups too; GLB carries the rest of the model as well (`io.exchange` says what
+    each format holds). GLB holds single precision, the others every digit.
 
     Raises
     ------
@@ -154,7 +183,7 @@ def write_mesh(path: PathLike, assembly: Assembly) -> None:
     """
     suffix = PurePath(os.fspath(path)).suffix.lower()
     if suffix not in _WRITERS:
-        raise InputError(f"{one_line(path)}: '{one_line(suffix, 20)}' is not a mesh file; use {_listed()}")
+        raise InputError(f"{one_line(path)}: '{one_line(suffix, 20)}' is not a mesh file; use {_listed(MESH_SUFFIXES)}")
     for block in assembly.blocks:
         if not block.faces:
             raise InputError(f"{one_line(path)}: block {label(block.id)} has no faces to write")

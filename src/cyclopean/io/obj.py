@@ -19,7 +19,8 @@ __all__ = ["obj_text", "read_obj"]
 def read_obj(path: str, data: bytes) -> list[Body]:
     """Read one body for each pair of object (`o`) and group (`g`) that has faces.
 
-    Texture and normal indices, materials, lines and points are passed over.
+    Texture and normal indices, materials, lines and points are passed over. In a file that we wrote, an object is a
+    block, whose name counts to the last blank, and `g` is its group.
 
     Raises
     ------
@@ -31,7 +32,9 @@ def read_obj(path: str, data: bytes) -> list[Body]:
     owner, group = "", ""
     here: list[tuple[int, ...]] | None = None
     number = 0
-    for number, line in _lines(decoded(path, data)):
+    content = decoded(path, data)
+    ours = content.startswith(_HEADER)
+    for number, line in _lines(content):
         words = line.split()
         if not words:
             continue
@@ -43,16 +46,19 @@ def read_obj(path: str, data: bytes) -> list[Body]:
                 here = parts.setdefault((owner, group), [])
             here.append(_face(path, number, words, len(vertices)))
         elif word == "o":
-            owner, here = line.strip()[1:].strip(), None
+            owner, here = _name(line, ours), None
+            group = "" if ours else group
         elif word == "g":
-            group, here = line.strip()[1:].strip(), None
+            group, here = _name(line, ours), None
         elif word not in _PASSED_OVER and not word.startswith("#"):
             _fail(path, number, f"'{one_line(word, 20)}' is not an OBJ statement")
     if not vertices:
         raise InputError(f"{path}: has no vertices (lines 'v x y z'); is it an OBJ file?")
     points = np.array(vertices)
-    return [_body(path, points, names, faces, len(parts) == 1) for names, faces in parts.items()]
+    return [_body(points, names, faces, ours) for names, faces in parts.items()]
 
+
+_HEADER = "# cyclopean: metres, z up"
 
 _PASSED_OVER = frozenset(
     "vt vn vp s usemtl mtllib usemap maplib l p cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con mg"
@@ -73,6 +79,10 @@ def _lines(content: str) -> list[tuple[int, str]]:
         joined.append((start, text + line))
         start, text = number + 1, ""
     return [*joined, (start, text)]
+
+
+def _name(line: str, exact: bool) -> str:
+    return line.rstrip("\r")[2:] if exact else line.strip()[1:].strip()
 
 
 def _fail(path: str, number: int, what: str) -> NoReturn:
@@ -114,20 +124,23 @@ def _face(path: str, number: int, words: list[str], count: int) -> tuple[int, ..
     return tuple(corners)
 
 
-def _body(path: str, points: np.ndarray, names: tuple[str, str], faces: list[tuple[int, ...]], alone: bool) -> Body:
+def _body(points: np.ndarray, names: tuple[str, str], faces: list[tuple[int, ...]], ours: bool) -> Body:
     owner, group = names
-    name = f"{owner}/{group}" if owner and group and owner != group else owner or group
+    name = owner if ours else f"{owner}/{group}" if owner and group and owner != group else owner or group
     corners = np.unique(np.array([i for face in faces for i in face]))
     new = dict(zip(corners.tolist(), range(len(corners)), strict=True))
-    return Body(name or None, points[corners], [tuple(new[i] for i in face) for face in faces], whole=bool(name))
+    fields = {"group": group} if ours and group and group.isprintable() else {}
+    local = [tuple(new[i] for i in face) for face in faces]
+    return Body(name or None, points[corners], local, whole=bool(name), fields=fields)
 
 
 def obj_text(assembly: Assembly) -> str:
-    """Return the assembly as OBJ: one object a block, polygons as they are, every digit kept, metres."""
-    lines = ["# cyclopean: metres, z up"]
+    """Return the assembly as OBJ: one object a block, its group, polygons as they are, every digit kept, metres."""
+    lines = [_HEADER]
     before = 1
     for block in assembly.blocks:
         lines.append(f"o {block.id}")
+        lines.extend([] if block.group is None else [f"g {block.group}"])
         lines.extend(f"v {x!r} {y!r} {z!r}" for x, y, z in block.vertices.tolist())
         lines.extend("f " + " ".join([str(i + before) for i in face]) for face in block.faces)
         before += len(block.vertices)

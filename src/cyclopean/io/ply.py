@@ -112,7 +112,7 @@ def _header(path: str, data: bytes) -> _Header:
                 case ["format", kind, _] if kind in _ORDERS:
                     order = _ORDERS[kind]
                 case ["comment", "block", which, *_] if which.isdecimal():
-                    names[int(which)] = line.partition(f"block {which}")[2].strip()
+                    names[int(which)] = line.partition(f"block {which}")[2].removeprefix(" ")  # an id may end in blanks
                 case ["comment" | "obj_info", *_] | []:
                     pass
                 case ["element", name, count]:

@@ -29,6 +29,30 @@ engaged, dn = -eps, or unloaded, F = 0; it slides in one sector or another, by l
 each leaf multipliers that prove the cell empty: see `_margin`. The claim is about the contacts listed, eta / eps and
 beta_min / eps.
 
+*limit-bounds*, bounds of a multiplier: loads p0 + t p1, p1 the `live` ones. At t = `lower` forces, as in an rbe-state.
+At t = `upper` a motion y, as in an rbe-mechanism, in which the live loads do not work backwards, p1.y >= 0: what drives
+it at `upper` then drives it at every larger t, and forces below `BOUND` weights (of the loads at `upper`) hold none of
+them. Either side may be absent.
+
+**Partial supports.** A block may be `held` in some directions: displacements of its centre of mass along the world's
+axes, rotations about them. There supports bear whatever comes, so that nothing has to balance, and every motion must
+be zero, exactly: then what a support bears does no work, and all that is said above holds as it stands.
+
+**Joints that pull.** A contact may have a `tension`, in Pa: rigid-block equilibrium only. An even pull s on its area
+comes to t_k = s x share of the area at each corner (see `_pulls`), and forces may be such that F + t n is inside the
+cone: fn + t >= 0 and |F_t| <= mu (fn + t). With f' = f + t n a mechanism has to work against the pull as well,
+
+    p.y - sum t dn = sum f'.(-dd) <= ||f'|| ||P(-dd)||
+
+and W then counts all pulls beside the loads. The claim says how strong the joints are.
+
+**Settlement.** *rbe-settled*, "comes to rest after an infinitesimal settlement": the ground moves some fixed blocks, a
+displacement and a rotation each. A displacement of every free block, and forces as in an rbe-state, go with it: with dd
+of `b` relative to `a` no point closes or slides without opening, dn >= mu |dd_t| (associated flow), no force works,
+F.dd = 0, and what has opened carries nothing, |F| dn = 0. All to `SETTLING` of the largest displacement of a contact
+point on a block that the ground moves. The first two make it the least of -p.y over all such displacements, so that
+nothing moves further; with the third no force is due to sliding that opens, which dry stone does not do.
+
 **What is checked first.** Meshes closed and turned outward (exact volume > 0); every contact point within `tolerance`
 of a face of `a` that looks along N and of a face of `b` that looks against N. (N itself may lean from the face by what
 the tolerance is of the contact's width, 18 degrees at most: tiny contacts are as good as the tolerance.)
@@ -94,6 +118,10 @@ COUPLING = Fraction(1, 10**9)
 """How far a coupled state may miss its conditions at a point: displacements relative to eps, eta and beta_min, work
 relative to eps times the point's force (or the mean weight of a free block, where that is larger)."""
 
+SETTLING = Fraction(1, 10**7)
+"""How far a settled state may miss its conditions: displacements relative to the settlement, work relative to that
+times the point's force (or the mean weight of a free block, where that is larger)."""
+
 ROOT_BITS = 64
 """Bits after the point of roots of integers that may be small."""
 
@@ -105,6 +133,9 @@ CLAIMS = {
     "rbe-mechanism": "unstable under rigid-block equilibrium (listed contacts, associated flow)",
     "cra-state": "stable under coupled rigid-block analysis",
     "cra-tree": "unstable under coupled rigid-block analysis",
+    "limit-bounds": "bounds of the live loads' multiplier under rigid-block equilibrium",
+    "rbe-settled": "comes to rest after an infinitesimal settlement, under rigid-block equilibrium"
+    " (listed contacts, associated flow)",
 }
 BOUND_FIELDS = {"eps", "eta", "beta_min"}
 PROOF_FIELDS = {
@@ -112,9 +143,14 @@ PROOF_FIELDS = {
     "rbe-mechanism": {"mechanism"},
     "cra-state": {"forces", "mechanism"} | BOUND_FIELDS,
     "cra-tree": {"tree"} | BOUND_FIELDS,
+    "limit-bounds": {"live"},
+    "rbe-settled": {"forces", "mechanism", "settlements"},
 }
+LIMIT_SIDES = ({"lower", "forces"}, {"upper", "mechanism"})
 STONE_FIELDS = {"id", "vertices", "faces", "density", "fixed"}
 JOINT_FIELDS = {"a", "b", "polygon", "mu"}
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+PULLING_KINDS = {"rbe-state", "rbe-mechanism", "limit-bounds"}
 COMMON_FIELDS = {"schema", "kind", "gravity", "tolerance", "blocks", "contacts", "loads", "seal"}
 
 Number = float
@@ -257,6 +293,7 @@ class _Stone(NamedTuple):
     surface: _Surface
     density: Number
     fixed: bool
+    held: tuple[bool, ...] = (False,) * 6  # in the order of DIRECTIONS
 
 
 class _Joint(NamedTuple):
@@ -266,6 +303,7 @@ class _Joint(NamedTuple):
     b: int
     polygon: Sequence[Sequence[Number]]
     mu: Number
+    tension: Number = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,6 +313,16 @@ class _Push:
     block: int
     force: Sequence[Number]
     point: Sequence[Number]
+
+
+@dataclass(frozen=True, slots=True)
+class _Live:
+    """Loads that grow with a multiplier, and the multipliers of which something is claimed."""
+
+    gravity: Sequence[Number]
+    pushes: list[_Push]
+    lower: Number | None
+    upper: Number | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -322,6 +370,7 @@ class _Sheet:
     motion: list[Sequence[Number]]
     bounds: _Bounds | None
     tree: list[_Leaf | _Split]
+    live: _Live | None = None
 
 
 def _short(value: object, limit: int = 60) -> str:
@@ -336,12 +385,14 @@ def _refuse(reason: str, figures: dict[str, float] | None = None) -> NoReturn:
     raise _RefusedError(reason, figures)
 
 
-def _fields(value: object, names: set[str], where: str) -> Mapping[str, object]:
-    """Require an object with exactly these fields."""
+def _fields(value: object, names: set[str], where: str, optional: str = "") -> Mapping[str, object]:
+    """Require an object with exactly these fields, and perhaps the optional one."""
     if type(value) is dict and value.keys() == names:
         return value
     if not isinstance(value, Mapping):
         _refuse(f"{where} is not an object")
+    if optional and optional in value:
+        names = names | {optional}
     if missing := names - value.keys():
         _refuse(f"{where}fields missing: {', '.join(sorted(missing))}")
     if extra := value.keys() - names:
@@ -406,7 +457,7 @@ def _read(certificate: object) -> _Sheet:
     kind = certificate.get("kind")
     if not isinstance(kind, str) or kind not in CLAIMS:
         _refuse(f"kind {_short(kind)} is not one this checker knows")
-    top = _fields(certificate, COMMON_FIELDS | PROOF_FIELDS[kind], "")
+    top = _fields(certificate, COMMON_FIELDS | PROOF_FIELDS[kind] | _limit_sides(certificate, kind), "")
 
     known: dict[tuple[tuple[int, ...], ...], _Surface] = {}
     stones = [_read_stone(value, i, known) for i, value in enumerate(_items(top["blocks"], "blocks"))]
@@ -418,19 +469,40 @@ def _read(certificate: object) -> _Sheet:
     if not stones:
         _refuse("there are no blocks")
     joints = [_read_joint(value, i, numbers, stones) for i, value in enumerate(_items(top["contacts"], "contacts"))]
+    if kind not in PULLING_KINDS and any(joint.tension for joint in joints):
+        _refuse(f"joints that pull are no part of a {kind}")
     pushes = [_read_push(value, i, numbers) for i, value in enumerate(_items(top["loads"], "loads"))]
     points = sum(len(joint.polygon) for joint in joints)
     forces = _read_forces(top["forces"], points, "") if "forces" in top else []
     motion = _read_motion(top["mechanism"], stones, "") if "mechanism" in top else []
+    if "settlements" in top:
+        motion = _read_settlements(top["settlements"], stones, motion)
     bounds = _read_bounds(top) if "eps" in top else None
     tree = _read_tree(top["tree"], stones, points) if "tree" in top else []
+    live = _read_live(top, numbers) if "live" in top else None
     gravity = _row(top["gravity"], 3, "gravity")
     tolerance = _number(top["tolerance"], "tolerance")
     if tolerance < 0:
         _refuse("tolerance is negative")
     if top["seal"] != _seal_of(top):
         _refuse("the seal does not match: the file was damaged or edited")
-    return _Sheet(gravity, tolerance, stones, joints, pushes, forces, motion, bounds, tree)
+    return _Sheet(gravity, tolerance, stones, joints, pushes, forces, motion, bounds, tree, live)
+
+
+def _limit_sides(certificate: Mapping[str, object], kind: str) -> set[str]:
+    """Fields of the sides that bounds of a multiplier have: one is enough."""
+    if kind != "limit-bounds":
+        return set()
+    return set().union(*(side for side in LIMIT_SIDES if side & certificate.keys())) or LIMIT_SIDES[0]
+
+
+def _read_live(top: Mapping[str, object], numbers: Mapping[str, int]) -> _Live:
+    entry = _fields(top["live"], {"gravity", "loads"}, "live: ")
+    pushes = [_read_push(value, i, numbers) for i, value in enumerate(_items(entry["loads"], "live: loads"))]
+    lower, upper = (_number(top[key], key) if key in top else None for key in ("lower", "upper"))
+    if lower is not None and upper is not None and not lower <= upper:
+        _refuse("lower is above upper")
+    return _Live(_row(entry["gravity"], 3, "live: gravity"), pushes, lower, upper)
 
 
 def _seal_of(top: Mapping[str, object]) -> str:
@@ -442,7 +514,7 @@ def _seal_of(top: Mapping[str, object]) -> str:
 
 
 def _read_stone(value: object, i: int, known: dict[tuple[tuple[int, ...], ...], _Surface]) -> _Stone:
-    entry = _fields(value, STONE_FIELDS, f"block {i}: ")
+    entry = _fields(value, STONE_FIELDS, f"block {i}: ", "held")
     name, fixed = entry["id"], entry["fixed"]
     if not isinstance(name, str):
         _refuse(f"block {i}: id is not a string")
@@ -456,7 +528,21 @@ def _read_stone(value: object, i: int, known: dict[tuple[tuple[int, ...], ...], 
     surface = _read_surface(entry["faces"], where, known)
     if not max(surface.used, default=-1) < len(vertices):
         _refuse(f"{where}: a face is not three or more different vertex numbers")
-    return _Stone(name, vertices, surface, density, fixed)
+    held = _read_held(entry["held"], fixed, where) if "held" in entry else _Stone._field_defaults["held"]
+    return _Stone(name, vertices, surface, density, fixed, held)
+
+
+def _read_held(value: object, fixed: bool, where: str) -> tuple[bool, ...]:
+    """Read what a partial support holds: some of DIRECTIONS, in their order, each once."""
+    names = _items(value, f"{where}: held")
+    if not all(isinstance(name, str) and name in DIRECTIONS for name in names):
+        _refuse(f"{where}: held is not a list of {', '.join(DIRECTIONS)}")
+    held = tuple(name in names for name in DIRECTIONS)
+    if list(names) != [name for name in DIRECTIONS if name in names]:
+        _refuse(f"{where}: held names a direction twice, or not in their order")
+    if fixed or not any(held) or all(held):
+        _refuse(f"{where}: held is for blocks that are neither free nor fixed")
+    return held
 
 
 def _read_surface(value: object, where: str, known: dict[tuple[tuple[int, ...], ...], _Surface]) -> _Surface:
@@ -480,7 +566,7 @@ def _is_closed(faces: Sequence[Sequence[int]]) -> bool:
 
 def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Sequence[_Stone]) -> _Joint:
     where = f"contact {i}"
-    entry = _fields(value, JOINT_FIELDS, f"{where}: ")
+    entry = _fields(value, JOINT_FIELDS, f"{where}: ", "tension")
     a, b = _name(entry["a"], numbers, where), _name(entry["b"], numbers, where)
     if a == b:
         _refuse(f"{where} joins block {_short(stones[a].name)} to itself")
@@ -489,10 +575,13 @@ def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Seque
     mu = _number(entry["mu"], where)
     if mu < 0:
         _refuse(f"{where}: mu is negative")
+    tension = _number(entry["tension"], f"{where}: tension") if "tension" in entry else 0.0
+    if "tension" in entry and not tension > 0:
+        _refuse(f"{where}: tension is not positive")
     polygon = _triples(entry["polygon"], f"{where}: polygon", f"{where}: point")
     if len(polygon) < 3:
         _refuse(f"{where}: polygon has fewer than three points")
-    return _Joint(a, b, polygon, mu)
+    return _Joint(a, b, polygon, mu, tension)
 
 
 def _label(sheet: _Sheet, i: int) -> str:
@@ -518,7 +607,24 @@ def _read_forces(value: object, points: int, where: str) -> list[Sequence[Number
 def _read_motion(value: object, stones: Sequence[_Stone], where: str) -> list[Sequence[Number]]:
     motion = _fields(value, {stone.name for stone in stones if not stone.fixed}, f"{where}mechanism: ")
     still = [0.0] * 6
-    return [still if s.fixed else _row(motion[s.name], 6, f"{where}mechanism of {_short(s.name)}") for s in stones]
+    rows = [still if s.fixed else _row(motion[s.name], 6, f"{where}mechanism of {_short(s.name)}") for s in stones]
+    for stone, row in zip(stones, rows, strict=True):
+        if any(held and x != 0 for held, x in zip(stone.held, row, strict=True)):
+            _refuse(f"{where}mechanism of {_short(stone.name)}: it moves where a support holds it")
+    return rows
+
+
+def _read_settlements(
+    value: object, stones: Sequence[_Stone], motion: list[Sequence[Number]]
+) -> list[Sequence[Number]]:
+    """The motion of free blocks, with that of the fixed ones that the ground moves."""
+    if not isinstance(value, Mapping) or not value:
+        _refuse("settlements is not an object that names a block")
+    fixed = {stone.name for stone in stones if stone.fixed}
+    if strange := value.keys() - fixed:
+        _refuse(f"settlements: {_short(min(map(str, strange)))} is no fixed block")
+    given = {name: _row(row, 6, f"settlement of {_short(name)}") for name, row in value.items()}
+    return [given.get(stone.name, row) for stone, row in zip(stones, motion, strict=True)]
 
 
 def _read_bounds(top: Mapping[str, object]) -> _Bounds:
@@ -578,12 +684,29 @@ def _read_index(value: object, points: int, where: str) -> int:
 
 
 def _conditions(sheet: _Sheet) -> str:
-    """What a claim about coupled analysis depends on, to be printed behind it."""
+    """What a claim depends on beside its kind, to be printed behind it."""
+    partly = sum(any(stone.held) for stone in sheet.stones)
+    more = f" ({partly} of {len(sheet.stones)} blocks partly held)" if partly else ""
+    pulling = [joint.tension for joint in sheet.joints if joint.tension]
+    if pulling:
+        more += f", COUNTING ON JOINTS THAT PULL: {len(pulling)} of {len(sheet.joints)}, up to {max(pulling):.6g} Pa"
+    return (_coupled_conditions(sheet) if sheet.live is None else _claimed(sheet.live)) + more
+
+
+def _coupled_conditions(sheet: _Sheet) -> str:
+    """Bounds that a claim about coupled analysis depends on."""
     if sheet.bounds is None:
         return ""
     eta, beta = (float(Fraction(x) / Fraction(sheet.bounds.eps)) for x in (sheet.bounds.eta, sheet.bounds.beta))
     listed = ", listed contacts" if sheet.tree else ""
     return f" (eta = {eta:.15g} eps, beta_min = {beta:.15g} eps{listed})"
+
+
+def _claimed(live: _Live) -> str:
+    """What is claimed of which multipliers."""
+    stands = "" if live.lower is None else f"forces hold it at {live.lower:.15g}"
+    falls = "" if live.upper is None else f"none hold it from {live.upper:.15g} on (listed contacts, associated flow)"
+    return f": {', '.join(part for part in (stands, falls) if part)}"
 
 
 def _counts(sheet: _Sheet) -> dict[str, float]:
@@ -741,6 +864,7 @@ class _Model:
     per_load: int
     per_weight: int
     per_force: int  # the finer of the last two
+    finer: int = 0  # bits by which motions are counted finer, so that partly held blocks move exactly; see `_motion`
 
 
 def _weigh(sheet: _Sheet) -> _Model:
@@ -766,13 +890,56 @@ def _weigh(sheet: _Sheet) -> _Model:
         for push in sheet.pushes
         if not sheet.stones[push.block].fixed
     ]
+    finer = per_force - per_weight, per_force - per_load
+    below, above = _totals6(sheet, masses6, gravity, loads, *finer)
+    grid = _finer(sheet, solids)
+    return _Model(solids, patches, masses6, gravity, loads, below, above, k, per_load, per_weight, per_force, grid)
+
+
+def _totals6(
+    sheet: _Sheet, masses6: list[int], gravity: Vec, loads: list[tuple[int, Vec, Vec]], by_weight: int, by_load: int
+) -> tuple[int, int]:
+    """6 times the total weight W, bounded from both sides; from below without what partial supports bear."""
 
     def total6(root: Callable[[int], int]) -> int:
-        weight6 = sum(masses6) * root(_dot(gravity, gravity)) << (per_force - per_weight)
-        return weight6 + (6 * sum(root(_dot(f, f)) for _, f, _ in loads) << (per_force - per_load))
+        weight6 = sum(masses6) * root(_dot(gravity, gravity)) << by_weight
+        return weight6 + (6 * sum(root(_dot(f, f)) for _, f, _ in loads) << by_load)
 
-    below, above = total6(math.isqrt), total6(_root_above)
-    return _Model(solids, patches, masses6, gravity, loads, below, above, k, per_load, per_weight, per_force)
+    borne = _borne6(sheet, masses6, gravity, loads, by_weight, by_load)
+    return total6(math.isqrt) - borne, total6(_root_above)
+
+
+def _borne6(
+    sheet: _Sheet, masses6: list[int], gravity: Vec, loads: list[tuple[int, Vec, Vec]], by_weight: int, by_load: int
+) -> int:
+    """6 times what partial supports bear of W, rounded up: it must not make room for forces that do not balance.
+
+    A weight counts only along directions that are free; so does a load, unless its block may turn.
+    """
+    borne = 0
+    for mass6, stone in zip(masses6, sheet.stones, strict=True):
+        if any(stone.held):
+            left = _freed(gravity, stone.held[:3])
+            borne += mass6 * (math.isqrt(_dot(gravity, gravity)) - math.isqrt(_dot(left, left))) << by_weight
+    for block, force, _ in loads:
+        held = sheet.stones[block].held
+        if all(held[3:]):
+            left = _freed(force, held[:3])
+            borne += 6 * (math.isqrt(_dot(force, force)) - math.isqrt(_dot(left, left))) << by_load
+    return borne
+
+
+def _freed(vector: Vec, held: Sequence[bool]) -> Vec:
+    """The components along directions that nothing holds."""
+    x, y, z = (0 if still else part for part, still in zip(vector, held, strict=True))
+    return x, y, z
+
+
+def _finer(sheet: _Sheet, solids: Sequence[_Solid]) -> int:
+    """Bits that let spins be multiples of 24 V, see `_motion`; 0 where no block is partly held."""
+    if not any(any(stone.held) for stone in sheet.stones):
+        return 0
+    return (4 * max(solid.volume6 for solid in solids)).bit_length() + GUARD_BITS
 
 
 def _lengths(sheet: _Sheet) -> Iterator[Number]:
@@ -782,7 +949,7 @@ def _lengths(sheet: _Sheet) -> Iterator[Number]:
         yield from chain.from_iterable(stone.vertices)
     for joint in sheet.joints:
         yield from chain.from_iterable(joint.polygon)
-    for push in sheet.pushes:
+    for push in (*sheet.pushes, *(sheet.live.pushes if sheet.live else ())):
         yield from push.point
 
 
@@ -1111,7 +1278,7 @@ def _balance(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int) ->
 
     sqrt(sum |r_F|^2) <= BALANCE W and sqrt(sum |r_M|^2) <= BALANCE W l, with l the cube root of the mean volume.
     """
-    sizes = _require_cones(sheet, model, forces)
+    sizes = _require_cones(sheet, model, forces, per_force)
     unit = max(per_force, model.per_force)  # r_F is counted in 2**-unit / 6 N
     out6, turned = 0, 0
     for _, residual6, moment in _residuals(sheet, model, _resultants(sheet, model, forces, per_force), per_force):
@@ -1134,8 +1301,8 @@ def _balance(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int) ->
     return figures, sizes
 
 
-def _require_cones(sheet: _Sheet, model: _Model, forces: list[Vec]) -> Sizes:
-    """F.N >= 0 and |F|^2 |N|^2 <= (1 + mu^2) (F.N)^2, with mu = p/q, so times q^2."""
+def _require_cones(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int) -> Sizes:
+    """F.N >= 0 and |F|^2 |N|^2 <= (1 + mu^2) (F.N)^2, with mu = p/q, so times q^2; the same of F + t n."""
     sizes: Sizes = []
     first = 0
     for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
@@ -1143,6 +1310,11 @@ def _require_cones(sheet: _Sheet, model: _Model, forces: list[Vec]) -> Sizes:
         x, y, z = patch.normal
         left, right = q * q * patch.normal2, q * q + p * p
         last = first + len(patch.points)
+        if joint.tension:
+            pulls = [math.floor(pull) for pull in _pulls(joint, patch, per_force, model.per_length)]
+            sizes += _require_pulling(sheet, i, patch, forces[first:last], pulls)
+            first = last
+            continue
         for fx, fy, fz in forces[first:last]:
             along = fx * x + fy * y + fz * z
             force2 = fx * fx + fy * fy + fz * fz
@@ -1152,6 +1324,39 @@ def _require_cones(sheet: _Sheet, model: _Model, forces: list[Vec]) -> Sizes:
             sizes.append((along, force2))
         first = last
     return sizes
+
+
+def _require_pulling(sheet: _Sheet, i: int, patch: _Patch, forces: Sequence[Vec], pulls: Sequence[int]) -> Sizes:
+    """With s = F.N + t |N|, t rounded down: s >= 0 and |F|^2 |N|^2 - (F.N)^2 <= mu^2 s^2 at every point of a joint."""
+    p, q = max(sheet.joints[i].mu, MU_FLOOR).as_integer_ratio()
+    sizes: Sizes = []
+    for force, pull in zip(forces, pulls, strict=True):
+        along, force2 = _dot(force, patch.normal), _dot(force, force)
+        pressed = along + pull
+        if not (pressed >= 0 and q * q * (force2 * patch.normal2 - along * along) <= p * p * pressed * pressed):
+            what = "leaves the friction cone" if pressed >= 0 else "pulls more than the joint can"
+            _refuse(f"{_label(sheet, i)}: the force at point {len(sizes)} {what}")
+        sizes.append((along, force2))
+    return sizes
+
+
+def _pulls(joint: _Joint, patch: _Patch, per_force: int, per_length: int) -> list[Fraction]:
+    """T |N| at each corner of a joint that pulls, in 2**-(per_force + 2 per_length) N m2.
+
+    An even stress s on a polygon has the resultant of forces at its corners: triangle by triangle from the centroid g,
+    a third goes to each corner, and what comes to g goes on in the same proportions. So with a_j = (r_j - g) x
+    (r_j+1 - g) . N, which add up to |N|^2, corner j has the share (a_j-1 + a_j) / (2 |N|^2) of the area |N| / 2, and
+    t |N| = s (a_j-1 + a_j) / 4. From the first corner, 3 |N|^2 (g - r_0) = M is an integer.
+    """
+    first, ring, normal2 = patch.points[0], patch.points, patch.normal2
+    arms = [_minus(point, first) for point in ring]
+    middle: Vec = (0, 0, 0)
+    for one, two in pairwise(arms[1:]):
+        middle = _plus(middle, _times(_dot(_cross(one, two), patch.normal), _plus(one, two)))
+    around = [_minus(_times(3 * normal2, arm), middle) for arm in arms]
+    areas = [_dot(_cross(one, two), patch.normal) for one, two in zip(around, [*around[1:], around[0]], strict=True)]
+    unit = Fraction(joint.tension) * Fraction(2) ** (per_force - 2 * per_length) / (36 * normal2 * normal2)
+    return [unit * (before + after) for before, after in zip([areas[-1], *areas], areas, strict=False)]
 
 
 Resultants = tuple[list[Vec], list[Vec]]
@@ -1169,7 +1374,10 @@ def _residuals(
             residual6 = _times(6 << (unit - per_force), pull)
             if weighty:
                 residual6 = _plus(residual6, _times(model.masses6[i] << (unit - model.per_weight), model.gravity))
-            yield i, residual6, _moment_above(model.solids[i], pull, turn)
+            moment = _moment_above(model.solids[i], pull, turn)
+            if any(stone.held):
+                residual6, moment = _freed(residual6, stone.held[:3]), _freed(moment, stone.held[3:])
+            yield i, residual6, moment
 
 
 def _resultants(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int, loaded: bool = True) -> Resultants:
@@ -1231,12 +1439,14 @@ def _mechanism(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
     """
     per_velocity = _exponent(chain.from_iterable(sheet.motion))
     motions = _motions(sheet.motion, model, per_velocity)
-    power24 = _power24(sheet, model, motions)
-    total24 = 4 * model.total6_above
+    work24, pulls6 = _against_pulls(sheet, model, motions)
+    power24 = _power24(sheet, model, motions) - work24
+    total24 = 4 * (model.total6_above + pulls6)
     norm2 = sum(_resistance2(joint, patch, motions) for joint, patch in zip(sheet.joints, model.patches, strict=True))
     figures = {"bound": _as_float(power24, total24 * _root_above(norm2)) if power24 > 0 else 0.0}
     if not power24 > 0:
-        _refuse("the loads do no work in this motion", figures)
+        more = " beyond what joints that pull take up" if pulls6 else ""
+        _refuse(f"the loads do no work{more} in this motion", figures)
     if not power24**2 >= (BOUND * total24) ** 2 * norm2:
         _refuse(f"contact forces of {figures['bound']:.2g} total weights might hold this motion", figures)
     if norm2 == 0:
@@ -1244,19 +1454,44 @@ def _mechanism(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
     return figures, f"to hold this motion the contacts would need forces of {figures['bound']:.2g} total weights"
 
 
+def _against_pulls(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> tuple[int, int]:
+    """24 sum t dn, in the unit of `_power24`, and 6 sum |t|, in that of W: of joints that pull, both rounded up."""
+    work, total = 0, 0
+    for joint, patch in zip(sheet.joints, model.patches, strict=True):
+        if joint.tension:
+            a, b = motions[joint.a], motions[joint.b]
+            drift, spin = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
+            pulls = _pulls(joint, patch, model.per_force, model.per_length)
+            opening = [_dot(_plus(drift, _cross(spin, point)), patch.normal) for point in patch.points]
+            done = sum((pull * d for pull, d in zip(pulls, opening, strict=True)), Fraction(0))
+            work += math.ceil(24 * done / patch.normal2)
+            total += math.ceil(6 * sum(map(abs, pulls), Fraction(0)) / math.isqrt(patch.normal2))
+    return work, total
+
+
 def _motions(rows: Iterable[Sequence[Number]], model: _Model, per_velocity: int) -> list[_Motion]:
-    return [_motion(row, solid, per_velocity, model.per_length) for row, solid in zip(rows, model.solids, strict=True)]
+    """Motions in 2**-(per_velocity + model.per_length + model.finer), spins in 2**-(per_velocity + model.finer)."""
+    return [
+        _motion(row, solid, per_velocity, model.per_length, model.finer)
+        for row, solid in zip(rows, model.solids, strict=True)
+    ]
 
 
-def _motion(row: Sequence[Number], solid: _Solid, per_velocity: int, per_length: int) -> _Motion:
+def _motion(row: Sequence[Number], solid: _Solid, per_velocity: int, per_length: int, finer: int = 0) -> _Motion:
     """Motion from the velocity v of the centre of mass c and the spin w: drift = v - w x c.
 
     c is a fraction, so the drift is rounded to the grid of w x r. That is no approximation of the proof: *any* rigid
     motion may serve as its witness, and the rounded one is rigid, exact, and the only one used from here on.
+
+    Where blocks are partly held no centre of mass may stir where it is held, not even by a rounding: then the grid is
+    `finer` by so many bits that all spins are rounded to multiples of 24 V, with which w x c is on the grid, and the
+    velocity of the centre of mass stays what the file says.
     """
-    vx, vy, vz, *w = (_integer(x, per_velocity) for x in row)
-    spin: Vec = (w[0], w[1], w[2])
+    vx, vy, vz, *w = (_integer(x, per_velocity) << finer for x in row)
     denominator = 4 * solid.volume6
+    if finer:
+        w = [x // denominator * denominator for x in w]
+    spin: Vec = (w[0], w[1], w[2])
     x, y, z = _minus(_times(denominator << per_length, (vx, vy, vz)), _cross(spin, solid.moment24))
     return _Motion((x // denominator, y // denominator, z // denominator), spin)
 
@@ -1303,6 +1538,126 @@ def _resistance2(joint: _Joint, patch: _Patch, motions: Sequence[_Motion]) -> in
         else:
             scaled += (q * d + p * _root_above(c)) ** 2
     return whole + _quotient_above(scaled, (p2 + q2) * patch.normal2)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# limit-bounds.
+
+
+def _limit(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
+    """Check forces at the lower multiplier and a motion at the upper one, those that there are."""
+    live = sheet.live
+    assert live is not None
+    figures: dict[str, float] = {}
+    if live.lower is not None:
+        figures = {"lower": live.lower} | _state(sheet, _multiplied(sheet, model, live, 1, live.lower))[0]
+    if live.upper is not None:
+        found, _ = _mechanism(sheet, _multiplied(sheet, model, live, 1, live.upper))
+        figures |= {"upper": live.upper} | found
+        motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
+        if not _power24(sheet, _multiplied(sheet, model, live, 0, 1.0), motions) >= 0:
+            _refuse("the live loads work against the motion, so that more of them might hold it", figures)
+    balanced = max((figures[key] for key in ("equilibrium_force", "equilibrium_moment") if key in figures), default=0.0)
+    stands = f"all blocks balance to {balanced:.2g} of the total weight" if live.lower is not None else ""
+    falls = f"to hold the motion needs {figures['bound']:.2g} total weights" if live.upper is not None else ""
+    return figures, "; ".join(part for part in (stands, falls) if part)
+
+
+def _multiplied(sheet: _Sheet, model: _Model, live: _Live, dead: int, times: Number) -> _Model:
+    """The model under `dead` (0 or 1) times its own gravity and loads plus `times` the live ones, exactly.
+
+    With times = p / 2**k, all of them are counted in units 2**k finer.
+    """
+    p, q = times.as_integer_ratio()
+    finer = q.bit_length() - 1
+    per_gravity = _exponent(chain(sheet.gravity, live.gravity))
+    per_load = _exponent(x for push in (*sheet.pushes, *live.pushes) for x in push.force)
+    own, grown = _vector(sheet.gravity, per_gravity), _vector(live.gravity, per_gravity)
+    gravity = _plus(_times(dead * q, own), _times(p, grown))
+    loads = [
+        (push.block, _times(share, _vector(push.force, per_load)), _vector(push.point, model.per_length))
+        for share, pushes in ((dead * q, sheet.pushes), (p, live.pushes))
+        for push in pushes
+        if share and not sheet.stones[push.block].fixed
+    ]
+    per_density = _exponent(stone.density for stone in sheet.stones)
+    per_weight = per_density + per_gravity + finer + 3 * model.per_length
+    per_load += finer
+    per_force = max(per_load, per_weight)
+    units = per_force - per_weight, per_force - per_load
+    below, above = _totals6(sheet, model.masses6, gravity, loads, *units)
+    return replace(
+        model,
+        gravity=gravity,
+        loads=loads,
+        total6_below=below,
+        total6_above=above,
+        per_load=per_load,
+        per_weight=per_weight,
+        per_force=per_force,
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# rbe-settled.
+
+
+def _settled(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
+    """Check forces as for an rbe-state, and the displacement that they go with.
+
+    With d = dd.N, x = dd, U the largest displacement of a contact point on a block that the ground moves, t = SETTLING
+    and s = max(|F|, mean weight), all roots rounded so that less is allowed:
+
+        d + t U |N| >= mu sqrt(|x|^2 |N|^2 - d^2)        |F.x| <= t U s        |F| d <= t U s |N|
+    """
+    per_force = _force_exponent(model, sheet.forces)
+    forces = _vectors(sheet.forces, per_force)
+    figures, sizes = _balance(sheet, model, forces, per_force)
+    motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
+    largest = math.isqrt(_settlement2(sheet, model, motions))
+    if not largest > 0:
+        _refuse("no contact point is on a block that the ground moves", figures)
+    weight = _mean_weight_below(sheet, model, per_force)
+    t = SETTLING
+    worst = {"closing": 0.0, "work": 0.0, "hanging": 0.0, "opened": 0.0}
+    first = 0
+    for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
+        p, q = joint.mu.as_integer_ratio()
+        a, b = motions[joint.a], motions[joint.b]
+        drift, spin = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
+        size = math.isqrt(patch.normal2)
+        room = t.numerator * largest * size // t.denominator
+        for number, point in enumerate(patch.points):
+            x, force = _plus(drift, _cross(spin, point)), forces[first + number]
+            d = _dot(x, patch.normal)
+            slid = p * _root_above(_dot(x, x) * patch.normal2 - d * d)
+            strength = sizes[first + number][1]
+            work, bearing = abs(_dot(force, x)), max(weight, math.isqrt(strength))
+            hanging = max(d, 0) * _root_above(strength)
+            worst["closing"] = max(worst["closing"], _as_float(slid - q * d, q * size * largest))
+            worst["work"] = max(worst["work"], _as_float(work, bearing * largest))
+            worst["hanging"] = max(worst["hanging"], _as_float(hanging, bearing * largest * size))
+            worst["opened"] = max(worst["opened"], _as_float(d, size * largest))
+            if not q * (d + room) >= slid:
+                _refuse(f"{_label(sheet, i)}: point {number} closes, or slides without opening", figures | worst)
+            if not t.denominator * work <= t.numerator * largest * bearing:
+                _refuse(f"{_label(sheet, i)}: the force at point {number} does work", figures | worst)
+            if not t.denominator * hanging <= t.numerator * largest * bearing * size:
+                _refuse(f"{_label(sheet, i)}: point {number} has opened, but carries a force", figures | worst)
+        first += len(patch.points)
+    off = max(worst["closing"], worst["work"], worst["hanging"])
+    return figures | worst, f"forces balance and go with the displacement, to {off:.2g} of the settlement"
+
+
+def _settlement2(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> int:
+    """The largest square of a displacement of a contact point on a fixed block."""
+    most = 0
+    for joint, patch in zip(sheet.joints, model.patches, strict=True):
+        for block in (joint.a, joint.b):
+            if sheet.stones[block].fixed:
+                moved = (_plus(motions[block].drift, _cross(motions[block].spin, point)) for point in patch.points)
+                most = max(most, *(_dot(x, x) for x in moved))
+    return most
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -1372,7 +1727,7 @@ def _coupling(sheet: _Sheet, model: _Model, forces: list[Vec], sizes: Sizes, per
     given = (bounds.eps, bounds.eta, bounds.beta)
     per_motion = _exponent(chain(given, chain.from_iterable(sheet.motion)))
     motions = _motions(sheet.motion, model, per_motion)
-    eps, eta, beta = (_integer(x, per_motion) << model.per_length for x in given)
+    eps, eta, beta = (_integer(x, per_motion) << model.per_length + model.finer for x in given)
     weight = _mean_weight_below(sheet, model, per_force)
     worst, fault = _Worst(), ""
     first = 0
@@ -1680,7 +2035,7 @@ def _gain(
         return Fraction(0), Fraction(0)
     per_motion = _exponent(chain.from_iterable(rows))
     span, motions = case.span, _motions(rows, case.model, per_motion)
-    per_place = per_motion + case.model.per_length
+    per_place = per_motion + case.model.per_length + case.model.finer
     per = max(per_place, span.per)
     up, fine = per - per_place, coupled << (per - span.per + ROOT_BITS)
     most = 0
@@ -1868,6 +2223,8 @@ PROOFS = {
     "rbe-mechanism": _mechanism,
     "cra-state": _coupled_state,
     "cra-tree": _tree,
+    "limit-bounds": _limit,
+    "rbe-settled": _settled,
 }
 
 

@@ -20,7 +20,13 @@ no verdict depends on units. (Kao et al. 2022 write A with the opposite sign.)
 """
 
 from cyclopean.statics.cones import cone_jacobian, cone_regions, project_cones, pyramid_rows
-from cyclopean.statics.equilibrium import EquilibriumSystem, body_loads, equilibrium_system, turned_gravity
+from cyclopean.statics.equilibrium import (
+    EquilibriumSystem,
+    body_loads,
+    contact_matrix,
+    equilibrium_system,
+    turned_gravity,
+)
 from cyclopean.statics.schur import Schur
 
 __all__ = [
@@ -29,6 +35,7 @@ __all__ = [
     "body_loads",
     "cone_jacobian",
     "cone_regions",
+    "contact_matrix",
     "equilibrium_system",
     "project_cones",
     "pyramid_rows",

@@ -1,21 +1,29 @@
 """The equilibrium system A f = -p of an assembly, scaled so that no verdict depends on units."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.assembly import Assembly, Contacts
+from cyclopean.assembly import Assembly, Contacts, held_directions
 from cyclopean.errors import InputError
 
-__all__ = ["EquilibriumSystem", "body_loads", "equilibrium_system", "turned_gravity"]
+RELIED = 1.0 - 1e-9
+"""Share of a joint's tension that is counted on: what is left keeps forces inside the cones of a certificate."""
+
+__all__ = ["EquilibriumSystem", "body_loads", "contact_matrix", "equilibrium_system", "turned_gravity"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EquilibriumSystem:
-    """A f = -p in scaled units, over the contact points that touch a free block (symbols: `cyclopean.statics`)."""
+    """A f = -p in scaled units, over the contact points that touch a free block (symbols: `cyclopean.statics`).
+
+    Directions that a partial support holds have rows of zeros in A and p: nothing has to balance there, and what a
+    velocity says there moves nothing (`still` sets it to zero). Where joints pull, f stands for the true forces plus
+    `pull` n and p for the loads less A (pull n), so that all cones begin at zero (`true_forces` takes it off).
+    """
 
     free: Ints  # (m,) block of each group of six rows
     used: Ints  # (q,) which contact points of the model these are
@@ -29,6 +37,18 @@ class EquilibriumSystem:
     p: Floats  # (6 m,) scaled
     force_unit: float  # N
     length_unit: float  # m
+    held: Bools = field(default_factory=lambda: np.zeros((0, 6), bool))  # (m, 6), or none at all
+    pull: Floats = field(default_factory=lambda: np.zeros(0))  # (q,) scaled tension of each point, or none at all
+    size: Floats | None = None  # (m,) scaled size of the loads of each block; None = that of its force in p
+
+    @property
+    def total(self) -> float:
+        """Size of all loads, scaled: what residuals and collapse bounds are measured by.
+
+        Of blocks that are partly held without the parts that the supports bear.
+        """
+        size = np.linalg.norm(self.p.reshape(-1, 6)[:, :3], axis=1) if self.size is None else self.size
+        return float(np.sum(size))
 
     @property
     def blocks(self) -> int:
@@ -47,6 +67,18 @@ class EquilibriumSystem:
     def residual(self, f: Floats) -> Floats:
         """(6 m,) A f + p."""
         return np.asarray(self.A @ f.ravel() + self.p)
+
+    def still(self, y: Floats) -> Floats:
+        """(6 m,) y with zeros where supports hold."""
+        return np.where(self.held.ravel(), 0.0, y) if self.held.any() else y
+
+    def true_forces(self, f: Floats) -> Floats:
+        """(q, 3) what the contacts really bear: f without the shift by which the cones begin at zero."""
+        if not self.pull.any():
+            return f
+        shifted = f.copy()
+        shifted[:, 0] -= self.pull
+        return shifted
 
 
 def turned_gravity(gravity: Floats, degrees: float, azimuth: float = 0.0) -> Floats:
@@ -75,6 +107,8 @@ def body_loads(assembly: Assembly, gravity: Floats, density: float) -> Floats:
     given = np.array([density if b.density is None else b.density for b in assembly.blocks])
     wrench = np.zeros((len(assembly), 6))
     wrench[:, :3] = (given * assembly.mass.volume)[:, None] * gravity
+    if assembly.actions:
+        raise InputError("loads: surface loads and body forces have to be resolved before statics (resolved_loads)")
     for load in assembly.loads:
         wrench[load.block, :3] += load.force
         wrench[load.block, 3:] += np.cross(load.point - assembly.mass.centroid[load.block], load.force)
@@ -93,6 +127,7 @@ def equilibrium_system(
                     [ (r_k - c_i) x R_k' ]
 
     Unlike there, fixed blocks have no rows, contacts between two fixed blocks no columns, and everything is scaled.
+    Partial supports and joints that pull are part of the system, see `EquilibriumSystem`.
 
     Parameters
     ----------
@@ -135,13 +170,54 @@ def equilibrium_system(
     arm_a, arm_b = (point - centre[a]) / length_unit, (point - centre[b]) / length_unit
     p = wrench / force_unit
     p[:, 3:] /= length_unit
-    matrix = _matrix(len(free), row[a], row[b], arm_a, arm_b, frame)
-    return EquilibriumSystem(
+    matrix = contact_matrix(len(free), row[a], row[b], arm_a, arm_b, frame)
+    system = EquilibriumSystem(
         free, used, row[a], row[b], arm_a, arm_b, frame, contacts.mu[patch], matrix, p.ravel(), force_unit, length_unit
     )
+    held = held_directions(assembly)[free]
+    if held.any():
+        system = _partly_held(system, held, _free_size(assembly, free, held, gravity, density) / force_unit)
+    return _pulling(system, contacts.pull[used] / force_unit) if contacts.strength.any() else system
 
 
-def _matrix(blocks: int, row_a: Ints, row_b: Ints, arm_a: Floats, arm_b: Floats, frame: Floats) -> Any:
+def _partly_held(system: EquilibriumSystem, held: Bools, size: Floats) -> EquilibriumSystem:
+    """The system with rows of zeros where partial supports hold."""
+    matrix = (sp.diags((~held.ravel()).astype(float)) @ system.A).tocsr()
+    matrix.eliminate_zeros()
+    return replace(system, A=matrix, p=np.where(held.ravel(), 0.0, system.p), held=held, size=size)
+
+
+def _free_size(assembly: Assembly, free: Ints, held: Bools, gravity: Floats, density: float) -> Floats:
+    """(m,) N: sizes of weight and loads, of partly held blocks only what the supports leave.
+
+    As the checker of certificates has it: a load on a block that may turn counts in full, for its moment does work.
+    """
+    plain = np.linalg.norm(body_loads(assembly, gravity, density)[free, :3], axis=1)
+    place = {int(i): k for k, i in enumerate(free)}
+    size = plain.copy()
+    for k in np.flatnonzero(held.any(1)).tolist():
+        block = assembly.blocks[free[k]]
+        mass = (density if block.density is None else block.density) * assembly.mass.volume[free[k]]
+        size[k] = mass * np.linalg.norm(np.where(held[k, :3], 0.0, gravity))
+    for load in assembly.loads:
+        k = place.get(load.block, -1)
+        if k >= 0 and held[k].any():
+            left = np.where(held[k, :3], 0.0, load.force) if held[k, 3:].all() else load.force
+            size[k] += np.linalg.norm(left)
+    return np.asarray(size)
+
+
+def _pulling(system: EquilibriumSystem, pull: Floats) -> EquilibriumSystem:
+    """The system in f + pull n: |ft| <= mu (fn + pull) is an ordinary cone, and A (f + pull n) = -(p - A (pull n))."""
+    relied = pull - (1.0 - RELIED) * np.abs(pull)
+    along = np.zeros((len(pull), 3))
+    along[:, 0] = relied
+    size = np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1) if system.size is None else system.size
+    return replace(system, p=system.p - system.A @ along.ravel(), pull=relied, size=size)
+
+
+def contact_matrix(blocks: int, row_a: Ints, row_b: Ints, arm_a: Floats, arm_b: Floats, frame: Floats) -> Any:
+    """A, (6 m, 3 q) csr, of points with these frames and arms; rows and units as in `EquilibriumSystem`."""
     local3, local6 = np.arange(3), np.arange(6)
     rows, columns, values = [], [], []
     for row, arm, sign in ((row_a, arm_a, -1.0), (row_b, arm_b, 1.0)):

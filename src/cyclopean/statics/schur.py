@@ -23,6 +23,7 @@ class Schur:
     def __init__(self, system: EquilibriumSystem, backend: str = "rslab", threads: int | None = None) -> None:
         self.size = 6 * system.blocks
         self.factorisations = 0
+        self._still = system.held.ravel().astype(float)  # rows of zeros: a one on the diagonal keeps S regular
         self._gather(system)
         row = np.concatenate([_dofs(self._pair[:, 0]), _dofs(self._pair[:, 1])], 1)  # (e, 12)
         i = np.broadcast_to(row[:, :, None], (len(row), 12, 12)).ravel()
@@ -60,7 +61,10 @@ class Schur:
         ):
             turn = np.cross(arm[:, None, :], system.frame)
             value = sign * np.concatenate([system.frame, turn], 2).transpose(0, 2, 1)  # (q, 6, 3)
-            influence[:, 6 * half : 6 * half + 6] = np.where((row >= 0)[:, None, None], value, 0.0)
+            moves = (row >= 0)[:, None, None]
+            if system.held.any():
+                moves = moves & ~system.held[row][:, :, None]
+            influence[:, 6 * half : 6 * half + 6] = np.where(moves, value, 0.0)
         padded = np.zeros((count * BATCH, 12, 3))
         padded[self._slot] = influence
         stacked = padded.reshape(count, BATCH, 12, 3).transpose(0, 2, 1, 3)
@@ -80,6 +84,8 @@ class Schur:
         """Factor S + shift I."""
         data = self.values(D)
         data[self._diagonal] += shift
+        if self._still.any():
+            data[self._diagonal] += self._still
         self.factorisations += 1
         return self.symbolic.factor(data)
 

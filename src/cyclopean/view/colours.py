@@ -18,6 +18,7 @@ __all__ = [
     "SCALE",
     "STEPS",
     "SUPPORT",
+    "THRUST",
     "UNKNOWN",
     "classes",
     "fill",
@@ -37,6 +38,7 @@ SUPPORT = "#5f6b76"
 HATCH = "#3b444c"
 FORCE = "#083f88"
 RUB = "#a3127e"  # friction at a point
+THRUST = "#0b7fa5"  # the line of thrust
 PULL = "#007a4d"  # tension that a joint would have to bear
 GRAVITY = "#1b1b1b"
 GHOST = "#8a8f94"

@@ -11,6 +11,7 @@ from cyclopean.geometry import Polyhedra, face_normals, pack
 from cyclopean.view.colours import classes
 from cyclopean.view.figures import Pressing, Resultants, block_utilisation, glue, pressing, resultants
 from cyclopean.view.motion import Motion, drawn_motion
+from cyclopean.view.thrust import thrust_line
 
 __all__ = ["Picture", "displaced", "feature_edges", "outlines", "picture", "without_points"]
 
@@ -51,6 +52,7 @@ class Picture:
         default_factory=NOWHERE.copy
     )  # (t, 3) m, points where a joint would have to pull, the most first
     pull_share: Floats = field(default_factory=NOBODY.copy)  # (t,) of the largest tension
+    thrust: Floats = field(default_factory=NOTHING.copy)  # (s, 2, 3) m, the line of thrust, where there is one
 
 
 def picture(result: Result) -> Picture:
@@ -86,6 +88,7 @@ def picture(result: Result) -> Picture:
         motion,
         tuple(notes),
         None if motion is None else shown.vertex,
+        thrust=NOTHING if many else thrust_line(result),
     )
     return drawn if many else _with_points(drawn, result)
 
@@ -101,6 +104,7 @@ def displaced(drawn: Picture) -> Picture | None:
         ghost=drawn.edge,
         edge=drawn.virtual_edge,
         arrow=NOTHING,
+        thrust=NOTHING,
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry import face_normals
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, HELD, INK, PULL, RUB, fill, shaded
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, HELD, INK, PULL, RUB, THRUST, fill, shaded
 from cyclopean.view.drawing import Picture
 from cyclopean.view.figures import number
 
@@ -80,6 +80,7 @@ def elevation_svg(drawn: Picture, title: str, *, bare: bool = False) -> str:
     parts = [*_polygons(drawn, view, paper, moves)]
     if not bare:
         parts.append(_ghost(drawn, view, paper))
+        parts.append(_thrust(drawn.thrust, view, paper))
         parts += _arrows(drawn.arrow, view, paper, FORCE)
         parts.append(_dots(drawn.press, np.full(len(drawn.press), 4.0), view, paper, FORCE))
         parts += _arrows(drawn.rub, view, paper, RUB)
@@ -210,6 +211,19 @@ def _ghost(drawn: Picture, view: View, paper: _Paper) -> str:
     ends = paper.of(project(drawn.ghost, view)[0])
     lines = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in np.unique(ends.round(1), axis=0).tolist())
     return f'<path d="{lines}" fill="none" stroke="{GHOST}" stroke-width="1.1" stroke-dasharray="5 4"/>'
+
+
+def _thrust(thrust: Floats, view: View, paper: _Paper) -> str:
+    """The line of thrust: a white halo and a broad line."""
+    if not len(thrust):
+        return ""
+    ends = paper.of(project(thrust, view)[0])
+    path = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in ends.tolist())
+    style = 'fill="none" stroke-linecap="round"'
+    return (
+        f'<path class="thrust" d="{path}" {style} stroke="#fff" stroke-width="6" stroke-opacity="0.7"/>'
+        f'<path d="{path}" {style} stroke="{THRUST}" stroke-width="3.5"/>'
+    )
 
 
 def _arrows(arrow: Floats, view: View, paper: _Paper, colour: str) -> list[str]:

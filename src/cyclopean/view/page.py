@@ -1,10 +1,11 @@
 """The report: one HTML page that holds everything it shows and asks no network for anything."""
 
 import shlex
+from collections.abc import Sequence
 from html import escape
 
 from cyclopean.analysis import Result
-from cyclopean.view.colours import FORCE, GRAVITY, HATCH, PULL, SCALE, SUPPORT
+from cyclopean.view.colours import FORCE, GRAVITY, HATCH, PULL, SCALE, SUPPORT, THRUST
 from cyclopean.view.coupling import coupled, near, refuted, tension
 from cyclopean.view.drawing import Picture, picture, without_points
 from cyclopean.view.elevation import elevation_svg
@@ -18,6 +19,7 @@ from cyclopean.view.tables import (
     movement_table,
     provenance_table,
     residuals_table,
+    settlement_table,
 )
 
 __all__ = ["POLICY", "report_html"]
@@ -42,7 +44,13 @@ _METHOD = {
 }
 
 
-def report_html(result: Result, *, certificate_file: str | None = None, model_file: str | None = None) -> str:
+def report_html(
+    result: Result,
+    *,
+    certificate_file: str | None = None,
+    model_file: str | None = None,
+    sections: Sequence[str] = (),
+) -> str:
     """Write the report of a result as one self-contained HTML page.
 
     Parameters
@@ -53,6 +61,8 @@ def report_html(result: Result, *, certificate_file: str | None = None, model_fi
         Name of the certificate's file, for the command that verifies it.
     model_file : str, optional
         Name of the model's file.
+    sections : sequence of str
+        HTML of what else was asked for; it follows the contacts.
 
     Returns
     -------
@@ -67,8 +77,10 @@ def report_html(result: Result, *, certificate_file: str | None = None, model_fi
         refuted(result),
         near(result),
         section("What was assumed", assumptions(result), _ASSUMED if result.assumed else ""),
+        section("After the settlement", settlement_table(result), _SETTLED),
         _movement(result, drawn),
         _contacts(result),
+        *sections,
         section("Tension it would need", tension(result)),
         section("Warnings", _list(result.warnings)),
         _proof(result, certificate_file, model_file),
@@ -81,6 +93,10 @@ def report_html(result: Result, *, certificate_file: str | None = None, model_fi
 
 
 _ASSUMED = "Neither the model nor the command said what is marked as assumed. Check it before you rely on the verdict."
+_SETTLED = (
+    "What opens, and where it stays shut: hinges. It holds for settlements that are small against the blocks; openings"
+    " grow with the settlement."
+)
 _EXACT = "Recomputed from the model after the solver was done, and relative, so that units and size do not matter."
 
 
@@ -95,12 +111,26 @@ def _head(result: Result, model_file: str | None) -> str:
     source = f' <span class="soft">({escape(model_file)})</span>' if model_file else ""
     return (
         f"<header><h1>{escape(result.assembly.name)}{source}</h1><span>cyclopean</span></header>"
-        f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(result.reason)}</p></div>'
+        f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(result.reason)}</p>'
+        f"{_pulling(result)}</div>"
         + counts([(name, f"{count:,}") for name, count in figures], _METHOD.get(result.method, result.method))
     )
 
 
+def _pulling(result: Result) -> str:
+    """A warning in red where joints pull: such a verdict is not one on dry stone."""
+    if not result.strength > 0.0:
+        return ""
+    count = int((result.contacts.strength > 0.0).sum())
+    return (
+        f'<p class="pulling">This verdict counts on joints that pull: {count:,} of {len(result.contacts):,} contacts,'
+        f" up to {result.strength:,.6g} Pa. Dry joints do not.</p>"
+    )
+
+
 def _pictures(result: Result, drawn: Picture) -> str:
+    if not len(drawn.mesh.vertex):
+        return ""
     scene = escape(scene_html(drawn), quote=True)
     flat = elevation_svg(without_points(drawn), f"Elevation of {result.assembly.name}")
     caption = f"Elevation. {_caption(result, drawn)}{click_note(drawn)}{_notes(drawn)}"
@@ -158,6 +188,9 @@ def _legend(drawn: Picture) -> str:
         divisor, unit = unit_of(drawn.largest)
         text = f"contact force, the longest is {number(drawn.largest / divisor)} {unit}"
         parts.append(key(arrow(FORCE), text))
+    if len(drawn.thrust):
+        line = f'<path d="M1 8H31" stroke="{THRUST}" stroke-width="3.5"/>'
+        parts.append(key(line, "line of thrust (elevation): where the load passes"))
     if len(drawn.ghost):
         parts.append(key(DASHED, "where it stands"))
     if len(drawn.pull):

@@ -57,6 +57,7 @@ tbody th{font-weight:500;color:var(--ink);font-size:1rem;overflow-wrap:anywhere;
 .bar i{display:block;height:100%}
 .tag{display:inline-block;padding:.02rem .55rem;border-radius:1rem;font-size:.82rem;border:1px solid}
 .tag.assumed{color:#7a4b00;border-color:#c99b4e;background:#fdf6e7} .tag.given{color:#41504a;border-color:#b9c4bf}
+.verdict .pulling{color:#b00020;font-weight:700}
 .warnings{padding-left:1.1rem} .warnings li{margin:.3rem 0;overflow-wrap:anywhere}
 pre{background:var(--wash);border:1px solid var(--line);border-radius:.3rem;padding:.7rem 1rem;margin:.6rem 0;
 white-space:pre-wrap;overflow-wrap:anywhere;font:.92rem/1.5 ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}

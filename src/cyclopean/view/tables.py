@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import Result
+from cyclopean.analysis import Result, openings
 from cyclopean.arrays import Floats
 from cyclopean.view.colours import classes, fill
 from cyclopean.view.figures import cases, densities, fastest, glue, number, resultants, unit_of, worst
@@ -20,6 +20,7 @@ __all__ = [
     "movement_table",
     "provenance_table",
     "residuals_table",
+    "settlement_table",
     "table",
 ]
 
@@ -37,6 +38,7 @@ _RESIDUALS = {
     "reach": "no point moves further than eta: by how much the worst one does; in eta",
     "sliding": "where there is friction, a point slides by at least beta_min: by how much the worst one falls short; "
     "in beta_min",
+    "missed": "by how much forces and displacement after the settlement miss belonging together; in the largest one",
     "balance": "loads that the best forces met leave unbalanced, as a share of the total load; 10⁻⁹ is enough for a "
     "proof",
     "merit": "work of the best forces and displacement met beyond that of a coupled state; 0 is wanted. In eps times a "
@@ -155,6 +157,24 @@ def cases_table(tree: Mapping[str, Any]) -> str:
     return table([("Why impossible", ""), ("Cases", "n"), ("In words", "")], rows)
 
 
+def settlement_table(result: Result) -> str:
+    """The joints that open in a settlement, the widest first, and where they stay shut."""
+    if result.settled is None:
+        return ""
+    contacts, blocks = result.contacts, result.assembly.blocks
+    rows = []
+    for k, width in openings(result)[:ROWS]:
+        here = slice(contacts.start[k], contacts.start[k + 1])
+        shut = np.abs(result.settled.gap[here]).max(axis=1) <= 1e-6 * width
+        points = contacts.polygon(k)[shut]
+        hinge = ", ".join(number(float(x), 3) for x in points.mean(axis=0)) if len(points) else "nowhere"
+        name = escape(f"{blocks[contacts.a[k]].id} – {blocks[contacts.b[k]].id}")
+        rows.append((name, number(1e3 * width), f"{hinge}" + (f" ({len(points)} corners)" if len(points) else "")))
+    if not rows:
+        return "<p>No joint opens.</p>"
+    return table([("Joint", ""), ("Opens by (mm)", "n"), ("Stays shut at (m)", "")], rows)
+
+
 def residuals_table(result: Result) -> str:
     """What is left over in the answer, and what that means."""
     meaning = _RESIDUALS | ({"bound": _CLOSED} if "merit" in result.residuals else {})
@@ -178,6 +198,16 @@ def assumptions(result: Result) -> str:
         _assumption(result, "supports", "Supports", supports, ""),
         _assumption(result, "gravity", "Gravity", _gravity(result.gravity), ""),
     ]
+    if partly := result.partly_held:
+        sides = {block.id: " ".join(block.held) for block in result.assembly.blocks if block.held}
+        some = ", ".join(f"{name} ({sides[name]})" for name in partly[:5])
+        more = f" and {len(partly) - 5} more" if len(partly) > 5 else ""
+        rows.append(_assumption(result, "held", "Partly held", some + more, ""))
+    if result.loading is not None:
+        rows.append(_assumption(result, "loads", "Loads", result.loading.words(), ""))
+    if result.strength > 0.0:
+        pull = f"{_range(result.contacts.strength)} Pa"
+        rows.append(_assumption(result, "tension", "Joints that pull", pull, ""))
     return table([("", ""), ("Value used", ""), ("", "")], rows)
 
 

@@ -260,7 +260,7 @@ def tree_document(
 def _leaf_document(leaf: Leaf, system: EquilibriumSystem, labels: list[str], eps: float) -> dict[str, Any]:
     document: dict[str, Any] = {}
     if leaf.y is not None:
-        rows = leaf.y.reshape(-1, 6) * eps / np.repeat([1.0, system.length_unit], 3)
+        rows = system.still(leaf.y).reshape(-1, 6) * eps / np.repeat([1.0, system.length_unit], 3)
         document["mechanism"] = dict(zip(labels, _flushed(rows), strict=True))
     if leaf.w is not None:
         document["forces"] = _flushed(np.einsum("qi,qij->qj", leaf.w * system.force_unit, system.frame))

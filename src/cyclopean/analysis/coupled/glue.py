@@ -172,7 +172,7 @@ def _answer(
     q, both = system.points, glued(system, opening)
     f, pull = found.f[:q].copy(), np.maximum(found.f[q:, 0], 0.0) / opening
     f[:, 0] -= pull
-    loads = float(np.sum(np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1))) or 1.0
+    loads = system.total or 1.0
     normal, tangential = merit(both, bounds, found.f, found.dq)
     mismatch = np.zeros(q) if found.found else normal[:q] + normal[q:] + tangential[:q]
     glue = float(pull.sum()) / loads

@@ -25,7 +25,7 @@ from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.analysis.coupled.tree import Node, refute
 from cyclopean.analysis.rigid.rbe import solve_rbe
 from cyclopean.arrays import Floats
-from cyclopean.errors import SolverError
+from cyclopean.errors import InputError, SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["CoupledOutcome", "solve_cra"]
@@ -92,8 +92,10 @@ def solve_cra(
     Raises
     ------
     InputError
-        Unknown solver.
+        Unknown solver, or joints that pull.
     """
+    if system.pull.any():  # its cones are shifted, and (10) of the coupled conditions is not made for that
+        raise InputError("joints that pull: coupled analysis has none; use --method rbe")
     bounds = bounds.unit()
     deadline = time.perf_counter() + seconds
     began = time.perf_counter()

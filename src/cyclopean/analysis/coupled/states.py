@@ -83,7 +83,7 @@ def measure(system: EquilibriumSystem, bounds: Bounds, f: Floats, dq: Floats) ->
     d = system.gap(dq)
     tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
     size = np.maximum(1.0, np.linalg.norm(f, axis=1))
-    total = float(np.sum(np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1))) or 1.0
+    total = system.total or 1.0
     across = np.abs(f[:, 1] * d[:, 2] - f[:, 2] * d[:, 1])
     along = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2]
     rubbing = tangent > 0.0

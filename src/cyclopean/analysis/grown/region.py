@@ -46,6 +46,9 @@ def region(system: EquilibriumSystem, blocks: Ints) -> Region:
         mu=system.mu[point],
         A=system.A[dof][:, column].tocsr(),
         p=system.p[dof],
+        held=system.held[blocks] if len(system.held) else system.held,
+        pull=system.pull[point] if len(system.pull) else system.pull,
+        size=None if system.size is None else system.size[blocks],
     )
     outside = ((a < 0) & (system.row_a >= 0)) | ((b < 0) & (system.row_b >= 0))
     return Region(part, point, dof, outside[point])

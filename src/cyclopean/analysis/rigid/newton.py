@@ -36,7 +36,7 @@ def collapse_bound(system: EquilibriumSystem, y: Floats) -> float:
     if not power > 0.0:
         return 0.0
     needed = float(np.linalg.norm(project_cones(-system.gap(y), system.mu)))
-    total = float(np.sum(np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1)))
+    total = system.total
     if not total > 0.0:
         return 0.0
     return np.inf if needed == 0.0 else power / needed / total

@@ -14,7 +14,7 @@ from cyclopean.errors import InputError, SolverError
 from cyclopean.solvers import EXTRAS, load_osqp, solve
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
 
-__all__ = ["BALANCE", "COLLAPSE", "SOLVERS", "Outcome", "solve_rbe", "tension", "weighted"]
+__all__ = ["BALANCE", "COLLAPSE", "SOLVERS", "Outcome", "balanced", "solve_rbe", "tension", "weighted"]
 
 SOLVERS = ("auto", "newton", "interior", "clarabel", "osqp")
 BALANCE = 1e-9  # the certificate's own threshold: ||A f + p|| in total loads
@@ -165,14 +165,10 @@ def _attempt(name: str, system: EquilibriumSystem, schur: Schur, lost: float) ->
         return DualAnswer("unfinished", np.zeros((system.points, 3)), np.zeros(schur.size), np.inf, 0)
 
 
-def _total(system: EquilibriumSystem) -> float:
-    return float(np.sum(np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1)))
-
-
 def _balance(system: EquilibriumSystem, f: Floats) -> float:
     """||A f + p|| in total loads."""
     off = float(np.linalg.norm(system.residual(f)))
-    total = _total(system)
+    total = system.total
     if total > 0.0:
         return off / total
     return 0.0 if off == 0.0 else np.inf
@@ -282,11 +278,15 @@ def _diagonal(system: EquilibriumSystem, weights: tuple[float, float]) -> Floats
 
 def _mended(system: EquilibriumSystem, cone: Cone, x: Floats, provenance: dict[str, Any]) -> Outcome:
     """A conic solver's forces, put into the exact cone and back into balance."""
+    f, balance = balanced(system, x, cone.kind != "circumscribed")
+    return Outcome("balanced" if balance <= BALANCE else "undecided", f, None, balance, 0.0, provenance)
+
+
+def balanced(system: EquilibriumSystem, x: Floats, repair: bool = True) -> tuple[Floats, float]:
+    """Forces of a solver put into the exact cones and, where that is needed, back into balance; and how good."""
     f = project_cones(x.reshape(-1, 3), system.mu)
     balance = _balance(system, f)
-    if cone.kind != "circumscribed" and not (balance <= 1e-2 * BALANCE):
-        f, balance = _repaired(system, f, balance)
-    return Outcome("balanced" if balance <= BALANCE else "undecided", f, None, balance, 0.0, provenance)
+    return _repaired(system, f, balance) if repair and not (balance <= 1e-2 * BALANCE) else (f, balance)
 
 
 def _condemned(system: EquilibriumSystem, y: Floats, provenance: dict[str, Any]) -> Outcome:
@@ -298,20 +298,31 @@ def _condemned(system: EquilibriumSystem, y: Floats, provenance: dict[str, Any])
 
 
 def _falling(system: EquilibriumSystem) -> Floats | None:
-    """Velocity of a group of free blocks that hangs on no support and is pushed one way, if there is one."""
+    """Velocity of a group of free blocks that hangs on no support and is pushed one way, if there is one.
+
+    A block that a partial support holds hangs on something, unless it touches nothing: then it follows its own loads.
+    """
     from scipy.sparse.csgraph import connected_components
 
     m = system.blocks
     ends = np.where(np.stack([system.row_a, system.row_b], 1) >= 0, np.stack([system.row_a, system.row_b], 1), m)
+    partly = np.flatnonzero(system.held.any(1))
+    alone = np.setdiff1d(partly, ends)
+    driven = system.p.reshape(-1, 6)[alone]
+    if np.abs(driven).max(initial=0.0) > 1e-9 * system.total:
+        y = np.zeros((m, 6))
+        y[alone] = driven / np.abs(driven).max()
+        return y.ravel()
+    ends = np.concatenate([ends, np.stack([partly, np.full(len(partly), m)], 1)])
     graph = sp.coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(m + 1, m + 1))
     _, label = connected_components(graph, directed=False)
     loose = label[:m] != label[m]
     force = system.p.reshape(-1, 6)[:, :3]
     group = np.stack([np.bincount(label[:m], force[:, k] * loose, label.max() + 1) for k in range(3)], 1)
     size = np.linalg.norm(group, axis=1)
-    if not size.max(initial=0.0) > 1e-9 * max(_total(system), 1e-300):
+    if not size.max(initial=0.0) > 1e-9 * max(system.total, 1e-300):
         return None
     y = np.zeros((m, 6))
-    pushed = loose & (size[label[:m]] > 1e-9 * _total(system))
+    pushed = loose & (size[label[:m]] > 1e-9 * system.total)
     y[pushed, :3] = group[label[:m][pushed]] / size[label[:m][pushed]][:, None]
     return y.ravel()

@@ -21,20 +21,30 @@ least area, corner by corner. What is analysed then is a wall whose stones touch
 rigid-block equilibrium found for it is one of the true wall. A mechanism, and the bound on overlap in coupled analysis,
 are those of the reduced joints; `CarvedWall.kept` says how much of each hull is left.
 
-Joints of the drawn wall keep their friction. Blocks that are held stay as they are drawn. A cell without a stone is
-left out, with its joints. Curved joints that were drawn as the best plane through their corners stay that plane, and
-both faces are laid into it.
+Joints of the drawn wall keep their friction; what they may pull is left out, for a hull is larger than R. Blocks that
+are held stay as they are drawn. A cell without a stone is left out, with its joints. Curved joints that were drawn as
+the best plane through their corners stay that plane, and both faces are laid into it.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Floats, Ints, sealed
-from cyclopean.assembly import Assembly, Block, Contacts, Load, check_contacts, detect, length_tolerance, supports
+from cyclopean.assembly import (
+    Assembly,
+    Block,
+    Contacts,
+    check_contacts,
+    detect,
+    length_tolerance,
+    part,
+    supports,
+    surface_loads_at_points,
+)
 from cyclopean.design.carving.carve import Carved
 from cyclopean.errors import InputError
 
@@ -116,22 +126,25 @@ def carved_wall(
             which.append(k)
     present = [i for i in range(len(wall)) if held[i] or i in stones]
     place = {block: k for k, block in enumerate(present)}
+    number = np.full(len(wall), -1)
+    number[present] = np.arange(len(present))
+    loaded = surface_loads_at_points(wall)
     contacts = Contacts.of(
         [(place[int(joints.a[k])], place[int(joints.b[k])]) for k in which],
         polygons,
         [None if np.isnan(joints.mu[k]) else float(joints.mu[k]) for k in which],
-    )
+    )  # dry, whatever the drawn joint may pull: hulls are larger than what touches
     blocks = tuple(_block(wall.blocks[i], stones.get(i), bool(held[i])) for i in present)
-    loads = tuple(Load(place[load.block], load.force, load.point) for load in wall.loads if load.block in place)
+    built = part(loaded, blocks, contacts, number, name=f"{wall.name}, carved")
     missing = tuple(block.id for i, block in enumerate(wall.blocks) if i not in place)
     return CarvedWall(
-        Assembly(blocks, contacts, loads, f"{wall.name}, carved"),
+        built,
         missing,
         joints.area,
         touching,
         kept,
         np.array(which, np.int64),
-        _notes(wall, joints, missing, touching, len(wall.loads) - len(loads), place),
+        _notes(wall, joints, missing, touching, _loads(loaded) - _loads(built), place),
     )
 
 
@@ -212,10 +225,14 @@ def _inscribed(ring: Floats, most: int) -> Floats:
 
 def _block(drawn: Block, stone: Carved | None, held: bool) -> Block:
     if stone is None:
-        return Block(drawn.id, drawn.vertices, drawn.faces, drawn.density, held, drawn.group)
+        return replace(drawn, fixed=held)
     density = drawn.density if stone.density is None else stone.density
     faces = tuple(map(tuple, stone.triangles.tolist()))
-    return Block(drawn.id, stone.vertices, faces, density, held, drawn.group)
+    return replace(drawn, vertices=stone.vertices, faces=faces, density=density, fixed=held)
+
+
+def _loads(wall: Assembly) -> int:
+    return len(wall.loads) + len(wall.actions)
 
 
 def _notes(
@@ -232,6 +249,8 @@ def _notes(
         notes.append(f"{len(missing)} cell(s) have no stone: {_some(missing)}")
     if loads_lost:
         notes.append(f"{loads_lost} load(s) acted on cells that have no stone, and are left out")
+    if joints.strength.any():
+        notes.append("what the drawn joints may pull is left out: carved joints are taken as dry")
     there = np.array([int(a) in place and int(b) in place for a, b in zip(joints.a, joints.b, strict=True)], bool)
     apart = np.flatnonzero(there & ~(touching > 0.0))
     if len(apart):

@@ -11,7 +11,7 @@ import numpy as np
 
 from cyclopean.analysis import Judge, Known, PosedModel, Result, Settings, mobile, recheck
 from cyclopean.arrays import Bools, Ints
-from cyclopean.assembly import Assembly, Contacts, Load
+from cyclopean.assembly import Assembly, Contacts
 from cyclopean.proof import verify
 
 __all__ = ["Stage", "moving", "stage_of", "verdict", "with_props"]
@@ -46,10 +46,10 @@ def stage_of(whole: PosedModel, standing: Bools, props: Sequence[int] = ()) -> S
     place = np.full(len(standing), -1)
     place[block] = np.arange(len(block))
     contacts, point = _within(whole.contacts, place)
-    loads = tuple(Load(int(place[x.block]), x.force, x.point) for x in whole.assembly.loads if place[x.block] >= 0)
+    loads = tuple(replace(x, block=int(place[x.block])) for x in whole.assembly.loads if place[x.block] >= 0)
     assembly = Assembly(tuple(whole.assembly.blocks[i] for i in block), contacts, loads, whole.assembly.name)
     fixed = held[block]
-    touched = np.zeros(len(block), bool)
+    touched = np.array([bool(b.held) for b in assembly.blocks], bool)  # what is partly held hangs on something
     touched[contacts.a] = touched[contacts.b] = True
     model = PosedModel(
         assembly,
@@ -61,6 +61,7 @@ def stage_of(whole: PosedModel, standing: Bools, props: Sequence[int] = ()) -> S
         whole.assumed,
         (),
         tuple(np.flatnonzero(~touched & ~fixed).tolist()),
+        whole.loading,
     )
     return Stage(model, block, point)
 
@@ -117,7 +118,14 @@ def _within(contacts: Contacts, place: Ints) -> tuple[Contacts, Ints]:
     inside[kept] = True
     point = np.flatnonzero(inside[contacts.patch])
     start = np.concatenate([[0], np.cumsum(np.diff(contacts.start)[kept])])
-    part = Contacts(place[contacts.a[kept]], place[contacts.b[kept]], start, contacts.point[point], contacts.mu[kept])
+    part = Contacts(
+        place[contacts.a[kept]],
+        place[contacts.b[kept]],
+        start,
+        contacts.point[point],
+        contacts.mu[kept],
+        contacts.strength_given[kept],
+    )
     return part, point
 
 

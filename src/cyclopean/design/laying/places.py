@@ -8,6 +8,7 @@ What speaks against a place, each term from 0 (nothing) to about 1:
 
 support   share of the stone's plan under which it does not nearly touch what is below
 centre    how far the centre of mass is from well inside the hull of what it touches; 1 on its border, 2 at most
+tilt      slope by which it tips until it lies on three points, over `TIPPED`
 void      mean gap under the stone over its thickness, and the length of the course that nothing could fill any more
 height    how far its top is from the level of the course, over its thickness
 bond      how near its end is to a head joint of the course below; 0 from a quarter of a mean stone's length on
@@ -20,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
+from cyclopean.design.laying.dual_simplex import least
 from cyclopean.design.laying.height_map import Raster, edges_of, rasters, windows
 from cyclopean.design.options import not_negative
 from cyclopean.design.stones.stone import Stone
@@ -30,7 +32,10 @@ DIRECTIONS = 16  # in which the hull of what touches is felt
 NEAR = 0.25  # of a mean length: head joints farther from each other than that are bonded
 HOLLOW = 0.6  # of its thickness: a stone that lies higher than that above what is below it bridges, it does not lie
 ABOVE = 0.75  # of its thickness that a stone may rise above the level of its course
-EACH = 3  # places of one stone in one orientation that are looked at closely
+TIPPED = 0.35  # slope beyond which a stone that tips falls
+OUTERMOST = 0.85  # centre term beyond which hardly a stone comes to stand
+NEARLY = 0.5  # cells: gap at which a stone nearly touches
+EACH = 4  # places of one stone in one orientation that are looked at closely
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +43,8 @@ class Weights:
     """Of what speaks against a place; 0 takes a term out."""
 
     support: float = 2.0
-    centre: float = 2.0
+    centre: float = 3.0
+    tilt: float = 1.5
     void: float = 1.0
     height: float = 0.2
     bond: float = 0.5
@@ -195,8 +201,10 @@ def ranked(
     rough.sort()
     found = []
     for cost_so_far, k, i, j, z in rough[:close]:
-        support, centre = assessed(ground, stones[k], (i, j), z, cell)
-        cost_now = cost_so_far + weights.support * (1.0 - support) + weights.centre * centre
+        support, centre, tilt = assessed(ground, stones[k], (i, j), z, cell)
+        if not (tilt < 1.0 and centre <= OUTERMOST):
+            continue  # it falls over, or is about to
+        cost_now = cost_so_far + weights.support * (1.0 - support) + weights.centre * centre + weights.tilt * tilt
         found.append(Place(stones[k], (i, j), z, cost_now))
     return sorted(found, key=lambda place: place.cost)
 
@@ -275,14 +283,28 @@ def _off_face(start: Ints, width: int, slot: Slot) -> Floats:
     return off
 
 
-def assessed(ground: Floats, lying: Bedded, at: tuple[int, int], rest: float, cell: float) -> tuple[float, float]:
-    """Support (share of the plan that nearly touches) and the centre term of a place."""
+def assessed(
+    ground: Floats, lying: Bedded, at: tuple[int, int], rest: float, cell: float
+) -> tuple[float, float, float]:
+    """Support (share of the plan that nearly touches), the centre term and the tilt term of a place.
+
+    Let go at rest height, a stone tips until it lies on three points: on that facet of the upper hull of what is below,
+    measured from its underside, that is under its centre of mass. With a motion a + b x + c y of its underside that is
+
+        minimise a     subject to  a + b x + c y >= ground - low   at every cell of its plan.
+    """
     low = lying.raster.low
     w, d = low.shape
-    touching = rest + low - ground[at[0] : at[0] + w, at[1] : at[1] + d] <= cell
-    x, y = np.nonzero(touching)
-    plan = np.column_stack([x, y]) * cell + lying.raster.corner + cell / 2.0  # about the centre of mass
+    i, j = np.nonzero(low < np.inf)
+    need = (ground[at[0] : at[0] + w, at[1] : at[1] + d] - low)[i, j] - rest
+    plan = np.column_stack([i, j]) * cell + lying.raster.corner + cell / 2.0  # about the centre of mass
+    span = float(np.abs(plan).sum(axis=1).max()) * TIPPED
+    rows = np.column_stack([np.ones(len(i)), plan])
+    bound = np.array([float(-need.min()) + 2.0 * span, TIPPED, TIPPED])
+    motion, _ = least(np.array([1.0, 0.0, 0.0]), rows, -need, -bound, bound)
+    touching = plan[rows @ motion - need <= NEARLY * cell]
     angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    reach = (plan @ np.stack([np.cos(angle), np.sin(angle)])).max(axis=0)
+    reach = (touching @ np.stack([np.cos(angle), np.sin(angle)])).max(axis=0)
     well = 0.5 * min(w, d) * cell
-    return len(x) / lying.raster.covered, float(np.clip(1.0 - reach.min() / well, 0.0, 2.0))
+    tilt = float(np.hypot(motion[1], motion[2])) / TIPPED
+    return len(touching) / lying.raster.covered, float(np.clip(1.0 - reach.min() / well, 0.0, 2.0)), tilt

@@ -41,6 +41,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Floats, Ints, sealed
+from cyclopean.design.laying.dual_simplex import least
 from cyclopean.design.laying.gaps import (
     Body,
     Features,
@@ -51,7 +52,7 @@ from cyclopean.design.laying.gaps import (
     gaps_between,
     near_pairs,
 )
-from cyclopean.errors import InputError, SolverError
+from cyclopean.errors import InputError
 from cyclopean.geometry.solids import intersection, solid_volume
 
 __all__ = ["Seat", "body_of", "heyman_margin", "overlap_share", "seat"]
@@ -59,7 +60,7 @@ __all__ = ["Seat", "body_of", "heyman_margin", "overlap_share", "seat"]
 # Lengths in units of the cube root of the stone's volume.
 SLIDE = 1e-3  # price of moving sideways or turning, against that of height: slopes below it do not carry a stone off
 CLEARANCE = 1e-5  # left between the stone and what it lies on: a few micrometres, a hundred times what solids lose
-GRIP = 0.5  # slope below which stone does not slide on stone, with a reserve: its friction is 0.6 or more
+GRIP = 0.6
 TWIST = 0.3  # lever at which turning about the vertical slides
 TOUCH = 5e-4  # gap up to which two points count as touching
 FIRST = 0.03  # trust region at the start: 1.5 cm for a stone of half a metre
@@ -306,20 +307,15 @@ def _merit(height: float, room: Floats) -> float:
 
 def _programme(rows: Floats, room: Floats, low: Floats, high: Floats, price: Floats) -> tuple[Floats, Floats]:
     """The best small motion (6,) from `low` to `high`, and the multipliers (g,) of the gaps."""
-    from scipy.optimize import linprog
-
     low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
     near = np.flatnonzero(room + np.minimum(rows * low, rows * high).sum(axis=1) <= 0.0)  # others cannot close
     down = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     cost = np.concatenate([price + down, price - down, [ELASTIC]])
-    matrix = np.hstack([-rows[near], rows[near], np.full((len(near), 1), -1.0)])
-    bounds = np.stack([np.zeros(13), np.concatenate([high, -low, [np.inf]])], 1)
-    found = linprog(cost, A_ub=matrix, b_ub=room[near], bounds=bounds, method="highs-ds")
-    if found.status != 0 or not np.all(np.isfinite(found.x)):
-        raise SolverError(f"seating: the linear programme was not solved ({found.message})")
+    matrix = np.hstack([rows[near], -rows[near], np.ones((len(near), 1))])
+    x, multiplier = least(cost, matrix, room[near], np.zeros(13), np.concatenate([high, -low, [np.inf]]))
     force = np.zeros(len(room))
-    force[near] = np.maximum(-found.ineqlin.marginals, 0.0)
-    return found.x[:6] - found.x[6:12], force
+    force[near] = multiplier
+    return x[:6] - x[6:12], force
 
 
 def _turn(spin: Floats) -> Floats:

@@ -2,48 +2,59 @@
 
 The map holds the top of the wall over a grid. A stone is tried in its bedded orientations at the places that are open
 to it (`places`), dropped onto the map, and, once a place is chosen, adjusted on the exact meshes until it sits
-(`seating`). A place is taken only if the stone there shares no more than `OVERLAP` of its volume with any other, which
-is looked up with exact solids; and the first place is taken at which the centre of mass stands inside the hull of what
-the stone touches, by a margin (Heyman 1966).
+(`seating`). It is laid there only if
+
+- it shares no more than `OVERLAP` of its volume with any other, which is looked up with exact solids;
+- its centre of mass stands inside the hull of what bears it, by a margin (Heyman 1966);
+- the wall with it is in equilibrium, with less friction than stone has on stone (`standing`).
+
+So the wall stands when it is done, and at every stage before. Where none of some stones at some places does all that, a
+gap is left; a stone that is tried in vain too often is put aside, and tried again in the next course and at the end.
 
 A course is laid from both ends towards its middle: left, right, left ... Where a wall has two wythes, the front one of
 a course is laid first, then the rear one. Which stone comes next: of all that are left, the largest; `look_ahead` of
 them compete for every place. With a look-ahead of 0, stones are laid in the order of the inventory, the next one always
-at the first place where it can lie. Nothing is drawn at random.
+at the first place where it stands. Nothing is drawn at random.
 """
 
 import hashlib
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Block
+from cyclopean.assembly.patches import Patch, Surface, gathered, usual_band
+from cyclopean.design.laying.gaps import Body, body_of
 from cyclopean.design.laying.hearting import FACES, Wedge, small_stones, wedge_under
 from cyclopean.design.laying.height_map import MOST_CELLS, edges_of, rasters
 from cyclopean.design.laying.places import Bedded, Place, Slot, Weights, bedded, ranked
+from cyclopean.design.laying.seating import Seat, heyman_margin, seat
+from cyclopean.design.laying.standing import FRICTION, GRAVITY, Fresh, Mass, State, Structure
 from cyclopean.design.options import at_least, not_negative, positive
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
+from cyclopean.geometry import triangles
 from cyclopean.geometry.solids import intersection, solid_of, solid_volume
-
-if TYPE_CHECKING:
-    from cyclopean.assembly.patches import Patch
-    from cyclopean.design.laying.gaps import Body
-    from cyclopean.design.laying.seating import Seat
 
 __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "largest_overlap", "settle"]
 
+INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
+PATIENCE = 16  # times that a stone is seated in vain before it is put aside until the next course
+WEDGED = 3  # rocking stones that are tried with a wedge before a gap is left
 OVERLAP = 1e-3  # of a stone's volume: what it may share with another one
 DEEPEST = 0.6  # of the thickness: a stone of one of two wythes
 CELLS = 20  # of a mean stone's length
-SOLIDITY = 0.65  # share of stone in a wall, to find its length by
+SLENDER = 2.0  # times its thickness: height that a wall is planned for
+SOLIDITY = 0.4  # share of stone in a wall, to find its length by
 WIDE, WIDE_OF_TWO = 90.0, 75.0  # percentile of the stones' widths that a wythe is made for
 INTO, PLAY = 4, 6  # cells by which a place may reach into its neighbour's plan, and stand off from it
 REACH = 0.5  # of a mean stone's length: what is farther from a dropped stone is not looked at
@@ -52,6 +63,8 @@ HEARTING = Weights(bond=0.0, face=0.0)
 WEDGE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
 SKIP = 3  # cells that are left open where nothing goes
 CLOSE = 48  # places looked at closely, of each choice
+FEW = 12  # ... of a part of the wall, at the end
+SECTION = 8.0  # mean lengths: part of a wall that is looked at together
 NARROW = 0.8  # a stone is no narrower than that share of twice its middle semi-axis
 
 
@@ -67,8 +80,9 @@ class SettleSettings:
     yaws: int = 8  # turns about the vertical that are tried
     weights: Weights = field(default_factory=Weights)
     look_ahead: int = 8  # stones that compete for a place; 0 = in the order of the inventory
-    margin: float = 0.0  # m that the centre of mass stands inside the hull of the contacts
-    tries: int = 4  # places at which a stone is seated before the best of them is taken
+    margin: float | None = None  # m that the centre of mass stands inside the hull of the contacts; None = `INSIDE`
+    friction: float = FRICTION  # counted on while laying
+    tries: int = 8  # places at which stones are seated before a gap is left
     hearting: bool = False
     chinking: bool = False
     band: float | None = None  # m: surfaces nearer than that make a contact
@@ -79,7 +93,8 @@ class SettleSettings:
             object.__setattr__(self, name, None if value is None else positive(name, value))
         for name, least in (("yaws", 1), ("look_ahead", 0), ("tries", 1)):
             object.__setattr__(self, name, at_least(name, getattr(self, name), least))
-        object.__setattr__(self, "margin", not_negative("margin", self.margin))
+        object.__setattr__(self, "margin", None if self.margin is None else not_negative("margin", self.margin))
+        object.__setattr__(self, "friction", positive("friction", self.friction))
         if self.wythes not in (1, 2):
             raise InputError(f"wythes: expected 1 or 2, got {self.wythes!r}")
 
@@ -112,7 +127,7 @@ class Measures:
 
     void: float  # share of the wall that is not stone, between its faces and below its skyline
     hollow: float  # share that is not stone below the stones' own upper surface
-    stable: float  # share of the stones that are stable
+    stable: float  # share of the stones there are that are in the wall and stable
     courses: int
     height: float  # m: of the highest stone
     length: float  # m
@@ -130,7 +145,7 @@ class RubbleWall:
     settings: SettleSettings  # with all that was left open filled in but the height
     measures: Measures
     assembly: Assembly  # the ground, the stones, then wedges; with the contacts of the real meshes
-    patches: "tuple[Patch, ...]"  # where surfaces meet: one of each contact, then those that are too narrow for one
+    patches: tuple[Patch, ...]  # where surfaces meet: one of each contact, then those that are too narrow for one
     wedges: int = 0
 
 
@@ -167,9 +182,6 @@ def settle(
     full = _filled_in(inventory.stones, settings or SettleSettings())
     site = _Site(inventory.stones, full, say)
     site.build()
-    if full.chinking:
-        say("wedges")
-        site.chink()
     if not site.laid:
         raise InputError(
             f"{inventory.source}: none of {len(inventory)} stones fits into a wall {full.length:.3g} m long and"
@@ -187,7 +199,7 @@ def _filled_in(stones: Sequence[Stone], settings: SettleSettings) -> SettleSetti
     share = WIDE if settings.wythes == 1 else WIDE_OF_TWO
     thickness = settings.thickness or settings.wythes * float(np.percentile(extent[:, 1], share)) + cell
     face = math.fsum(s.volume for s in stones) / SOLIDITY / thickness  # m2 of wall
-    length = settings.length or max(face / settings.height if settings.height else np.sqrt(2.0 * face), longest)
+    length = settings.length or max(face / (settings.height or SLENDER * thickness), longest)
     if not length / cell * (thickness / cell) <= MOST_CELLS:
         raise InputError(f"cell: {cell:g} m makes a map of more than {MOST_CELLS:,} cells; use larger ones")
     if length < cell or thickness < cell:
@@ -197,7 +209,7 @@ def _filled_in(stones: Sequence[Stone], settings: SettleSettings) -> SettleSetti
         length=length,
         thickness=thickness,
         cell=cell,
-        weights=settings.weights,
+        band=settings.band or usual_band(np.array([stone.volume for stone in stones])),
     )
 
 
@@ -213,12 +225,15 @@ def _content(stone: Stone) -> tuple[float, bytes, str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trial:
-    """A stone, seated."""
+    """A stone, seated; with a wedge under it where it needs one."""
 
     place: Place
-    seat: "Seat"
-    body: "Body"  # where it lies
-    good: bool  # at rest, with the margin that was asked for
+    seat: Seat
+    body: Body  # where it lies
+    fresh: tuple[Fresh, ...]  # the stone, after its wedge
+    margin: float  # m: of the centre of mass inside the hull of what bears it
+    state: State | None  # forces that hold all; None: it does not stand
+    wedge: Wedge | None = None
 
 
 class _Site:
@@ -236,30 +251,45 @@ class _Site:
         self.small = [k for k in self.left if small[k]]  # kept for the hollows
         self.left = [k for k in self.left if not small[k]]
         self.aside: list[int] = []  # stones that fit nowhere
-        self.wedges: list[Wedge] = []
         self.laid: list[Laid] = []
         self.bodies = _Bodies(stones)
-        self.stood: list[Body] = []
+        self.stood: list[Body] = []  # stones and wedges, in the order in which they were laid
+        self.kind: list[Laid | Wedge] = []
         self.lows: list[Floats] = []  # corners of the boxes of what stands
         self.highs: list[Floats] = []
         self.overlap = 0.0
         self.known: dict[tuple[int, int], list[Bedded]] = {}
         self.joints: dict[int, list[float]] = {}
+        self.ground = _ground(self._ground_name(), length, thickness, self.mean)
+        lone = Assembly((self.ground,), None, ()).mesh
+        floor = Surface.of(lone.vertex[triangles(lone)[0]])
+        self.structure = Structure(floor, float(settings.band or 0.0), settings.friction)
+        self.vain: Counter[int] = Counter()  # times that each stone was seated in vain in this course
+        self.failed: set[tuple[int, int, tuple[int, int]]] = set()
+
+    def _ground_name(self) -> str:
+        """One that no stone has."""
+        return _free_name("ground", {s.id for s in self.stones})
 
     def build(self) -> None:
         """Lay courses until stones or room are used up."""
         course = 0
         while self.left:
             count = len(self.laid)
+            self.vain.clear()
             for wythe in range(self.settings.wythes):
                 self._course(course, wythe)
             self._heart(course)
             if len(self.laid) > count:
                 course += 1
                 self.left, self.aside = self.aside + self.left, []
-            else:  # those that came next fit nowhere, and others may
-                tried = max(self.settings.look_ahead, 1)
-                self.aside, self.left = self.aside + self.left[:tried], self.left[tried:]
+            elif self.settings.look_ahead == 0:  # the one that comes next fits nowhere, and others may
+                self.aside, self.left = self.aside + self.left[:1], self.left[1:]
+            else:
+                break
+        self.left, self.aside = self.aside + self.left, []
+        if self.settings.look_ahead:
+            self._once_more(self.laid[-1].course if self.laid else 0)
 
     def _course(self, course: int, wythe: int) -> None:
         """Lay one wythe of one course from both ends inwards."""
@@ -296,8 +326,7 @@ class _Site:
         while self.small and fruitless < len(self.small):
             number = self.small.pop(0)
             places = ranked(self.map, self._bedded(number, 0), slot, HEARTING, self.cell, CLOSE)
-            trials = (self._seated(place) for place in places[: self.settings.tries])
-            good = next((t for t in trials if t is not None and t.good), None)
+            good = self._first(places[: self.settings.tries], [])
             if good is None:
                 self.small.append(number)
                 fruitless += 1
@@ -305,26 +334,49 @@ class _Site:
                 self._take(good, course, HEART)
                 fruitless = 0
 
-    def chink(self) -> None:
-        """Drive wedges under the stones that rock."""
-        for k, laid in enumerate(self.laid):
-            if laid.stable:
-                continue
-            body = self.stood[k]
-            around = [self.stood[m] for m in self._near(body.vertices, self.cell) if m != k]
-            around += [self.drive(wedge) for wedge in self.wedges]
-            wedge = wedge_under(body, around, laid.contacts, self.cell, max(self.settings.margin, self.cell))
-            if wedge is None or not wedge.margin >= self.settings.margin:
-                continue
-            self.wedges.append(wedge)
-            touched = np.concatenate([laid.contacts, wedge.contacts])
-            self.laid[k] = replace(laid, margin=wedge.margin, stable=True, contacts=touched)
+    def _once_more(self, course: int) -> None:
+        """Try each stone that is left at the best places of the whole wall."""
+        self.vain.clear()
+        for number in tuple(self.left):
+            lying = [b for bed in (0, 1) for b in self._bedded(number, bed)]
+            weights = self.settings.weights
+            places = [p for slot in self._sections() for p in ranked(self.map, lying, slot, weights, self.cell, FEW)]
+            trial = self._first(sorted(places, key=lambda p: p.cost)[: 2 * self.settings.tries], [])
+            if trial is not None:
+                self._take(trial, course, 0)
 
-    def drive(self, wedge: Wedge) -> "Body":
-        """A wedge as a body."""
-        from cyclopean.design.laying.gaps import body_of
+    def _sections(self) -> list[Slot]:
+        """The whole wall, open from above, in parts that overlap."""
+        n, d = self.map.shape
+        long, level = round(SECTION * self.mean / self.cell), self._level(0)
+        limit = np.inf if self.settings.height is None else self.settings.height
+        starts = range(0, max(n - long, 0) + 1, max(long // 2, 1))
+        ends = [(k, min(k + long, n)) for k in starts]
+        ends[-1] = (ends[-1][0], n)
+        across, joints = np.array([0, d]), np.zeros(0)
+        return [
+            Slot(np.array(x), across, 0, 0, 0, False, True, level, limit, (0.0, 0.0), joints, self.mean, 0.0)
+            for x in ends
+        ]
 
-        return body_of(wedge.vertices, WEDGE, "wedge")
+    def _chinked(self, rocking: Sequence[_Trial]) -> _Trial | None:
+        """Drive a wedge under one of some stones that rock; None where none of them stands even so."""
+        for trial in rocking[:WEDGED]:
+            near = self._near(trial.body.vertices, self.cell)
+            bodies = [self.stood[k] for k in near]
+            wanted = self._margin(trial.body)
+            wedge = wedge_under(trial.body, bodies, trial.fresh[-1].bearing, self.cell, 2.0 * wanted)
+            if wedge is None:
+                continue
+            lump = body_of(wedge.vertices, WEDGE, "wedge")
+            low = self.structure.fresh(_mass(lump, DENSITY), _surface(lump), near)
+            stone = trial.fresh[-1]
+            high = self.structure.fresh(stone.mass, stone.surface, near, (low.surface,))
+            margin = heyman_margin(high.bearing, trial.body.centroid)
+            state = self.structure.held((low, high)) if margin >= wanted else None
+            if state is not None:
+                return replace(trial, fresh=(low, high), margin=margin, state=state, wedge=wedge)
+        return None
 
     def _strip(self, wythe: int) -> tuple[int, int]:
         """Cells across the wall in which a wythe has its stones."""
@@ -369,6 +421,13 @@ class _Site:
     def _narrowest(self) -> float:
         return min(2.0 * NARROW * float(self.stones[k].half[1]) for k in self.left)
 
+    def _stand(self, body: Body, what: Laid | Wedge) -> None:
+        """Count a body among what stands."""
+        self.stood.append(body)
+        self.kind.append(what)
+        self.lows.append(body.low)
+        self.highs.append(body.high)
+
     def _bedded(self, stone: int, bed: int) -> list[Bedded]:
         if (stone, bed) not in self.known:
             self.known[stone, bed] = bedded(stone, self.stones[stone], self.settings.yaws, self.cell, (bed,))
@@ -379,41 +438,58 @@ class _Site:
         return any(b.raster.low.shape[1] <= deep for bed in (0, 1) for b in self._bedded(stone, bed))
 
     def _next(self, slot: Slot) -> _Trial | None:
-        """Seat the best of the stones that come next: the first that sits, else what rocks least."""
+        """Seat the best of the stones that come next: the first that stands."""
         room = float(slot.first[1] - slot.first[0]) * self.cell
         if self.settings.look_ahead == 0:
-            window = self.left[:1]
+            window = list(islice((k for k in self.left if self.vain[k] < PATIENCE), 1))
         else:
             deep = int(slot.across[1] - slot.across[0])
-            near = (k for k in self.left if 2.0 * NARROW * self.stones[k].half[1] <= room)
+            patient = (k for k in self.left if self.vain[k] < PATIENCE)
+            near = (k for k in patient if 2.0 * NARROW * self.stones[k].half[1] <= room)
             window = list(islice((k for k in near if self._shallow(k, deep)), self.settings.look_ahead))
-        best: _Trial | None = None
+        rocking: list[_Trial] = []
         for bed in (0, 1):
             lying = [b for k in window for b in self._bedded(k, bed)]
             places = ranked(self.map, lying, slot, self.settings.weights, self.cell, CLOSE)
-            for place in _different(places)[: self.settings.tries]:
-                trial = self._seated(place)
-                if trial is not None and trial.good:
-                    return trial
-                if trial is not None and (best is None or trial.seat.margin > best.seat.margin):
-                    best = trial
-            if best is not None:
-                break
-        return best
+            trial = self._first(_different(places)[: self.settings.tries], rocking)
+            if trial is not None:
+                return trial
+        return self._chinked(sorted(rocking, key=lambda t: -t.margin)) if self.settings.chinking else None
+
+    def _first(self, places: Sequence[Place], rocking: list[_Trial]) -> _Trial | None:
+        """The first of these places where a stone stands; what rocks is told."""
+        for place in places:
+            key = (place.lying.stone, id(place.lying), place.cell)
+            if key in self.failed:
+                continue
+            trial = self._seated(place)
+            if trial is not None and trial.state is not None:
+                return trial
+            self.failed.add(key)
+            self.vain[place.lying.stone] += 1
+            rocking += [] if trial is None else [trial]
+        return None
 
     def _seated(self, place: Place) -> _Trial | None:
-        """Adjust a stone on the exact meshes; None where it would stand in another one."""
-        from cyclopean.design.laying.seating import seat
-
+        """Adjust a stone on the exact meshes; None where it would stand in another one, or slides."""
         stone = self.bodies[place.lying.stone]
         turn = place.lying.rotation
         centre = np.array([*(np.array(place.cell) * self.cell - place.lying.raster.corner), place.rest])
         near = self._near((stone.vertices - stone.centroid) @ turn.T + centre, REACH * self.mean)
         found = seat(stone, turn, centre - turn @ stone.centroid, [self.stood[k] for k in near])
-        if not found.overlap <= OVERLAP:
+        if not found.overlap <= OVERLAP or (found.slid and not found.margin > 0.0):
             return None
-        good = found.margin > 0.0 and found.margin >= self.settings.margin
-        return _Trial(place, found, stone.moved(found.rotation, found.shift), good)
+        body = stone.moved(found.rotation, found.shift)
+        mass = _mass(body, self.stones[place.lying.stone].density or DENSITY)
+        fresh = self.structure.fresh(mass, _surface(body), self._near(body.vertices, self.structure.band))
+        margin = heyman_margin(fresh.bearing, body.centroid)
+        inside = margin > 0.0 and margin >= self._margin(body)
+        return _Trial(place, found, body, (fresh,), margin, self.structure.held((fresh,)) if inside else None)
+
+    def _margin(self, body: Body) -> float:
+        """What is asked for (m)."""
+        wanted = self.settings.margin
+        return INSIDE * float(np.cbrt(body.volume)) if wanted is None else wanted
 
     def _near(self, point: Floats, reach: float) -> list[int]:
         """Stones of the wall whose boxes come near the box of some points."""
@@ -425,6 +501,7 @@ class _Site:
 
     def _take(self, trial: _Trial, course: int, wythe: int) -> None:
         """Lay the stone, and raise the map by it."""
+        assert trial.state is not None
         number, body, found = trial.place.lying.stone, trial.body, trial.seat
         raster = rasters(body.vertices[None], body.triangles, edges_of(body.triangles), self.cell, snapped=True)[0]
         i, j = np.rint(raster.corner / self.cell).astype(int)
@@ -435,13 +512,16 @@ class _Site:
         low, high = (part[a : a + under.shape[0], b : b + under.shape[1]] for part in (raster.low, raster.high))
         support = float(np.count_nonzero(low - under <= self.cell)) / max(int(np.count_nonzero(low < np.inf)), 1)
         self.map[rows, columns] = np.maximum(under, high)
-        self.laid.append(
-            Laid(number, found.rotation, found.shift, course, wythe, found.margin, trial.good, support, found.contacts)
+        stone = Laid(
+            number, found.rotation, found.shift, course, wythe, trial.margin, True, support, trial.fresh[-1].bearing
         )
+        if trial.wedge is not None:
+            self._stand(body_of(trial.wedge.vertices, WEDGE, "wedge"), trial.wedge)
+        self._stand(body, stone)
+        self.structure.lay(trial.fresh, trial.state)
+        self.laid.append(stone)
+        self.failed.clear()
         self.overlap = max(self.overlap, found.overlap)
-        self.stood.append(body)
-        self.lows.append(body.vertices.min(axis=0))
-        self.highs.append(body.vertices.max(axis=0))
         if number in self.left:
             self.left.remove(number)
         for bed in (0, 1):
@@ -454,6 +534,19 @@ def _different(places: Sequence[Place]) -> list[Place]:
     return list({(p.lying.stone, id(p.lying)): p for p in reversed(places)}.values())[::-1]
 
 
+def _free_name(wanted: str, names: set[str]) -> str:
+    """The name, with a number behind it where it is taken."""
+    return next(n for n in (wanted, *(f"{wanted}-{k}" for k in range(len(names) + 1))) if n not in names)
+
+
+def _mass(body: Body, density: float) -> Mass:
+    return Mass(body.centroid, body.volume, density * body.volume * GRAVITY)
+
+
+def _surface(body: Body) -> Surface:
+    return Surface.of(body.vertices[body.triangles])
+
+
 class _Bodies:
     """Stones as bodies, made when they are first asked for."""
 
@@ -461,9 +554,7 @@ class _Bodies:
         self.stones = stones
         self.made: dict[int, Body] = {}
 
-    def __getitem__(self, number: int) -> "Body":
-        from cyclopean.design.laying.gaps import body_of
-
+    def __getitem__(self, number: int) -> Body:
         if number not in self.made:
             stone = self.stones[number]
             self.made[number] = body_of(stone.vertices, stone.triangles, f"stone '{stone.id}'")
@@ -481,11 +572,10 @@ def _ground(name: str, length: float, thickness: float, margin: float) -> Block:
 
 def _finished(site: _Site, inventory: Inventory, began: float) -> RubbleWall:
     """The wall as a model with contacts, and its measures."""
-    from cyclopean.assembly.patches import rough_contacts
-
-    site.say("contacts")
     bare = _assembly(site, inventory)
-    contacts, patches = rough_contacts(bare, site.settings.band)
+    wedge = np.array([isinstance(what, Wedge) for what in site.kind])
+    number = np.where(wedge, len(site.laid) + np.cumsum(wedge), np.cumsum(~wedge))
+    contacts, patches = gathered(site.structure.meetings(number.tolist()))
     whole = Assembly(bare.blocks, contacts, (), bare.name)
     return RubbleWall(
         tuple(site.laid),
@@ -494,26 +584,24 @@ def _finished(site: _Site, inventory: Inventory, began: float) -> RubbleWall:
         _measures(site, perf_counter() - began),
         whole,
         patches,
-        len(site.wedges),
+        sum(isinstance(what, Wedge) for what in site.kind),
     )
 
 
 def _assembly(site: _Site, inventory: Inventory) -> Assembly:
     """Blocks of the wall, the ground first."""
-    names = {s.id for s in inventory.stones}
-    name = next(n for n in ("ground", *(f"ground-{k}" for k in range(len(names) + 1))) if n not in names)
-    blocks = [_ground(name, *site.size, site.mean)]
-    for laid, mesh in zip(site.laid, site.stood, strict=True):
-        stone = inventory.stones[laid.stone]
+    names = {s.id for s in inventory.stones} | {site.ground.id}
+    stones: list[Block] = [site.ground]
+    wedges: list[Block] = []
+    for what, mesh in zip(site.kind, site.stood, strict=True):
         faces = tuple(map(tuple, mesh.triangles.tolist()))
-        blocks.append(Block(stone.id, mesh.vertices, faces, stone.density, False, f"course-{laid.course}"))
-    names |= {name}
-    for k, wedge in enumerate(site.wedges):
-        name = next(
-            n for n in (f"wedge-{k + 1}", *(f"wedge-{k + 1}-{m}" for m in range(len(names) + 1))) if n not in names
-        )
-        names |= {name}
-        blocks.append(Block(name, wedge.vertices, FACES, None, False, "chinking"))
+        if isinstance(what, Wedge):
+            name = _free_name(f"wedge-{len(wedges) + 1}", names)
+            wedges.append(Block(name, mesh.vertices, faces, None, False, "chinking"))
+        else:
+            stone = inventory.stones[what.stone]
+            stones.append(Block(stone.id, mesh.vertices, faces, stone.density, False, f"course-{what.course}"))
+    blocks = stones + wedges
     return Assembly(tuple(blocks), None, (), "rubble wall")
 
 
@@ -523,7 +611,7 @@ def _measures(site: _Site, seconds: float) -> Measures:
     return Measures(
         1.0 - volume / skyline,
         1.0 - volume / (float(site.map.sum()) * site.cell**2),
-        sum(laid.stable for laid in site.laid) / len(site.laid),
+        sum(laid.stable for laid in site.laid) / len(site.stones),
         1 + max(laid.course for laid in site.laid),
         float(max(high[2] for high in site.highs)),
         *site.size,

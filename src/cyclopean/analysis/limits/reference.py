@@ -1,0 +1,41 @@
+"""Limit analysis as one second-order cone programme: reference and fallback of the fast path."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from cyclopean.analysis.limits.interior import LimitPoint
+from cyclopean.analysis.limits.pencil import Pencil
+from cyclopean.analysis.rigid.reference import solve_program
+from cyclopean.solvers import ConicProgram
+
+__all__ = ["limit_by_clarabel", "limit_program"]
+
+
+def limit_program(loads: Pencil) -> ConicProgram:
+    """Max s subject to A f + s q = -p0, f in K; unknowns (f, s). Its multipliers of equilibrium are the mechanism."""
+    system, q = loads.system, loads.system.points
+    stretch = np.ones((q, 3))
+    stretch[:, 0] = system.mu
+    A = sp.bmat([[system.A, loads.q[:, None]], [sp.diags(-stretch.ravel()), None]], format="csc")
+    b = np.concatenate([-system.p, np.zeros(3 * q)])
+    cost = np.append(np.zeros(3 * q), -1.0)
+    return ConicProgram(
+        sp.csc_matrix((3 * q + 1, 3 * q + 1)), cost, A, b, (("zero", len(system.p), 1), ("second-order", 3, q))
+    )
+
+
+def limit_by_clarabel(loads: Pencil) -> LimitPoint:
+    """Solve by Clarabel; the word is ours to check."""
+    system = loads.system
+    answer = solve_program(limit_program(loads), system.blocks)
+    f, s, y = answer.x[:-1].reshape(-1, 3), float(answer.x[-1]), answer.z[: len(system.p)]
+    if answer.word == "infeasible":
+        power = float(system.p @ y)
+        word = "infeasible" if power > 0.0 else "unfinished"
+        return LimitPoint(word, f, s, y / power if power > 0.0 else y, np.inf, np.inf, answer.iterations)  # type: ignore[arg-type]
+    if "DualInfeasible" in answer.status and s > 0.0:
+        return LimitPoint("unbounded", f / s, 1.0, y, np.inf, np.inf, answer.iterations)
+    residual = float(np.max(np.abs(system.A @ f.ravel() + loads.loads(s)), initial=0.0))
+    gap = abs(s + float(system.p @ y)) / (1e-6 + abs(s))
+    word = "solved" if answer.word == "solved" else "unfinished"
+    return LimitPoint(word, f, s, y, residual, gap, answer.iterations)  # type: ignore[arg-type]

@@ -1,0 +1,165 @@
+"""How much a model that stands has to spare: friction, joints, tilt.
+
+By rigid-block equilibrium, which asks only for forces that balance: what it finds is what is left at most. By coupled
+analysis, or where stones slide without opening, less may be left.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cyclopean.analysis.limits.limit import find_limit, limit_of
+from cyclopean.analysis.limits.live import Live
+from cyclopean.analysis.posing import PosedModel
+from cyclopean.analysis.proving import prove, rigid_claim
+from cyclopean.analysis.rigid.neighbour import Neighbour
+from cyclopean.analysis.settings import Settings
+from cyclopean.analysis.verdict import Result
+from cyclopean.arrays import Floats, Ints
+from cyclopean.assembly import Contacts
+from cyclopean.statics import EquilibriumSystem, equilibrium_system
+
+__all__ = ["POINTS", "Bracket", "Margins", "margins", "shrunk"]
+
+POINTS = 600  # contact points up to which margins are found without being asked for: about a second
+CLOSE = 1e-3  # of the value said: how far apart the two sides of a margin may be
+SPECK = 1e-3  # of its size, below which a joint is a point
+AZIMUTHS = 8  # that the ground is tilted towards
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bracket:
+    """A margin between two models, each with a certificate: one that stands, and one that falls."""
+
+    stands: float
+    falls: float | None  # None = none was found: `stands` is as far as was looked
+    governing: int | None = None  # contact that opens or slides most in the motion of the one that falls
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Margins:
+    """What a model has to spare, by rigid-block equilibrium."""
+
+    friction: Bracket | None  # share of every friction coefficient with which it stands; None = it falls as it is
+    joints: Bracket | None  # share of its size, about its centroid, to which every joint may shrink
+    tilt: Bracket | None  # degrees by which the ground may tilt, towards the worst of the azimuths looked at
+    azimuth: float | None = None  # degrees from +x to +y: that one
+    seconds: float = 0.0
+
+    @property
+    def geometric_safety(self) -> float:
+        """1 over the share to which the joints may shrink; 1 where there is nothing to spare."""
+        return 1.0 if self.joints is None else 1.0 / self.joints.stands
+
+
+def shrunk(contacts: Contacts, share: float) -> Contacts:
+    """Contacts of which every polygon is shrunk about its centroid to this share of its size."""
+    if not len(contacts):
+        return contacts
+    first = contacts.point[contacts.start[:-1]]  # local, so that a model far from the origin loses nothing
+    arm = contacts.point - first[contacts.patch]
+    centre = np.zeros((len(contacts), 3))
+    np.add.at(centre, contacts.patch, contacts.shares[:, None] * arm)
+    middle = centre[contacts.patch]
+    return replace(contacts, point=first[contacts.patch] + middle + share * (arm - middle))
+
+
+def margins(model: PosedModel, settings: Settings) -> Margins:
+    """Find the least friction and the smallest joints with which a model stands, and how far the ground may tilt.
+
+    The first two are found by bisection to a thousandth, the third by limit analysis towards eight azimuths. Both sides
+    of each are proved: the model that stands and the one that falls have certificates that have passed the independent
+    checker.
+
+    Parameters
+    ----------
+    model : PosedModel
+        As it was checked.
+    settings : Settings
+        The solver.
+    """
+    began = time.perf_counter()
+    case = _Case(replace(settings, method="rbe", penalty=False), Neighbour())
+    if case.proved(model).verdict != "stable":
+        return Margins(None, None, None, seconds=time.perf_counter() - began)
+    contacts = model.contacts
+    friction = _bracket(case, lambda s: replace(model, contacts=replace(contacts, mu=s * contacts.mu)), 0.0)
+    joints = None
+    if not contacts.strength.any():  # what is left of a joint that pulls would pull elsewhere
+        joints = _bracket(case, lambda s: replace(model, contacts=shrunk(contacts, s)), SPECK)
+    tilt, azimuth = _least_tilt(model)
+    return Margins(friction, joints, tilt, azimuth, time.perf_counter() - began)
+
+
+def _least_tilt(model: PosedModel) -> tuple[Bracket | None, float | None]:
+    """Tilt towards the worst azimuth, and that azimuth; None where gravity is not vertical, or nothing falls."""
+    if model.gravity[:2].any() or not model.gravity[2] < 0.0 or model.settled is not None or model.fixed.all():
+        return None, None
+    found = [
+        (find_limit(model, Live(tilt=float(az))).outcome, float(az)) for az in np.arange(AZIMUTHS) * 360.0 / AZIMUTHS
+    ]
+    bounded = [(outcome.upper, azimuth) for outcome, azimuth in found if outcome.word == "limit"]
+    if not bounded:
+        return None, None
+    _, azimuth = min(bounded)
+    result = limit_of(model, Live(tilt=azimuth))  # proved
+    lower, upper = result.angle or (None, None)
+    return (None, None) if lower is None else (Bracket(lower, upper, result.governing), azimuth)
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """One model after the other, each begun from what the one before came to."""
+
+    settings: Settings
+    neighbour: Neighbour
+
+    def stands(self, model: PosedModel) -> bool | None:
+        """What the solvers say; None where they do not know."""
+        outcome = self.neighbour.solve(_system(model))
+        return {"balanced": True, "collapse": False}.get(outcome.word)
+
+    def proved(self, model: PosedModel) -> Result:
+        """A verdict with a certificate."""
+        system = _system(model)
+        return prove(model, self.settings, system, rigid_claim(self.neighbour.solve(system)))
+
+
+def _system(model: PosedModel) -> EquilibriumSystem:
+    return equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+
+
+def _bracket(case: _Case, weaker: Callable[[float], PosedModel], least: float) -> Bracket | None:
+    """Bisect between the model as it is, 1, and the weakest that is looked at; None where an end is not proved."""
+    stands, falls = 1.0, least
+    if case.stands(weaker(least)):
+        stands = least
+    while falls < stands and stands - falls > CLOSE * stands:
+        middle = 0.5 * (stands + falls)
+        if case.stands(weaker(middle)):
+            stands = middle
+        else:
+            falls = middle
+    if case.proved(weaker(stands)).verdict != "stable":
+        return None
+    if stands == least:
+        return Bracket(least, None)
+    fallen = case.proved(weaker(falls))
+    return Bracket(stands, falls, _governing(fallen)) if fallen.verdict == "unstable" else Bracket(stands, None)
+
+
+def _governing(result: Result) -> int | None:
+    """Contact whose points move most against each other in a mechanism."""
+    contacts, rows = result.contacts, result.mechanism
+    if rows is None or not len(contacts):
+        return None
+    patch, centre = contacts.patch, result.assembly.mass.centroid
+
+    def velocity(block: Ints) -> Floats:
+        arm = contacts.point - centre[block]
+        return np.asarray(rows[block, :3] + np.cross(rows[block, 3:], arm))
+
+    apart = np.linalg.norm(velocity(contacts.b[patch]) - velocity(contacts.a[patch]), axis=1)
+    return int(patch[np.argmax(apart)])

@@ -1,0 +1,239 @@
+"""Whether what is being laid stands: contacts of the real surfaces, and forces in them, stone by stone.
+
+A stone may be laid where the wall with it is in rigid-block equilibrium,
+
+    A f = -p,   f in the cones of friction,
+
+over the contacts that `assembly.patches` finds between the meshes as they lie. The forces that hold what was laid
+before are known. A new stone leaves them as they are but for the stones it comes to bear on, and those that bear
+these, down to the ground: the forces on them, and those alone, are found anew, with all others as loads. That there
+are such forces is enough for the whole wall to stand, and so is a small problem in a wall of any size. That there are
+none proves nothing; the stone then goes elsewhere.
+
+Friction is counted with less than stone has on stone, which leaves a reserve to whoever checks the wall later.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from cyclopean.analysis.rigid.newton import newton
+from cyclopean.arrays import Floats
+from cyclopean.assembly.patches import Meeting, Surface, meeting
+from cyclopean.errors import SolverError
+from cyclopean.geometry import frames_from_normals
+from cyclopean.statics import EquilibriumSystem, Schur, project_cones
+
+__all__ = ["FRICTION", "GRAVITY", "Fresh", "Joint", "Mass", "State", "Structure"]
+
+FRICTION = 0.6  # counted on: 31 degrees
+GRAVITY = 9.80665
+BEARING = 0.25  # least upward component of the normal of a contact that bears a stone
+BALANCED = 1e-9  # of the weight: what forces may leave over
+CAP = 12  # factorisations: a wall that stands well needs two to six
+GROUND = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mass:
+    """A stone as statics sees it."""
+
+    centre: Floats  # (3,) m
+    volume: float  # m3
+    weight: float  # N
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joint:
+    """All patches between a stone and one laid before it, or the ground."""
+
+    below: int  # -1 = ground
+    parts: tuple[Meeting, ...]  # normals into the stone
+
+    @property
+    def bearing(self) -> Floats:
+        """(n, 3) points of the patches that bear it."""
+        found = [part.polygon for part in self.parts if len(part.polygon) and part.normal[2] >= BEARING]
+        return np.concatenate(found) if found else np.zeros((0, 3))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fresh:
+    """A stone that is to be laid."""
+
+    mass: Mass
+    surface: Surface
+    joints: tuple[Joint, ...]
+
+    @property
+    def bearing(self) -> Floats:
+        """(n, 3) points that bear it."""
+        return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in self.joints)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """Forces on a new stone, and those that change with it."""
+
+    force: tuple[Floats, ...]  # one array (q, 3) N for each of these joints, on the upper stone, world
+    joint: tuple[tuple[int, int], ...]  # (stone, which of its joints)
+
+
+class Structure:
+    """What stands: stones in the order in which they were laid, their joints, and forces that hold them."""
+
+    def __init__(self, ground: Surface, band: float, friction: float = FRICTION) -> None:
+        self.ground, self.band, self.friction = ground, band, friction
+        self.mass: list[Mass] = []
+        self.surface: list[Surface] = []
+        self.joints: list[tuple[Joint, ...]] = []
+        self.force: dict[tuple[int, int], Floats] = {}
+        self.above: list[list[tuple[int, int]]] = []  # joints of later stones with each stone
+
+    def fresh(self, mass: Mass, surface: Surface, near: Sequence[int], others: Sequence[Surface] = ()) -> Fresh:
+        """A new stone with all its joints: with the ground, those of `near`, and others that are laid with it."""
+        beside = {GROUND: self.ground, **{k: self.surface[k] for k in near}}
+        beside |= {len(self.surface) + i: other for i, other in enumerate(others)}
+        met = {k: tuple(meeting(other, surface, self.band)) for k, other in beside.items()}
+        return Fresh(mass, surface, tuple(Joint(k, parts) for k, parts in met.items() if parts))
+
+    def held(self, fresh: Sequence[Fresh]) -> State | None:
+        """Forces that hold one or more new stones and all that stands; None where none were found."""
+        if not any(len(part.polygon) for new in fresh for joint in new.joints for part in joint.parts):
+            return None
+        count = len(self.mass)
+        numbers = tuple(range(count, count + len(fresh)))
+        below = [joint.below for new in fresh for joint in new.joints if joint.below < count]
+        return self._balanced((*self._bearers(below), *numbers), fresh)
+
+    def lay(self, fresh: Sequence[Fresh], state: State) -> None:
+        """Add stones, with the forces that hold them."""
+        for new in fresh:
+            number = len(self.mass)
+            self.mass.append(new.mass)
+            self.surface.append(new.surface)
+            self.joints.append(new.joints)
+            self.above.append([])
+            for k, joint in enumerate(new.joints):
+                if joint.below != GROUND:
+                    self.above[joint.below].append((number, k))
+        self.force.update(zip(state.joint, state.force, strict=True))
+
+    def meetings(self, block: Sequence[int]) -> dict[tuple[int, int], tuple[Meeting, ...]]:
+        """All that was found between blocks a < b; `block` is the number of each stone, and the ground is block 0."""
+        found = {}
+        for k, joints in enumerate(self.joints):
+            for joint in joints:
+                a, b = 0 if joint.below == GROUND else block[joint.below], block[k]
+                found[min(a, b), max(a, b)] = joint.parts if a < b else tuple(map(_turned, joint.parts))
+        return found
+
+    def _bearers(self, below: Sequence[int]) -> tuple[int, ...]:
+        """These stones, and all that bear them, down to the ground; sorted."""
+        found: set[int] = set()
+        fresh = list(below)
+        while fresh:
+            k = fresh.pop()
+            if k != GROUND and k not in found:
+                found.add(k)
+                fresh += [joint.below for joint in self.joints[k] if len(joint.bearing)]
+        return tuple(sorted(found))
+
+    def _balanced(self, free: tuple[int, ...], fresh: Sequence[Fresh]) -> State | None:
+        """Forces in all joints of these stones, new ones last, with all others as they are."""
+        count = len(self.mass)
+        row = {k: i for i, k in enumerate(free)}
+        masses = [self.mass[k] if k < count else fresh[k - count].mass for k in free]
+        load = np.zeros((len(free), 6))
+        load[:, 2] = [-m.weight for m in masses]
+        found: dict[tuple[int, int], Joint] = {}
+        for k in free:
+            for i, joint in enumerate(self.joints[k] if k < count else fresh[k - count].joints):
+                if joint.below == GROUND or joint.below in row:
+                    found[k, i] = joint
+                elif (k, i) in self.force:
+                    _push(load[row[k]], self.force[k, i], joint, masses[row[k]].centre)
+            for above, i in self.above[k] if k < count else ():
+                if above not in row:
+                    _push(load[row[k]], -self.force[above, i], self.joints[above][i], masses[row[k]].centre)
+        ends = [(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()]
+        system = _system(masses, load, list(found.values()), ends, self.friction)
+        f = None if system is None else _forces(system)
+        if system is None or f is None:
+            return None
+        world = np.einsum("qf,qfi->qi", f * system.force_unit, system.frame)
+        last = np.cumsum([len(_points(joint)) for joint in found.values()])
+        return State(tuple(np.split(world, last[:-1])), tuple(found))
+
+
+def _turned(part: Meeting) -> Meeting:
+    """The same patch with its normal the other way."""
+    return replace(part, polygon=part.polygon[::-1], normal=-part.normal)
+
+
+def _push(load: Floats, force: Floats, joint: Joint, centre: Floats) -> None:
+    """Add known forces at the points of a joint to the load (6,) of a stone."""
+    load[:3] += force.sum(axis=0)
+    load[3:] += np.cross(_points(joint) - centre, force).sum(axis=0)
+
+
+def _points(joint: Joint) -> Floats:
+    """(q, 3) points of all patches of a joint that can carry."""
+    return np.concatenate([part.polygon for part in joint.parts if len(part.polygon)] or [np.zeros((0, 3))])
+
+
+def _system(
+    masses: Sequence[Mass], load: Floats, joints: Sequence[Joint], ends: Sequence[tuple[int, int]], friction: float
+) -> EquilibriumSystem | None:
+    """A f = -p of some stones; None where they touch nothing."""
+    count = [len(_points(joint)) for joint in joints]
+    total = sum(count)
+    if not total:
+        return None
+    point = np.concatenate([_points(joint) for joint in joints])
+    parts = [part for joint in joints for part in joint.parts if len(part.polygon)]
+    normal = np.repeat([part.normal for part in parts], [len(part.polygon) for part in parts], axis=0)
+    frame = frames_from_normals(normal)
+    rows = np.repeat(np.array(ends), count, axis=0)
+    unit = float(np.mean([mass.weight for mass in masses]))
+    length = float(np.mean([mass.volume for mass in masses])) ** (1.0 / 3.0)
+    centre = np.array([mass.centre for mass in masses] + [np.zeros(3)])
+    arm = (point[:, None] - centre[rows]) / length  # (q, 2, 3)
+    wrench = load / unit
+    wrench[:, 3:] /= length
+    cell, value = [], []
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        kept = np.flatnonzero(rows[:, side] >= 0)
+        turn = np.cross(arm[kept, side][:, None], frame[kept])
+        value.append(sign * np.concatenate([frame[kept], turn], axis=2).ravel())
+        i = 6 * rows[kept, side][:, None, None] + np.arange(6)
+        j = 3 * kept[:, None, None] + np.arange(3)[:, None]
+        cell.append(np.stack([np.broadcast_to(x, (len(kept), 3, 6)).ravel() for x in (i, j)]))
+    matrix = sp.csr_matrix((np.concatenate(value), np.concatenate(cell, axis=1)), shape=(6 * len(masses), 3 * total))
+    return EquilibriumSystem(
+        np.arange(len(masses)),
+        np.arange(total),
+        rows[:, 0],
+        rows[:, 1],
+        arm[:, 0],
+        arm[:, 1],
+        frame,
+        np.full(total, friction),
+        matrix,
+        wrench.ravel(),
+        unit,
+        length,
+    )
+
+
+def _forces(system: EquilibriumSystem) -> Floats | None:
+    """(q, 3) scaled forces that balance the loads, in their cones; None where none were found."""
+    try:
+        answer = newton(system, Schur(system, threads=1), cap=CAP)
+    except (SolverError, np.linalg.LinAlgError):
+        return None
+    f = project_cones(answer.f, system.mu)
+    off = float(np.abs(system.residual(f)).max(initial=0.0))
+    return f if answer.word == "balanced" and off <= BALANCED * system.blocks else None

@@ -1,0 +1,66 @@
+"""Rhino archives looked at before the library opens them: a damaged count can keep it busy for ever.
+
+A 3DM file is a chain of chunks, each with a type, a length and that many bytes, and its last one says how long the file
+is. What is cut off, or has lost or gained a byte, breaks the chain. Damage inside a chunk shows only when it is read,
+so a process of its own tries that first, which can be stopped.
+"""
+
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from cyclopean.errors import InputError
+
+__all__ = ["refuse_damaged"]
+
+PATIENCE = 5.0  # s; beside one second for each MB, which is a hundred times what a sound file takes
+_HEADER = 32  # bytes: the name of the format, and its version in the last eight
+_SHORT = 0x80000000  # types that have a number in place of a length, and no bytes
+_END = 0x00007FFF  # type of the last chunk
+_TRIAL = "import rhino3dm, sys; sys.exit(rhino3dm.File3dm.Read(sys.argv[1]) is None)"
+
+
+def refuse_damaged(path: str, data: bytes) -> None:
+    """Refuse bytes that are no whole 3DM archive.
+
+    Raises
+    ------
+    InputError
+        It is of another format, cut off, or cannot be read in a reasonable time.
+    """
+    if not data.startswith(b"3D Geometry File Format ") or not data[24:_HEADER].strip().isdigit():
+        raise InputError(f"{path}: is not a 3DM file: it does not begin with '3D Geometry File Format'")
+    if not _chained(data):
+        raise InputError(f"{path}: is a damaged 3DM file, or is cut off; save it again in Rhino")
+    if "python" not in os.path.basename(sys.executable or "").lower():  # inside Rhino there is no Python to start
+        return
+    limit = PATIENCE + len(data) / 1e6
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "trial.3dm"
+        place.write_bytes(data)
+        try:
+            done = subprocess.run(
+                [sys.executable, "-c", _TRIAL, str(place)], capture_output=True, timeout=limit, check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise InputError(f"{path}: is a damaged 3DM file: it cannot be read in {limit:.0f} s") from None
+    if done.returncode:
+        raise InputError(f"{path}: is a damaged 3DM file; save it again in Rhino")
+
+
+def _chained(data: bytes) -> bool:
+    """Whether the chunks fill the file to its last byte, and the last says that this is the end."""
+    layout = "<Iq" if int(data[24:_HEADER]) >= 50 else "<Ii"  # lengths grew with Rhino 5
+    step = struct.calcsize(layout)
+    position, kind = _HEADER, 0
+    while position + step <= len(data):
+        kind, length = struct.unpack_from(layout, data, position)
+        position += step
+        if not kind & _SHORT:
+            if not 0 <= length <= len(data) - position:
+                return False
+            position += length
+    return position == len(data) and kind == _END

@@ -1,0 +1,303 @@
+"""A result file read back, to be looked at: its verdict, with the blocks from its certificate or from the model."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cyclopean.arrays import Bools, Floats
+from cyclopean.assembly import Assembly, Block, Contacts, supports
+from cyclopean.errors import InputError
+from cyclopean.io.fields import array, faces, found, label, mapping, number, parsed, points, text, vector
+from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.models import read_model
+
+if TYPE_CHECKING:
+    from cyclopean.analysis import Result
+
+__all__ = ["is_result", "read_result"]
+
+RESULT, CERTIFICATE = "cyclopean.result/1", "cyclopean.certificate/1"
+WORDS = ("stable", "unstable", "undecided")
+DOWN = (0.0, 0.0, -9.80665)  # m/s2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Model:
+    """Blocks that a result may be of."""
+
+    assembly: Assembly
+    fixed: Bools | None
+    gravity: Floats | None
+    certificate: dict[str, Any] | None
+    file: str  # where it was found
+
+
+def is_result(path: PathLike) -> bool:
+    """Whether a file is a result of a check rather than a model.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is a .json file that is not JSON.
+    """
+    if PurePath(os.fspath(path)).suffix.lower() != ".json":
+        return False
+    document = parsed(one_line(path), decoded(one_line(path), read_bytes(path)))
+    return isinstance(document, dict) and document.get("schema") == RESULT
+
+
+def read_result(
+    path: PathLike, model: PathLike | None = None, units: str | None = None
+) -> tuple["Result", tuple[str, ...]]:
+    """Read a result with the blocks it is about.
+
+    The blocks are looked for in the certificate that the result names, then in a model file beside it of the same name
+    (`arch.json` for `arch.result.json`), in `model.json` there, and in a file of the model's name.
+
+    Parameters
+    ----------
+    path : path
+        The result.
+    model : path, optional
+        Where its model is.
+    units : str, optional
+        Unit of length of a model file that does not say it.
+
+    Returns
+    -------
+    result : Result
+        As the file says; nothing of it is checked again. Without a model its blocks have names and no shape.
+    warnings : tuple of str
+        Where the blocks were found, and what had to be guessed.
+
+    Raises
+    ------
+    InputError
+        It is not a result, or the model named is another one.
+    """
+    from cyclopean.analysis import Result
+
+    shown = one_line(path)
+    data = mapping(parsed(shown, decoded(shown, read_bytes(path))), shown)
+    if data.get("schema") != RESULT:
+        raise InputError(f'{shown}: its schema is {found(data.get("schema"))}; a result has "schema": "{RESULT}"')
+    verdict = text(data.get("verdict"), f"{shown}: verdict")
+    if verdict not in WORDS:
+        raise InputError(f"{shown}: verdict {label(verdict)} is not one of {', '.join(WORDS)}")
+    source, warnings = _source(path, shown, data, model, units)
+    assembly = source.assembly
+    index = {block.id: k for k, block in enumerate(assembly.blocks)}
+    rows = array(data.get("forces") or [], f"{shown}: forces")
+    contacts = _contacts(shown, rows, index, assembly, data)
+    force = _stacked(shown, rows, "force")
+    motion = {name: _motion(shown, name, data.get(name), index) for name in ("mechanism", "displacement")}
+    kind = data.get("certificate")
+    known = {"kind": str(mapping(kind, f"{shown}: certificate").get("kind", ""))} if kind is not None else None
+    assumed = mapping(data.get("assumed") or {}, f"{shown}: assumed")
+    gravity = source.gravity
+    if gravity is None:
+        gravity = vector(assumed["gravity"], f"{shown}: assumed.gravity") if "gravity" in assumed else np.array(DOWN)
+        if "gravity" not in assumed:
+            warnings += (f"{shown}: does not say its gravity and no certificate is beside it; straight down is drawn",)
+    result = Result(
+        assembly=assembly,
+        contacts=contacts,
+        fixed=_fixed(source, motion, index, data),
+        method=text(data.get("method"), f"{shown}: method"),
+        verdict=verdict,  # type: ignore[arg-type]
+        reason=text(data.get("reason"), f"{shown}: reason"),
+        assumed=assumed,
+        gravity=gravity,
+        residuals=_residuals(shown, data),
+        force=force,
+        frame=_frames(shown, rows),
+        utilisation=_utilisation(shown, rows),
+        mechanism=motion["mechanism"],
+        displacement=motion["displacement"],
+        certificate=source.certificate if source.certificate is not None else known,
+        provenance=mapping(data.get("provenance") or {}, f"{shown}: provenance"),
+        seconds=mapping(data.get("seconds") or {}, f"{shown}: seconds"),
+    )
+    return result, warnings
+
+
+def _source(
+    path: PathLike, shown: str, data: dict[str, Any], model: PathLike | None, units: str | None
+) -> tuple[_Model, tuple[str, ...]]:
+    """The blocks of a result, wherever they are."""
+    names = _names(shown, data)
+    if model is not None:
+        assembly, warnings = read_model(model, units)
+        if (why := _differs(assembly, names, data)) is not None:
+            raise InputError(f"{one_line(model)}: is not the model of {shown}: {why}")
+        return _Model(assembly, None, None, None, one_line(model)), warnings
+    place = Path(os.fspath(path)).parent
+    proof = data.get("certificate")
+    file = proof.get("file") if isinstance(proof, dict) else None
+    if isinstance(file, str) and file and (place / file).is_file():
+        certified = _certified(place / file, data)
+        if certified is not None and _differs(certified.assembly, names, data) is None:
+            return certified, ()
+    for candidate in _beside(place, os.fspath(path), data):
+        if candidate.is_file() and not candidate.samefile(path):
+            try:
+                assembly, warnings = read_model(candidate, units)
+            except InputError:  # some other file of that name
+                continue
+            if _differs(assembly, names, data) is None:
+                return _Model(assembly, None, None, None, one_line(candidate)), warnings
+    more = data.get("blocks")
+    rest = max(more - len(names), 0) if isinstance(more, int) else 0
+    blank = tuple(
+        Block(name, np.zeros((0, 3)), ()) for name in (*names, *(f"(not named) {k + 1}" for k in range(rest)))
+    )
+    lost = f"{shown}: its model was not found beside it, so blocks are not drawn; name it with --model"
+    return _Model(Assembly(blank, name=_title(data)), None, None, None, ""), (lost,)
+
+
+def _title(data: dict[str, Any]) -> str:
+    name = data.get("model")
+    return name if isinstance(name, str) and name else "model"
+
+
+def _beside(place: Path, path: str, data: dict[str, Any]) -> list[Path]:
+    """Model files that a result of this name may be of."""
+    stem = PurePath(path).stem
+    stems = [stem.removesuffix(".result"), "model", _title(data)]
+    endings = (".json", ".obj", ".glb", ".ply", ".stl")
+    names = dict.fromkeys(f"{s}{e}" for s in stems if s.isprintable() and os.sep not in s for e in endings)
+    return [place / name for name in names]
+
+
+def _names(shown: str, data: dict[str, Any]) -> list[str]:
+    """Ids of all blocks that the result names."""
+    names: dict[str, None] = {}
+    for k, row in enumerate(array(data.get("forces") or [], f"{shown}: forces")):
+        for end in ("a", "b"):
+            names[text(mapping(row, f"{shown}: forces[{k}]").get(end), f"{shown}: forces[{k}].{end}")] = None
+    for key in ("mechanism", "displacement"):
+        names |= dict.fromkeys(mapping(data.get(key) or {}, f"{shown}: {key}"))
+    return list(names)
+
+
+def _differs(assembly: Assembly, names: list[str], data: dict[str, Any]) -> str | None:
+    """Why these cannot be the blocks of the result; None where they can."""
+    missing = set(names) - {block.id for block in assembly.blocks}
+    if missing:
+        return f"it has no block {label(min(missing))}"
+    count = data.get("blocks")
+    return f"it has {len(assembly)} blocks, the result {count}" if count != len(assembly) else None
+
+
+def _certified(path: Path, data: dict[str, Any]) -> _Model | None:
+    """The model in a certificate; None where the file is something else."""
+    shown = one_line(path)
+    document = parsed(shown, decoded(shown, read_bytes(path)))
+    if not isinstance(document, dict) or document.get("schema") != CERTIFICATE:
+        return None
+    blocks, held = [], []
+    for k, value in enumerate(array(document.get("blocks"), f"{shown}: blocks")):
+        where = f"{shown}: blocks[{k}]"
+        row = mapping(value, where)
+        vertices = points(row.get("vertices"), f"{where}.vertices")
+        corners = faces(row.get("faces"), f"{where}.faces", len(vertices))
+        density = number(row.get("density"), f"{where}.density")
+        held.append(row.get("fixed") is True)
+        blocks.append(Block(text(row.get("id"), f"{where}.id"), vertices, corners, density, held[-1]))
+    assembly = Assembly(tuple(blocks), name=_title(data))
+    index = {block.id: k for k, block in enumerate(blocks)}
+    rows = [mapping(row, f"{shown}: contacts") for row in array(document.get("contacts") or [], f"{shown}: contacts")]
+    contacts = Contacts.of(
+        [(_index(shown, row.get("a"), index), _index(shown, row.get("b"), index)) for row in rows],
+        [points(row.get("polygon"), f"{shown}: polygon") for row in rows],
+        [number(row.get("mu"), f"{shown}: mu") for row in rows],
+    )
+    gravity = vector(document.get("gravity"), f"{shown}: gravity")
+    return _Model(replace(assembly, contacts=contacts), np.array(held, bool), gravity, document, shown)
+
+
+def _index(shown: str, name: Any, index: Mapping[str, int]) -> int:
+    if (known := index.get(text(name, f"{shown}: block"))) is None:
+        raise InputError(f"{shown}: names block {label(name)}, which is not in its model")
+    return known
+
+
+def _contacts(
+    shown: str, rows: list[Any], index: Mapping[str, int], assembly: Assembly, data: dict[str, Any]
+) -> Contacts:
+    """Those that the result lists, or those of the model; friction as far as it is known."""
+    if not rows:
+        return Contacts.of([], []) if assembly.contacts is None else assembly.contacts
+    pairs = [(_index(shown, row.get("a"), index), _index(shown, row.get("b"), index)) for row in rows]
+    polygons = [points(row.get("polygon"), f"{shown}: forces[{k}].polygon") for k, row in enumerate(rows)]
+    listed = Contacts.of(pairs, polygons)
+    known = assembly.contacts
+    assumed = mapping(data.get("assumed") or {}, f"{shown}: assumed").get("mu")
+    if known is not None and np.array_equal(known.a, listed.a) and np.array_equal(known.b, listed.b):
+        listed = replace(listed, mu=known.mu)
+    return listed if assumed is None else listed.with_mu(number(assumed, f"{shown}: assumed.mu"))
+
+
+def _stacked(shown: str, rows: list[Any], key: str) -> Floats | None:
+    """(P, 3) of all rows; None where one has none."""
+    if not rows or any(row.get(key) is None for row in rows):
+        return None
+    parts = [points(row[key], f"{shown}: forces[{k}].{key}") for k, row in enumerate(rows)]
+    for k, (part, row) in enumerate(zip(parts, rows, strict=True)):
+        if len(part) != len(row["polygon"]):
+            raise InputError(f"{shown}: forces[{k}] has {len(part)} forces for {len(row['polygon'])} points")
+    return np.concatenate(parts)
+
+
+def _frames(shown: str, rows: list[Any]) -> Floats | None:
+    if not rows or any(row.get("frame") is None for row in rows):
+        return None
+    return np.stack([points(row["frame"], f"{shown}: forces[{k}].frame") for k, row in enumerate(rows)])
+
+
+def _utilisation(shown: str, rows: list[Any]) -> Floats | None:
+    if not rows or all(row.get("utilisation") is None for row in rows):
+        return None
+    values = [row.get("utilisation") for row in rows]
+    return np.array(
+        [np.nan if v is None else number(v, f"{shown}: forces[{k}].utilisation") for k, v in enumerate(values)]
+    )
+
+
+def _motion(shown: str, name: str, value: Any, index: Mapping[str, int]) -> Floats | None:
+    if value is None:
+        return None
+    rows = np.zeros((len(index), 6))
+    for block, motion in mapping(value, f"{shown}: {name}").items():
+        where = f"{shown}: {name}.{one_line(block, 40)}"
+        if len(array(motion, where)) != 6:
+            raise InputError(f"{where} must be six numbers, found {len(motion)}")
+        rows[_index(shown, block, index)] = [number(x, where) for x in motion]
+    return rows
+
+
+def _fixed(
+    source: _Model, motion: Mapping[str, Floats | None], index: Mapping[str, int], data: dict[str, Any]
+) -> Bools:
+    """Supports: from the certificate, from the blocks that move, or by the model's own rule."""
+    if source.fixed is not None:
+        return source.fixed
+    for name in ("mechanism", "displacement"):
+        if motion[name] is not None:
+            free = set(data[name])
+            return np.array([block not in free for block in index], bool)
+    if source.file:
+        return supports(source.assembly)[0]
+    free = data.get("free")  # how many; which ones, nobody sees where nothing is drawn
+    return np.arange(len(index)) >= (free if isinstance(free, int) else len(index))
+
+
+def _residuals(shown: str, data: dict[str, Any]) -> dict[str, float]:
+    rows = mapping(data.get("residuals") or {}, f"{shown}: residuals")
+    return {
+        name: np.nan if value is None else number(value, f"{shown}: residuals.{name}") for name, value in rows.items()
+    }

@@ -1,0 +1,386 @@
+"""Rhino 3DM, with the extra `rhino` (rhino3dm): stones as meshes, contacts, loads and forces as curves.
+
+Meshes hold double precision, triangles and quads as they are, other polygons as fans of triangles with a record beside
+them (see `io.carried`). What the model says stands in user text under its own name; the user text `cyclopean` says what
+an object is. Stones lie on layers by their group, below `Stones`. The file is in metres; one in another unit is
+converted. Rhino's own solids (Breps, extrusions, SubDs) have curved faces and are not read.
+"""
+
+import importlib
+import json
+import tempfile
+import uuid
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats
+from cyclopean.assembly import Assembly
+from cyclopean.errors import InputError
+from cyclopean.io.archives import refuse_damaged
+from cyclopean.io.bodies import Body, assembly_of, welded
+from cyclopean.io.carried import (
+    TOLD,
+    carried,
+    fan,
+    model_rest,
+    polygons,
+    rebuilt,
+    shown,
+    told,
+    understood,
+    written_fields,
+)
+from cyclopean.io.fields import Faces, array, label, parsed
+from cyclopean.io.findings import Findings
+from cyclopean.io.palette import stone_colours
+from cyclopean.io.units import check_units, metres
+
+__all__ = ["read_rhino", "rhino_bytes"]
+
+KIND = "cyclopean"  # user text: stone, contact, load or force
+STONES, CONTACTS, LOADS, FORCES = "Stones", "Contacts", "Loads", "Forces"
+VERSION = 7  # of the archive: Rhino 7 and newer open it
+LONGEST = 0.4  # length of the longest force that is drawn, in mean sizes of a stone
+_NAMESPACE = uuid.UUID("5d0c1c7e-7a5e-4f0b-9f2e-6a1d6c7f3b11")  # ours: object ids that stay the same
+_UNITS = {"Meters": "m", "Centimeters": "cm", "Millimeters": "mm", "Inches": "in", "Feet": "ft"}
+_UNSAID = {"None", "Unset", "CustomUnits"}
+_SOLIDS = {"Brep": "polysurfaces", "Extrusion": "extrusions", "SubD": "SubDs", "Surface": "surfaces"}
+
+
+def _library(where: str = "") -> Any:
+    try:
+        return importlib.import_module("rhino3dm")
+    except ImportError:
+        raise InputError(f"{where}3DM files need rhino3dm: pip install 'cyclopean[rhino]'") from None
+
+
+def rhino_bytes(assembly: Assembly, findings: Findings) -> bytes:
+    """Return the assembly as a 3DM archive, with what was found out about it.
+
+    Raises
+    ------
+    InputError
+        rhino3dm is not installed, or refuses to write.
+    """
+    writer = _Writer(_library(), assembly)
+    rest, rows, contacts = carried(assembly)
+    writer.stones(rows, told(assembly, findings), stone_colours(assembly, findings))
+    writer.contacts(contacts, findings)
+    loads = rest.pop("loads", [])
+    drawn = [row for row in loads if "force" in row and "point" in row]
+    writer.loads(drawn)
+    if len(drawn) < len(loads):
+        rest["loads"] = [row for row in loads if "force" not in row or "point" not in row]
+    writer.forces(contacts, findings)
+    writer.file.Strings[KIND] = json.dumps(rest | {"findings": dict(findings.model)}, ensure_ascii=False)
+    with tempfile.TemporaryDirectory() as folder:  # the library writes to paths only
+        place = Path(folder) / "model.3dm"
+        if not writer.file.Write(str(place), VERSION):
+            raise InputError("rhino3dm could not write the 3DM archive")
+        return place.read_bytes()
+
+
+class _Writer:
+    """A Rhino file that grows."""
+
+    def __init__(self, rhino: Any, assembly: Assembly) -> None:
+        self.rhino = rhino
+        self.assembly = assembly
+        self.file = rhino.File3dm()
+        self.file.Settings.ModelUnitSystem = rhino.UnitSystem.Meters
+        self.file.Settings.PageUnitSystem = rhino.UnitSystem.Millimeters
+        self.file.Settings.ModelAbsoluteTolerance = 1e-6
+        self.file.ApplicationName = "cyclopean"
+        self.layers: dict[str | None, int] = {}
+        self.top = self._layer(STONES, (150, 145, 135))
+        self.layers[None] = self.top
+
+    def _layer(self, name: str, colour: tuple[int, int, int], parent: int | None = None) -> int:
+        layer = self.rhino.Layer()
+        layer.Name = name
+        layer.Color = (*colour, 255)
+        if parent is not None:
+            layer.ParentLayerId = self.file.Layers[parent].Id
+        return int(self.file.Layers.Add(layer))
+
+    def _attributes(self, kind: str, number: int, layer: int, row: Mapping[str, Any]) -> Any:
+        attributes = self.rhino.ObjectAttributes()
+        attributes.Id = uuid.uuid5(_NAMESPACE, f"{self.assembly.name}/{kind}/{number}")
+        attributes.LayerIndex = layer
+        attributes.SetUserString(KIND, kind)
+        for key, value in row.items():
+            if value is not None:
+                attributes.SetUserString(key, shown(key, value))
+        return attributes
+
+    def stones(
+        self, rows: list[dict[str, Any]], said: list[dict[str, Any]], colours: list[tuple[float, float, float]]
+    ) -> None:
+        """One mesh a block."""
+        for k, block in enumerate(self.assembly.blocks):
+            colour = tuple(round(255 * x) for x in colours[k])
+            if block.group not in self.layers:
+                self.layers[block.group] = self._layer(_layer_name(block.group or ""), (150, 145, 135), self.top)
+            record = _record(block.faces)
+            row = {"id": block.id} | rows[k] | said[k] | record
+            attributes = self._attributes("stone", k, self.layers[block.group], row)
+            attributes.Name = block.id
+            attributes.ObjectColor = (*colour, 255)
+            attributes.ColorSource = self.rhino.ObjectColorSource.ColorFromObject
+            self.file.Objects.AddMesh(_mesh(self.rhino, block.vertices, block.faces), attributes)
+
+    def contacts(self, contacts: list[dict[str, Any]], findings: Findings) -> None:
+        """One closed polyline a contact."""
+        layer = self._layer(CONTACTS, (30, 90, 160))
+        for k, row in enumerate(contacts):
+            words = {key: value for key, value in row.items() if key != "polygon"}
+            if findings.contact:
+                state = findings.contact[k]
+                words |= {"N": float(state.local[:, 0].sum()), "utilisation": state.utilisation}
+            corners = [*row["polygon"], row["polygon"][0]]
+            attributes = self._attributes("contact", k, layer, words)
+            self.file.Objects.AddPolyline([self.rhino.Point3d(*p) for p in corners], attributes)
+
+    def loads(self, loads: list[dict[str, Any]]) -> None:
+        """One line a load, from the point where it acts along its force."""
+        if not loads:
+            return
+        layer = self._layer(LOADS, (200, 120, 20))
+        scale = self._scale([float(np.linalg.norm(row["force"])) for row in loads])
+        for k, row in enumerate(loads):
+            words = {key: value for key, value in row.items() if key != "point"}
+            self._line(row["point"], scale * np.array(row["force"]), self._attributes("load", k, layer, words))
+
+    def forces(self, contacts: list[dict[str, Any]], findings: Findings) -> None:
+        """One line for each corner that presses: the force on b, from the corner."""
+        if not findings.contact:
+            return
+        layer = self._layer(FORCES, (190, 50, 40))
+        scale = self._scale([float(np.linalg.norm(state.force, axis=1).max(initial=0.0)) for state in findings.contact])
+        number = 0
+        for row, state in zip(contacts, findings.contact, strict=True):
+            for point, local, force in zip(state.point, state.local, state.force, strict=True):
+                if not np.linalg.norm(force) > 0.0:
+                    continue
+                words = {"a": row["a"], "b": row["b"], "N": float(local[0]), "T": float(np.hypot(*local[1:]))}
+                attributes = self._attributes("force", number, layer, words | {"force": force.tolist()})
+                self._line(point.tolist(), scale * force, attributes)
+                number += 1
+
+    def _scale(self, sizes: list[float]) -> float:
+        """Metres a newton."""
+        boxes = [float(np.linalg.norm(np.ptp(block.vertices, axis=0))) for block in self.assembly.blocks]
+        largest = max(sizes, default=0.0)
+        return LONGEST * float(np.mean(boxes)) / largest if largest > 0.0 else 0.0
+
+    def _line(self, point: list[float], along: Floats, attributes: Any) -> None:
+        end = np.array(point) + along
+        if not np.linalg.norm(along) > 0.0:  # a line needs a length; its user text says the force
+            end[2] += 1e-3
+        self.file.Objects.AddLine(self.rhino.Point3d(*point), self.rhino.Point3d(*end.tolist()), attributes)
+
+
+def _record(faces: Faces) -> dict[str, str]:
+    """Polygons that Rhino's meshes cannot hold, as JSON text."""
+    plain = all(len(face) <= 4 for face in faces)
+    return {} if plain else {"faces": json.dumps(faces, separators=(",", ":"))}
+
+
+def _mesh(rhino: Any, vertices: Floats, faces: Faces) -> Any:
+    mesh = rhino.Mesh()
+    for x, y, z in vertices.tolist():
+        mesh.Vertices.Add(x, y, z)
+    for k, (x, y, z) in enumerate(vertices.tolist()):  # the call above rounds to single precision
+        mesh.Vertices.SetPoint3dAt(k, rhino.Point3d(x, y, z))
+    for face in faces:
+        for drawn in [face] if len(face) == 4 else fan(face):
+            mesh.Faces.AddFace(*drawn)
+    return mesh
+
+
+def _layer_name(group: str) -> str:
+    """Rhino joins the names of nested layers with two colons, trims blanks and wants no bracket to begin with."""
+    name = group.replace("::", ": :").strip()
+    return name if name[:1].isalnum() else f"group {name}".strip()
+
+
+def _same_layer(name: str, group: str) -> bool:
+    def plain(text: str) -> str:
+        return "".join(c for c in text.casefold() if c.isalnum())
+
+    return plain(name) == plain(_layer_name(group))
+
+
+@dataclass(slots=True)
+class _Found:
+    """What a Rhino file holds that can be read, and a count of what cannot."""
+
+    stones: list[tuple[Body, dict[str, str]]] = field(default_factory=list)
+    contacts: list[dict[str, Any]] = field(default_factory=list)
+    loads: list[dict[str, Any]] = field(default_factory=list)
+    solids: Counter[str] = field(default_factory=Counter)  # by what they are
+    layers: dict[str, None] = field(default_factory=dict)  # that the solids lie on
+    instances: int = 0
+    ours: bool = False
+
+
+def read_rhino(path: str, stem: str, data: bytes, units: str | None) -> tuple[Assembly, tuple[str, ...]]:
+    """Read one block for each mesh, in metres; of a file that we wrote, contacts, loads and all the rest.
+
+    Raises
+    ------
+    InputError
+        It is damaged, holds no mesh, is in a unit that is not known, or says something that a model file may not say.
+    """
+    rhino = _library(f"{path}: ")
+    refuse_damaged(path, data)
+    try:
+        file = rhino.File3dm.FromByteArray(data)
+        if file is None:
+            raise InputError(f"{path}: is a damaged 3DM file, or is cut off; save it again in Rhino")
+        unit, warnings = _unit(path, str(file.Settings.ModelUnitSystem).rpartition(".")[2], units)
+        found = _found(file, unit)
+        rest = file.Strings[KIND]
+    except (RuntimeError, ValueError, TypeError, IndexError) as error:
+        raise InputError(f"{path}: is a damaged 3DM file ({type(error).__name__}); save it again in Rhino") from None
+    if not found.stones:
+        raise InputError(f"{path}: {_no_meshes(found)}")
+    warnings += _passed_over(path, found)
+    carries = model_rest(path, parsed(path, rest)) if rest else {}
+    rows = _rows(path, found)
+    if rows is not None:
+        loads = found.loads + array(carries.get("loads") or [], f"{path}: loads")
+        assembly, more = rebuilt(path, stem, carries | {"loads": loads}, rows, found.contacts)
+        return assembly, (*warnings, *more)
+    assembly, made = assembly_of(path, stem, [_named(path, body, text) for body, text in found.stones], "m")
+    if found.contacts or found.loads:
+        warnings.append(f"{path}: some meshes have no id of their own; contacts and loads in it are left out")
+    return assembly, (*warnings, *made)
+
+
+def _unit(path: str, said: str, units: str | None) -> tuple[str, list[str]]:
+    """Unit of length of the file."""
+    if units is not None:
+        check_units(units, "--units")
+    if said in _UNITS:
+        if units not in (None, _UNITS[said]):
+            raise InputError(f"{path}: says that its units are {_UNITS[said]}; leave out --units {units}")
+        return _UNITS[said], []
+    if said not in _UNSAID:
+        raise InputError(f"{path}: its unit is {said}; set it to metres, centimetres, millimetres, inches or feet")
+    return units or "m", [] if units else [f"{path}: does not say its units; metres assumed (--units)"]
+
+
+def _no_meshes(found: _Found) -> str:
+    kinds = [f"{count} {kind}" for kind, count in found.solids.items()]
+    if kinds:
+        layers = ", ".join(label(name) for name in list(found.layers)[:4]) + (" ..." if len(found.layers) > 4 else "")
+        return (
+            f"holds no meshes, but {' and '.join(kinds)} on layers {layers}; select them in Rhino, run the command Mesh"
+            " (in scripts _-Mesh), and save the meshes"
+        )
+    if found.instances:
+        return f"holds no meshes, but {found.instances} block instances; run ExplodeBlock in Rhino and save again"
+    return "holds no meshes; a model needs at least one closed mesh"
+
+
+def _passed_over(path: str, found: _Found) -> list[str]:
+    kinds = [f"{count} {kind}" for kind, count in found.solids.items()]
+    kinds += [f"{found.instances} block instances"] if found.instances else []
+    return [f"{path}: {' and '.join(kinds)} are passed over; only meshes are read"] if kinds else []
+
+
+def _found(file: Any, unit: str) -> _Found:
+    """Go through the objects of a file; lengths become metres."""
+    names = {layer.Index: (layer.Name, layer.FullPath) for layer in file.Layers}
+    found = _Found()
+    for item in file.Objects:
+        attributes, geometry = item.Attributes, item.Geometry
+        if attributes is None or geometry is None or attributes.IsInstanceDefinitionObject:
+            continue
+        name, full = names.get(attributes.LayerIndex, ("", ""))
+        text = {key: value for key, value in attributes.GetUserStrings()}
+        kind = str(geometry.ObjectType).rpartition(".")[2]
+        found.ours |= text.get(KIND) in ("stone", "contact", "load")
+        if kind == "Mesh":
+            vertices, faces = _shape(geometry)
+            whole = bool(attributes.Name or text.get("id"))
+            body = Body(attributes.Name or None, metres(vertices, unit), faces, whole)
+            found.stones.append((body, text | {"layer": name, "path": full}))
+        elif kind in _SOLIDS:
+            found.solids[_SOLIDS[kind]] += 1
+            found.layers[full or name] = None
+        elif kind == "InstanceReference":
+            found.instances += 1
+        elif kind == "Curve" and text.get(KIND) == "contact":
+            found.contacts.append(_words(text) | {"polygon": metres(_corners(geometry), unit).tolist()})
+        elif kind == "Curve" and text.get(KIND) == "load":
+            start = geometry.PointAtStart
+            point = metres(np.array([start.X, start.Y, start.Z]), unit)
+            found.loads.append(_words(text) | {"point": point.tolist()})
+    return found
+
+
+def _words(text: Mapping[str, str]) -> dict[str, Any]:
+    """What user text says, but for results."""
+    passed = TOLD | {KIND, "layer", "path", "faces"}
+    return {key: understood(key, value) for key, value in text.items() if key not in passed}
+
+
+def _corners(curve: Any) -> Floats:
+    """(m, 3) corners of a closed polyline, the last that closes it left out."""
+    polyline = curve.TryGetPolyline()
+    count = 0 if polyline is None else len(polyline)
+    corners = [(p.X, p.Y, p.Z) for p in (polyline[k] for k in range(count))]
+    return np.array(corners[:-1] if count > 1 and corners[0] == corners[-1] else corners).reshape(-1, 3)
+
+
+def _shape(mesh: Any) -> tuple[Floats, list[tuple[int, ...]]]:
+    at = mesh.Vertices.Point3dAt
+    vertices = np.array([(p.X, p.Y, p.Z) for p in map(at, range(len(mesh.Vertices)))], np.float64).reshape(-1, 3)
+    faces = [tuple(mesh.Faces[k]) for k in range(mesh.Faces.Count)]
+    return vertices, [face[:3] if face[2] == face[3] else face for face in faces]
+
+
+def _group(text: Mapping[str, str]) -> str | None:
+    """Group of a stone: its user text while it lies on the layer of that name, else the layer."""
+    layer, said = text["layer"], text.get("group")
+    group = None if said is None else str(understood("group", said))
+    if text.get(KIND) != "stone":
+        return group or (layer if layer not in ("", "Default") else None)
+    if group is not None and _same_layer(layer, group):
+        return group
+    return None if layer == STONES else layer
+
+
+def _rows(path: str, found: _Found) -> list[dict[str, Any]] | None:
+    """Rows of the model document for meshes that all have an id of their own, as in a file of ours; else None."""
+    ids = [text.get("id") for _, text in found.stones]
+    if not found.ours or None in ids or len(set(ids)) < len(ids):
+        return None
+    return [_row(path, body, text) for body, text in found.stones]
+
+
+def _row(path: str, body: Body, text: Mapping[str, str]) -> dict[str, Any]:
+    record = text.get("faces")
+    faces = polygons(record, body.faces) if record else None
+    if faces is None:  # the mesh may have been made anew, along its edges unjoined
+        body = welded(f"{path}: block {label(text['id'])}", body)
+        faces = tuple(body.faces)
+    row = _words(text) | {"vertices": body.vertices.tolist(), "faces": [list(face) for face in faces]}
+    row.pop("group", None)
+    group = _group(text)
+    return row if group is None else row | {"group": group}
+
+
+def _named(path: str, body: Body, text: Mapping[str, str]) -> Body:
+    """Return a body with what its user text and its layer say of the block."""
+    name = str(understood("id", text["id"])) if text.get("id") else body.name
+    row = {key: understood(key, text[key]) for key in ("density", "fixed") if key in text}
+    fields = written_fields(f"{path}: {label(name or 'a mesh without a name')}", row | {"group": _group(text)})
+    return Body(name, body.vertices, body.faces, body.whole, fields)

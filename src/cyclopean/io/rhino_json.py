@@ -1,0 +1,266 @@
+"""Geometry as JSON between Rhino and other programs, as Rhino.Compute, Hops and rhino3dm write it; metres inside.
+
+Meshes and curves are an openNURBS archive in base64, {"version", "archive3dm", "opennurbs", "data"}; points, vectors
+and planes are plain numbers: {"X", "Y", "Z"}, and {"Origin", "XAxis", "YAxis"}. A transform, {"M00" .. "M33"}, is read
+where a plane is wanted, if it is rigid. Lengths are in the units of Rhino's document, which the request names.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats, Ints
+from cyclopean.errors import InputError
+from cyclopean.geometry import newell_normals
+from cyclopean.geometry.mesh_repair import ears_of
+from cyclopean.io.bodies import Body
+from cyclopean.io.fields import REACH
+from cyclopean.io.files import one_line
+
+__all__ = [
+    "RHINO_UNITS",
+    "Pose",
+    "Units",
+    "mesh_body",
+    "mesh_json",
+    "mesh_triangles",
+    "plane_json",
+    "plane_of",
+    "point_json",
+    "point_of",
+    "polyline_json",
+    "units_of",
+    "vector_json",
+    "vector_of",
+]
+
+Units = tuple[int, int]  # metres = value * first / second: whole numbers, so that 300 mm is 0.3 m to the last digit
+Pose = tuple[Floats, Floats]  # (3, 3) rotation and (3,) shift, m: from a stone's frame to the world
+
+RHINO_UNITS: dict[str, Units] = {
+    "millimeters": (1, 1000), "centimeters": (1, 100), "decimeters": (1, 10), "meters": (1, 1), "dekameters": (10, 1),
+    "hectometers": (100, 1), "kilometers": (1000, 1), "microns": (1, 1_000_000), "inches": (127, 5000),
+    "feet": (381, 1250), "yards": (1143, 1250), "miles": (201_168, 125),
+}  # fmt: skip
+UNSAID = ("", "none", "unset")  # a document without units
+STRAIGHT = 1e-6  # departure from a rotation: Rhino's own tolerance for axes
+
+
+def units_of(name: str) -> Units | None:
+    """Unit of length by the name of Rhino's `UnitSystem`; None where the document has none.
+
+    Raises
+    ------
+    InputError
+        Another unit: nobody builds in parsecs.
+
+    Examples
+    --------
+    >>> units_of("Millimeters"), units_of("None")
+    ((1, 1000), None)
+    """
+    key = name.strip().lower()
+    if key in UNSAID:
+        return None
+    if key not in RHINO_UNITS:
+        raise InputError(
+            f"modelunits: '{one_line(name, 30)}' cannot be used; set the document to metres or millimetres"
+        )
+    return RHINO_UNITS[key]
+
+
+def mesh_body(where: str, data: object, units: Units) -> Body:
+    """Read a mesh; quads stay quads.
+
+    Parameters
+    ----------
+    where : str
+        What a refusal calls the mesh.
+    data : object
+        The parsed JSON.
+    units : Units
+        Of the document.
+
+    Returns
+    -------
+    Body
+        Vertices in m, not named, one block.
+
+    Raises
+    ------
+    InputError
+        It is no mesh, or the archive is cut off.
+    """
+    import rhino3dm
+
+    library: Any = rhino3dm  # its stubs leave out half of it
+    archive = _archive(where, data)
+    try:
+        mesh = library.CommonObject.Decode(archive)
+    except (KeyError, TypeError, ValueError, RuntimeError):
+        mesh = None
+    if not isinstance(mesh, library.Mesh):
+        what = "cannot be read; is it cut off?" if mesh is None else f"is a {type(mesh).__name__}, not a mesh"
+        raise InputError(f"{where}: {what}")
+    corner = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
+    faces = [_ring(mesh.Faces[k]) for k in range(len(mesh.Faces))]
+    if not faces:
+        raise InputError(f"{where}: has no faces; a stone is a closed mesh")
+    return Body(None, _metres(where, corner, units), faces)
+
+
+def _archive(where: str, data: object) -> dict[str, str | int]:
+    """The four entries as openNURBS reads them; whole numbers may come as text."""
+    keys = ("version", "archive3dm", "opennurbs")
+    if not isinstance(data, Mapping) or not isinstance(data.get("data"), str) or not data["data"]:
+        raise InputError(f"{where}: is no Rhino geometry: expected an object with {', '.join(keys)} and data")
+    said = [str(data.get(key)) for key in keys]
+    if not all(word.removeprefix("-").isdecimal() and word.isascii() and len(word) < 12 for word in said):
+        raise InputError(f"{where}: is no Rhino geometry: {', '.join(keys)} are whole numbers")
+    numbers = [int(word) for word in said]
+    if not all(-(2**31) <= number < 2**31 for number in numbers):
+        raise InputError(f"{where}: is no Rhino geometry: one of {', '.join(keys)} is too large")
+    return {**dict(zip(keys, numbers, strict=True)), "data": data["data"]}
+
+
+def _ring(face: Sequence[int]) -> tuple[int, ...]:
+    """Corners of a face of Rhino's, in which a triangle has its third corner twice."""
+    a, b, c, d = (int(i) for i in face)
+    return (a, b, c) if c == d else (a, b, c, d)
+
+
+def _metres(where: str, values: Floats, units: Units) -> Floats:
+    times, over = units
+    found = values if times == over else values * times / over
+    if not (np.abs(found) <= REACH).all():
+        raise InputError(f"{where}: a coordinate is not a finite number below 1e12 m; check the units")
+    return found
+
+
+def _lengths(values: Floats, units: Units) -> Floats:
+    """From metres to the units of the document."""
+    times, over = units
+    return values if times == over else values * over / times
+
+
+def mesh_json(vertices: Floats, faces: Sequence[Sequence[int]], units: Units) -> dict[str, str | int]:
+    """Write a mesh in double precision; faces of more than four corners, and quads that are not convex, as triangles.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float
+        m.
+    faces : sequence of sequence of int
+        Corners counter-clockwise from outside.
+    units : Units
+        Of the document.
+    """
+    import rhino3dm
+
+    library: Any = rhino3dm
+    mesh = library.Mesh()
+    mesh.Vertices.UseDoublePrecisionVertices = True
+    for x, y, z in _lengths(np.asarray(vertices, float), units).tolist():
+        mesh.Vertices.AddPoint3d(x, y, z)
+    for face in faces:
+        for ring in _rings(vertices, face):
+            mesh.Faces.AddFace(*ring)
+    return dict(mesh.Encode())
+
+
+def _rings(vertices: Floats, face: Sequence[int]) -> list[tuple[int, ...]]:
+    """One face as faces that Rhino's meshes can hold."""
+    if len(face) == 3:
+        return [tuple(face)]
+    point = vertices[list(face)]
+    turn = np.cross(point - np.roll(point, 1, axis=0), np.roll(point, -1, axis=0) - point)
+    convex = bool((turn @ newell_normals(point, np.array([0, len(point)]))[0] >= 0.0).all())
+    if convex and len(face) == 4:
+        return [tuple(face)]
+    ears = None if convex else ears_of(point)
+    if ears is None:
+        return [(face[0], face[k], face[k + 1]) for k in range(1, len(face) - 1)]
+    return [(face[a], face[b], face[c]) for a, b, c in ears.tolist()]
+
+
+def mesh_triangles(body: Body) -> Ints:
+    """Triangles (t, 3) of a mesh, counter-clockwise where its faces are."""
+    rings = (ring for face in body.faces for ring in _rings(body.vertices, face))
+    return np.array([t for r in rings for t in ([r] if len(r) == 3 else [r[:3], (r[0], *r[2:])])], np.int64)
+
+
+def polyline_json(points: Floats, units: Units, *, closed: bool = True) -> dict[str, str | int]:
+    """Write a polyline through points (n, 3) in m; `closed` joins the last one to the first."""
+    from rhino3dm import Point3d, Polyline
+
+    ring = [Point3d(x, y, z) for x, y, z in _lengths(np.asarray(points, float), units).tolist()]
+    line = Polyline.CreateFromPoints([*ring, ring[0]] if closed else ring)
+    return dict(line.ToPolylineCurve().Encode())
+
+
+def point_of(where: str, data: object, units: Units) -> Floats:
+    """Read a point (3,), in m; errors as `vector_of`."""
+    return _metres(where, vector_of(where, data), units)
+
+
+def vector_of(where: str, data: object) -> Floats:
+    """Read a vector (3,), which has no units.
+
+    Raises
+    ------
+    InputError
+        Not X, Y and Z, all finite.
+    """
+    values = [data.get(key) for key in "XYZ"] if isinstance(data, Mapping) else []
+    if len(values) != 3 or not all(_finite(value) for value in values):
+        raise InputError(f"{where}: expected X, Y and Z, three finite numbers")
+    return np.array(values, np.float64)
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+
+
+def plane_of(where: str, data: object, units: Units) -> Pose:
+    """Read a plane, or a rigid transform, as what carries a body from the world's axes there.
+
+    Raises
+    ------
+    InputError
+        Axes that are not of length one and square to each other, or a transform that scales, shears or mirrors.
+    """
+    if isinstance(data, Mapping) and "M00" in data:
+        rows = [[data.get(f"M{i}{k}") for k in range(4)] for i in range(4)]
+        if not all(_finite(value) for row in rows for value in row):
+            raise InputError(f"{where}: expected M00 .. M33, sixteen finite numbers")
+        matrix = np.array(rows, np.float64)
+        turn, shift = matrix[:3, :3], matrix[:3, 3]
+    elif isinstance(data, Mapping):
+        x, y = (vector_of(f"{where} {key}", data.get(key)) for key in ("XAxis", "YAxis"))
+        turn = np.stack([x, y, np.cross(x, y)], axis=1)
+        shift = vector_of(f"{where} Origin", data.get("Origin"))
+    else:
+        raise InputError(f"{where}: expected a plane")
+    if not (np.abs(turn @ turn.T - np.eye(3)).max() <= STRAIGHT and np.linalg.det(turn) > 0.0):
+        raise InputError(f"{where}: its axes are not of length one and square to each other: a stone keeps its shape")
+    left, _, right = np.linalg.svd(turn)  # the nearest rotation: the digits of a document are not all there are
+    return left @ right, _metres(where, shift, units)
+
+
+def plane_json(pose: Pose, units: Units) -> dict[str, dict[str, float]]:
+    """Write the plane to which a pose carries the world's xy plane: what Grasshopper's Orient takes as target."""
+    turn, shift = pose
+    axes = {f"{name}Axis": vector_json(turn[:, k]) for k, name in enumerate("XYZ")}
+    return {"Origin": point_json(shift, units), **axes}
+
+
+def point_json(point: Floats, units: Units) -> dict[str, float]:
+    """Write a point (3,) in m."""
+    return vector_json(_lengths(np.asarray(point, float), units))
+
+
+def vector_json(vector: Floats) -> dict[str, float]:
+    """Write a vector (3,) as it is."""
+    x, y, z = (float(value) + 0.0 for value in vector)  # no minus before a zero
+    return {"X": x, "Y": y, "Z": z}

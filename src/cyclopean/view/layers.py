@@ -1,0 +1,137 @@
+"""What every 3D scene is made with: a server, light, a camera, lines, dots and arrows."""
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats
+from cyclopean.view.colours import rgb
+from cyclopean.view.drawing import Picture
+from cyclopean.view.elevation import View
+
+__all__ = ["SPAN", "arrows", "camera", "dots", "fit", "gravity_arrow", "light", "linear", "lines", "server", "silent"]
+
+SPAN = 4.0  # the model is drawn this large, whatever its size, so that clipping planes and lights suit it
+FIELD = np.radians(32.0)  # vertical field of view
+ASPECT = 1.5  # width over height for which the model is framed; the page's style sheet has the same
+
+
+@contextmanager
+def server(host: str = "127.0.0.1", port: int = 0) -> Iterator[Any]:
+    """A viser server while the block lasts; port 0 = one that is free."""
+    import viser
+
+    running = viser.ViserServer(host=host, port=port, verbose=False)
+    try:
+        yield running
+    finally:
+        running.stop()
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Keep viser from printing through rich's global console, and its server from logging; stdout is not touched."""
+    import rich
+
+    console, log = rich.get_console(), logging.getLogger("websockets")
+    before, level = console.quiet, log.level
+    console.quiet = True
+    log.setLevel(logging.CRITICAL + 1)  # a visitor who leaves half-way is no news
+    try:
+        yield
+    finally:
+        console.quiet = before
+        log.setLevel(level)
+
+
+def fit(drawn: Picture) -> tuple[Floats, float]:
+    """Middle of the model and the factor that makes it SPAN long."""
+    vertex = drawn.mesh.vertex
+    if not len(vertex):
+        return np.zeros(3), 1.0
+    low, high = vertex.min(axis=0), vertex.max(axis=0)
+    return (low + high) / 2.0, SPAN / max(float(np.linalg.norm(high - low)), 1e-300)
+
+
+def light(scene: Any) -> None:
+    """Even light from all sides with a little direction: colours must stay close to those of the legend."""
+    scene.set_up_direction("+z")
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_ambient("/light/all round", intensity=2.7)
+    scene.add_light_directional("/light/sun", intensity=1.5, position=(-3.0, -6.0, 8.0))
+
+
+def lines(scene: Any, name: str, segment: Any, colour: str, pixels: float, shown: bool = True) -> Any:
+    """Line segments (e, 2, 3), so many pixels wide; None where there are none."""
+    if not len(segment):
+        return None
+    return scene.add_line_segments(
+        name, segment, rgb(colour), thickness=pixels, thickness_units="screen", visible=shown
+    )
+
+
+def dots(scene: Any, name: str, point: Any, colour: str, size: float) -> Any:
+    """Points (k, 3) as discs that face the viewer; None where there are none."""
+    if not len(point):
+        return None
+    return scene.add_point_cloud(
+        name, point, rgb(colour), point_size=size, point_shape="circle", point_shading="flat", precision="float32"
+    )
+
+
+def arrows(scene: Any, name: str, arrow: Any, colour: str, radius: float, slim: float = 0.05) -> Any:
+    """Arrows (m, 2, 3), or None where there are none.
+
+    A short one gets no longer head than itself, so thickness follows the median length by `slim`.
+    """
+    if not len(arrow):
+        return None
+    length = float(np.median(np.linalg.norm(arrow[:, 1] - arrow[:, 0], axis=1)))
+    shaft = min(radius, slim * length)
+    return scene.add_arrows(
+        name, arrow, linear(colour), shaft_radius=shaft, head_radius=2.6 * shaft, head_length=min(7.0 * shaft, length)
+    )
+
+
+def linear(colour: str) -> tuple[int, int, int]:
+    """What viser must be told so that arrows, whose colours it takes for linear light, come out in this sRGB colour."""
+    part = np.array(rgb(colour)) / 255.0
+    light = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
+    red, green, blue = np.rint(255.0 * light).astype(int).tolist()
+    return red, green, blue
+
+
+def gravity_arrow(drawn: Picture, view: View, place: Any) -> Any:
+    """One arrow beside the model, along gravity."""
+    size = float(np.linalg.norm(drawn.gravity))
+    if not (size > 0.0) or not len(drawn.mesh.vertex):
+        return np.zeros((0, 2, 3), np.float32)
+    vertex = place(drawn.mesh.vertex)
+    along, depth, height = vertex @ view.right, vertex @ view.into, vertex[:, 2]
+    half = 0.065 * SPAN * drawn.gravity / size
+    middle = (float(along.max()) + 0.07 * SPAN) * view.right + float(depth.min()) * view.into
+    middle = middle + np.array([0.0, 0.0, (float(height.min()) + float(height.max())) / 2.0])
+    return np.stack([middle - half, middle + half])[None].astype(np.float32)
+
+
+def camera(camera: Any, view: View, shown: Any, aspect: float = ASPECT) -> None:
+    """Frame what is shown, from the front, a little from the right and from above."""
+    towards = 0.36 * view.right - view.into + np.array([0.0, 0.0, 0.30])
+    towards /= np.linalg.norm(towards)
+    right = np.cross([0.0, 0.0, 1.0], towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right)
+    across, above = shown @ right, shown @ up
+    target = (across.max() + across.min()) / 2.0 * right + (above.max() + above.min()) / 2.0 * up
+    slope = np.tan(FIELD / 2.0)
+    local = shown - target
+    reach = np.maximum(np.abs(local @ right) / (slope * aspect), np.abs(local @ up) / slope)
+    distance = 1.06 * float(np.max(reach + local @ towards, initial=0.5))
+    camera.position = tuple((target + distance * towards).tolist())
+    camera.look_at = tuple(target.tolist())
+    camera.up = (0.0, 0.0, 1.0)
+    camera.fov = float(FIELD)

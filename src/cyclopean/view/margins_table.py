@@ -1,0 +1,59 @@
+"""What a model has to spare, for the page and for the terminal."""
+
+from html import escape
+
+from cyclopean.analysis import Margins, Result
+from cyclopean.analysis.reserves import Bracket
+from cyclopean.view.figures import number
+from cyclopean.view.markup import section
+
+__all__ = ["margin_rows", "margins_section"]
+
+_LEAD = (
+    "By rigid-block equilibrium, the others unchanged: how far each may go before no forces keep balance any more. Both"
+    " sides of each are proved by certificates. Where stones slide without opening, or by coupled analysis, less may be"
+    " left."
+)
+
+
+def margin_rows(found: Margins, result: Result) -> list[tuple[str, str, str]]:
+    """What, how much, and which joint governs; in words."""
+    rows = []
+    mu = result.contacts.mu
+    if found.friction is not None:
+        if found.friction.falls is None:
+            much = "needs none"
+        else:
+            one = len(mu) > 0 and float(mu.min()) == float(mu.max())
+            value = f"μ {number(found.friction.stands * float(mu[0]))}, " if one else ""
+            much = f"{value}{100 * found.friction.stands:.1f} % of what there is"
+        rows.append(("Least friction", much, _joint(found.friction, result)))
+    if found.joints is not None:
+        if found.joints.falls is None:
+            much = f"to less than {100 * found.joints.stands:g} % of their size"
+        else:
+            much = f"to {100 * found.joints.stands:.1f} % of their size: geometric safety {found.geometric_safety:.2f}"
+        rows.append(("Joints may shrink", much, _joint(found.joints, result)))
+    if found.tilt is not None:
+        much = f"{found.tilt.stands:.2f}° towards azimuth {found.azimuth:g}°, the worst of eight"
+        rows.append(("The ground may tilt by", much, _joint(found.tilt, result)))
+    return rows
+
+
+def margins_section(found: Margins, result: Result) -> str:
+    """The same as a part of the page."""
+    rows = "".join(
+        f"<tr><th>{escape(what)}</th><td>{escape(much)}</td><td>{escape(joint)}</td></tr>"
+        for what, much, joint in margin_rows(found, result)
+    )
+    head = '<tr><th scope="col"></th><th scope="col"></th><th scope="col">moves most when it falls</th></tr>'
+    content = f"<table><thead>{head}</thead><tbody>{rows}</tbody></table>" if rows else ""
+    return section("What it has to spare", content, _LEAD)
+
+
+def _joint(bracket: Bracket, result: Result) -> str:
+    k = bracket.governing
+    if k is None:
+        return ""
+    ids = [block.id for block in result.assembly.blocks]
+    return f"{ids[int(result.contacts.a[k])]} – {ids[int(result.contacts.b[k])]}"

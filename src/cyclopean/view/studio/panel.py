@@ -1,0 +1,437 @@
+"""The live page: sliders, the verdict, the chosen block, what is saved. Viser's own elements; no script of ours."""
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cyclopean.analysis import PosedModel, Settings, pose
+from cyclopean.analysis.live import Knobs
+from cyclopean.assembly import Assembly, length_tolerance, paired_friction
+from cyclopean.assembly.rearranging import Pose, arrange
+from cyclopean.errors import CyclopeanError, InputError
+from cyclopean.view.colours import ACCENT, SCALE
+from cyclopean.view.figures import number, resultants, unit_of
+from cyclopean.view.layers import server, silent
+from cyclopean.view.studio.desk import Desk, Snapshot, State
+from cyclopean.view.studio.prover import Reach
+from cyclopean.view.studio.saving import KINDS, save
+from cyclopean.view.studio.stage import LABELS, Look, Stage
+
+__all__ = ["Studio", "studio"]
+
+MU, TILT, PUSH, SCALES = 1.5, 60.0, 1.0, 4.0  # ends of the sliders
+GRAVITY = 9.80665  # m/s2, by which weights are told
+TURN = 1.6  # s that the mechanism takes there and back
+FRAMES = 12.0  # a second, of small models
+BUSY = 4e5  # triangles a second that are sent while a mechanism moves
+PATIENCE = 8.0  # s that a notice stays
+
+
+@dataclass(frozen=True, slots=True)
+class Studio:
+    """A page that is being served."""
+
+    address: str
+    desk: Desk
+
+
+@contextmanager
+def studio(
+    model: Assembly,
+    settings: Settings,
+    *,
+    folder: Path,
+    stem: str = "model",
+    host: str = "127.0.0.1",
+    port: int = 0,
+    warnings: tuple[str, ...] = (),
+) -> Iterator[Studio]:
+    """Serve the live page of a model while the block lasts.
+
+    Parameters
+    ----------
+    model : Assembly
+        The model.
+    settings : Settings
+        What was said about its analysis; gravity as said, before the sliders turn it.
+    folder : Path
+        Where the page saves files.
+    stem : str
+        What their names begin with.
+    host, port : str, int
+        Where to listen; port 0 = one that is free.
+    warnings : tuple of str
+        What reading the model had to say.
+
+    Raises
+    ------
+    InputError
+        Nothing that can be analysed: see `analysis.pose`.
+    """
+    posed = pose(model, replace(settings, tilt=None), {}, lambda _: None)
+    followed = replace(settings, combination="", factors=(), settle=())  # the posed model has its loads already
+    if posed.contacts.strength.any():
+        followed = replace(followed, method="rbe")
+        warnings = (*warnings, "joints of this model pull: only rigid-block equilibrium has that")
+    if posed.settled is not None:
+        warnings = (*warnings, "supports of this model settle: that is left out here; see the command check")
+    with silent(), server(host, port) as running:
+        running.request_share_url = lambda *_, **__: None  # nobody makes this page public from the page itself
+        page = _Page(running, posed, followed, folder, stem, (*warnings, *posed.warnings))
+        try:
+            shown = "127.0.0.1" if host in ("", "0.0.0.0") else host
+            yield Studio(f"http://{f'[{shown}]' if ':' in shown else shown}:{running.get_port()}", page.desk)
+        finally:
+            page.close()
+
+
+class _Page:
+    """Ties sliders, desk and stage together."""
+
+    def __init__(
+        self, running: Any, posed: PosedModel, settings: Settings, folder: Path, stem: str, warnings: tuple[str, ...]
+    ) -> None:
+        self._running, self._gui = running, running.gui
+        self._posed, self._settings, self._folder, self._stem = posed, settings, folder, stem
+        self._block: int | None = None
+        self._ended = threading.Event()
+        given = None if posed.assembly.contacts is None else posed.assembly.contacts.mu
+        self._says_mu = given is not None and bool(np.any(~np.isnan(given)))
+        own = np.full(len(posed.contacts), np.nan) if given is None else given
+        contacts, _ = paired_friction(posed.assembly, replace(posed.contacts, mu=own))
+        home = arrange(posed.assembly, contacts, posed.fixed, _tolerance(posed, settings))
+        tilt, azimuth = (0.0, 0.0) if settings.tilt is None else settings.tilt
+        knobs = Knobs(mu=_mu(settings), tilt=tilt, azimuth=azimuth)
+        self._stage = Stage(running, home, self._choose, self._drag)
+        self._build(knobs, settings, warnings)
+        self.desk = Desk(
+            State(home, knobs, settings.chosen_method()),
+            settings,
+            posed.gravity,
+            posed.assumed,
+            self._show,
+            self._refuse,
+            self._tell,
+        )
+        self._home = home
+        self._mover = threading.Thread(target=self._play, name="mechanism", daemon=True)
+        self._mover.start()
+
+    def close(self) -> None:
+        """Stop everything that runs."""
+        self._ended.set()
+        self.desk.close()
+        self._mover.join()
+
+    # ------------------------------------------------------------------ elements
+
+    def _build(self, knobs: Knobs, settings: Settings, warnings: tuple[str, ...]) -> None:
+        gui = self._gui
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.set_panel_label("cyclopean studio")
+        gui.main_panel.dock_right()
+        self._running.scene.world_axes.visible = False
+        self._verdict = gui.add_html(_verdict_html(None))
+        self._reach = gui.add_html(_reach_html(None))
+        self._knobs(gui, knobs, settings)
+        self._layers(gui)
+        self._chosen_block(gui)
+        self._saving(gui)
+        if warnings:
+            with gui.add_folder("Warnings", expand_by_default=False):
+                gui.add_html("".join(f"<p>{escape(line)}</p>" for line in warnings))
+
+    def _knobs(self, gui: Any, knobs: Knobs, settings: Settings) -> None:
+        with gui.add_folder("Ground and friction"):
+            top = max(MU, 2.0 * knobs.mu)
+            self._mu = gui.add_slider("Friction mu", 0.0, top, 0.01, min(knobs.mu, top), hint=_MU_HINT)
+            self._everywhere = gui.add_checkbox(
+                "also where the model gives mu",
+                False,
+                visible=self._says_mu,
+                hint="What the model says wins unless ticked.",
+            )
+            steep = max(TILT, abs(knobs.tilt))
+            self._tilt = gui.add_slider("Tilt, degrees", min(0.0, knobs.tilt), steep, 0.1, knobs.tilt)
+            self._azimuth = gui.add_slider("Tilt towards, degrees", -180.0, 180.0, 1.0, _within(knobs.azimuth))
+            self._push_x = gui.add_slider("Push along x", -PUSH, PUSH, 0.005, 0.0, hint=_PUSH_HINT)
+            self._push_y = gui.add_slider("Push along y", -PUSH, PUSH, 0.005, 0.0, hint=_PUSH_HINT)
+            pulls = bool(self._posed.contacts.strength.any())
+            methods = ("rbe",) if pulls else ("cra", "rbe")
+            self._method = gui.add_dropdown("Method", methods, initial_value=settings.chosen_method())
+            level = gui.add_button("Level, no push")
+        for element in (self._mu, self._everywhere, self._tilt, self._azimuth, self._push_x, self._push_y):
+            element.on_update(lambda _: self._turn())
+        self._method.on_update(lambda _: self.desk.set(method=self._method.value))
+        level.on_click(lambda _: self._level())
+
+    def _layers(self, gui: Any) -> None:
+        many = len(self._posed.assembly) > LABELS
+        with gui.add_folder("What is shown"):
+            self._forces = gui.add_checkbox("forces", True)
+            self._points = gui.add_checkbox("pressing points", False, hint="And friction at them: of coupled states.")
+            self._contacts = gui.add_checkbox("contacts", False)
+            self._names = gui.add_checkbox(
+                "names", False, disabled=many, hint=f"Up to {LABELS} blocks." if many else None
+            )
+            self._scale = gui.add_slider("Mechanism, scale", 0.0, SCALES, 0.05, 1.0, hint=_SCALE_HINT)
+            self._moving = gui.add_checkbox("mechanism moves", False)
+        for element in (self._forces, self._points, self._contacts, self._names, self._scale):
+            element.on_update(lambda _: self._look())
+
+    def _chosen_block(self, gui: Any) -> None:
+        with gui.add_folder("Block"):
+            self._name = gui.add_text("Name", "", hint="Click a block, or write its name.")
+            self._about = gui.add_html(_ABOUT)
+            self._movable = gui.add_checkbox("drag it by a handle", False)
+            self._buttons = gui.add_button_group("Change", ("Remove", "Put back", "Undo"))
+        self._name.on_update(lambda event: self._named(event))
+        self._movable.on_update(lambda _: self._look())
+        self._buttons.on_click(lambda _: self._change(self._buttons.value))
+
+    def _saving(self, gui: Any) -> None:
+        with gui.add_folder("Save"):
+            for kind in KINDS:
+                gui.add_button(f"Save {kind}").on_click(lambda event, kind=kind: self._save(event, kind))
+            gui.add_html(
+                f'<p style="margin:.2em 1em;font-size:.8em;overflow-wrap:anywhere">{escape(self._place())}</p>'
+            )
+
+    def _place(self) -> str:
+        return f"Files go to {self._folder.resolve()}; none that is there is replaced."
+
+    # ------------------------------------------------------------------ what the user does
+
+    def _turn(self) -> None:
+        push = (float(self._push_x.value), float(self._push_y.value))
+        mu, tilt, azimuth = float(self._mu.value), float(self._tilt.value), float(self._azimuth.value)
+        self.desk.set(knobs=Knobs(mu, bool(self._everywhere.value), tilt, azimuth, push))
+
+    def _level(self) -> None:
+        for slider in (self._tilt, self._azimuth, self._push_x, self._push_y):
+            slider.value = 0.0
+        self._turn()
+
+    def _look(self) -> None:
+        self._stage.look(
+            Look(
+                bool(self._forces.value),
+                bool(self._points.value),
+                bool(self._contacts.value),
+                bool(self._names.value),
+                float(self._scale.value),
+                bool(self._movable.value),
+            )
+        )
+
+    def _named(self, event: Any) -> None:
+        if event.client is None:  # we wrote it
+            return
+        if not self._name.value:
+            self._choose(None)
+            return
+        try:
+            self._choose(self._home.number(self._name.value))
+        except InputError:
+            self._about.content = f"<p style='margin:.3em 1em'>There is no block '{escape(self._name.value)}'.</p>"
+
+    def _choose(self, block: int | None) -> None:
+        self._block = block
+        self._name.value = "" if block is None else self._home.model.blocks[block].id
+        self._stage.choose(block)
+        self._describe()
+
+    def _drag(self, block: int, pose: Pose, begins: bool) -> None:
+        self.desk.move(block, pose, begins)
+
+    def _change(self, what: str) -> None:
+        if what == "Undo":
+            self.desk.undo()
+        elif self._block is None:
+            self._refuse("choose a block first: click it, or write its name")
+        elif what == "Remove":
+            self.desk.remove(self._block)
+        else:
+            self.desk.put_back(self._block)
+
+    def _save(self, event: Any, kind: str) -> None:
+        snapshot = self.desk.latest
+        if snapshot is None:
+            self._refuse("nothing to save yet")
+            return
+        try:
+            path, content = save(kind, snapshot, self._folder, self._stem)
+        except CyclopeanError as error:
+            self._refuse(str(error))
+            return
+        for client in self._clients(event):
+            client.add_notification(f"Saved {path.name}", str(path.parent), auto_close_seconds=PATIENCE)
+            client.send_file_download(path.name, content)
+
+    def _clients(self, event: Any) -> list[Any]:
+        return list(self._running.get_clients().values()) if event.client is None else [event.client]
+
+    # ------------------------------------------------------------------ what the page says
+
+    def _show(self, snapshot: Snapshot) -> None:
+        self._verdict.content = _verdict_html(snapshot)
+        self._stage.show(snapshot)
+        self._describe()
+
+    def _tell(self, reach: Reach | None) -> None:
+        self._reach.content = _reach_html(reach)
+
+    def _describe(self) -> None:
+        snapshot = self.desk.latest if hasattr(self, "desk") else None
+        if snapshot is not None:
+            self._about.content = _block_html(snapshot, self._block, self._posed.density)
+
+    def _refuse(self, why: str) -> None:
+        for client in self._running.get_clients().values():
+            client.add_notification("Not done", why, color="red", auto_close_seconds=PATIENCE)
+
+    def _play(self) -> None:
+        """Move the mechanism there and back, as often a second as its size allows."""
+        moved = False
+        while True:
+            rate = min(FRAMES, BUSY / max(self._stage.size, 1))
+            if self._ended.wait(1.0 / max(rate, 0.2)):
+                return
+            if self._moving.value and self._stage.moves:
+                self._stage.pose_mechanism(0.5 - 0.5 * float(np.cos(2.0 * np.pi * time.monotonic() / TURN)))
+                moved = True
+            elif moved:
+                self._stage.pose_mechanism(1.0)
+                moved = False
+
+
+_MU_HINT = "Where the model gives none; tan of the angle of friction."
+_PUSH_HINT = "A steady horizontal force on every block, in shares of its weight."
+_SCALE_HINT = "1: the largest movement is a quarter of a mean block."
+_ABOUT = "<p style='margin:.3em 1em'>None chosen.</p>"
+
+
+def _mu(settings: Settings) -> float:
+    return Knobs().mu if settings.mu is None else settings.mu
+
+
+def _within(degrees: float) -> float:
+    """The same direction between -180 and 180 degrees."""
+    return (degrees + 180.0) % 360.0 - 180.0
+
+
+def _tolerance(posed: PosedModel, settings: Settings) -> float:
+    return length_tolerance(posed.assembly) if settings.tolerance is None else settings.tolerance
+
+
+def _verdict_html(snapshot: Snapshot | None) -> str:
+    """The word, what it is worth, why, and for what it holds; of one height, so that sliders stay under the hand."""
+    if snapshot is None:
+        return '<div id="verdict" style="padding:.4em 1em">Looking at the model ...</div>'
+    colour = ACCENT[snapshot.word]
+    word = {"searching": "undecided so far", "failed": "no answer"}.get(snapshot.stage, snapshot.word)
+    border = "solid" if snapshot.proved else "dashed"
+    return (
+        f'<div id="verdict" data-stage="{snapshot.stage}" data-ticket="{snapshot.ticket}"'
+        f' style="margin:.3em .6em;padding:.5em .8em;min-height:18em;border-left:.5em {border} {colour}">'
+        f'<strong id="word" style="font-size:1.7em;line-height:1.1;color:{colour}">{word.capitalize()}</strong>'
+        f' <span id="worth" style="font-weight:600">{_WORTH[snapshot.stage]}</span>'
+        f'<p style="margin:.35em 0;min-height:5.6em;overflow-wrap:anywhere">{escape(snapshot.sentence)}</p>'
+        f'<p id="for" style="margin:.35em 0;min-height:4.2em;font-size:.85em">{escape(_for(snapshot))}</p>'
+        f"{_ramp(snapshot)}</div>"
+    )
+
+
+def _reach_html(reach: Reach | None) -> str:
+    """How far it is from falling."""
+    style = 'id="reach" style="margin:.2em 1em;min-height:4.2em;font-size:.85em"'
+    if reach is None:
+        return f"<p {style}>Looking how far it is from falling ...</p>"
+    x, y = reach.heading
+    return (
+        f"<p {style}>From the level, by equilibrium, it falls at a tilt of <b>{reach.tilt}</b> towards"
+        f" {reach.azimuth:g}°, at a push along ({x:.3g}, {y:.3g}) of <b>{reach.push}</b>.</p>"
+    )
+
+
+_WORTH = {
+    "proved": "proved: its certificate has passed the checker",
+    "provisional": "provisional",
+    "searching": "",
+    "undecided": "nothing is proved",
+    "failed": "",
+}
+
+
+def _for(snapshot: Snapshot) -> str:
+    """The state that the word is about, in numbers."""
+    knobs, arrangement = snapshot.state.knobs, snapshot.state.arrangement
+    parts = [f"mu {knobs.mu:g}", f"tilt {knobs.tilt:g}° towards {knobs.azimuth:g}°"]
+    parts.append(f"push {knobs.push[0]:g}, {knobs.push[1]:g} of the weight")
+    if arrangement.poses:
+        parts.append(f"{len(arrangement.poses)} moved")
+    if arrangement.removed:
+        parts.append(f"{len(arrangement.removed)} taken out")
+    settled = snapshot.stage in ("proved", "undecided")
+    method = snapshot.state.method if settled else "rbe"
+    seconds = snapshot.result.seconds["total"] if settled else snapshot.answer.seconds
+    notes = "".join(f"; {note}" for note in arrangement.notes[:3])
+    return f"For {', '.join(parts)}; by {method} in {1e3 * seconds:.0f} ms{notes}"
+
+
+def _ramp(snapshot: Snapshot) -> str:
+    """What the colours mean."""
+    result = snapshot.result
+    if result.mechanism is not None:
+        title, low, high = "movement of a block, largest = 1", "0", "1"
+    elif result.utilisation is not None:
+        title, low, high = "friction used at the worst contact", "0", "1"
+    else:
+        return ""
+    steps = "".join(f'<i style="flex:1;height:.7em;background:{colour}"></i>' for colour in SCALE)
+    return (
+        f'<div style="font-size:.85em">{title}<div style="display:flex;border:1px solid #8b867b">{steps}</div>'
+        f'<div style="display:flex;justify-content:space-between"><span>{low}</span><span>{high}</span></div></div>'
+    )
+
+
+def _block_html(snapshot: Snapshot, block: int | None, density: float) -> str:
+    """Name, weight, contacts and worst utilisation of the chosen block."""
+    arrangement, result = snapshot.state.arrangement, snapshot.result
+    if block is None:
+        return _ABOUT
+    at = arrangement.place(block)
+    name = escape(arrangement.model.blocks[block].id)
+    if at is None:
+        return f"<p style='margin:.3em 1em'><b>{name}</b> is taken out.</p>"
+    contacts, assembly = result.contacts, result.assembly
+    mine = np.flatnonzero((contacts.a == at) | (contacts.b == at))
+    own = assembly.blocks[at].density
+    volume = float(assembly.mass.volume[at])
+    rows = [("weight", _force((density if own is None else own) * volume * GRAVITY))]
+    rows.append(("volume", f"{number(volume)} m³"))
+    rows.append(("it is", "a support" if result.fixed[at] else "free"))
+    others = [
+        assembly.blocks[int(b if a == at else a)].id for a, b in zip(contacts.a[mine], contacts.b[mine], strict=True)
+    ]
+    names = list(dict.fromkeys(others))
+    listed = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
+    rows.append(("contacts", f"{len(mine)}" + (f" with {escape(listed)}" if mine.size else "")))
+    found = resultants(result)
+    if found is not None and mine.size and result.utilisation is not None:
+        rows.append(("largest force", _force(float(np.hypot(found.normal[mine], found.friction[mine]).max()))))
+        rows.append(("friction used", f"{100.0 * float(result.utilisation[mine].max()):.0f} % at the worst contact"))
+    body = "".join(f"<div>{what}: <b>{value}</b></div>" for what, value in rows)
+    return f'<div id="block" style="margin:.3em 1em;overflow-wrap:anywhere"><b>{name}</b>{body}</div>'
+
+
+def _force(newtons: float) -> str:
+    divisor, unit = unit_of(newtons)
+    return f"{number(newtons / divisor)} {unit}"

@@ -1,0 +1,167 @@
+"""Verdicts worked out in a process beside this one, the newest question first.
+
+A proof takes from milliseconds to a minute and cannot be stopped half-way. So it is asked of a child process: the page
+goes on meanwhile, and a question that nobody waits for any more is dropped with its process.
+"""
+
+import multiprocessing
+import signal
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from typing import Any
+
+from cyclopean.analysis import LimitResult, Live, Result, Settings, limit
+from cyclopean.analysis.live import confirmed
+from cyclopean.analysis.proving import Claim
+from cyclopean.assembly import Assembly
+from cyclopean.errors import CyclopeanError
+
+__all__ = ["Prover", "Question", "Reach"]
+
+PATIENCE = 1.0  # s that an outdated question may still take before its process is ended
+GLANCE = 0.05  # s between looks at whether a question is outdated
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """How far a model is from falling; asked as a question with None, answered in words."""
+
+    azimuth: float  # degrees
+    heading: tuple[float, float]  # unit vector of the push
+    tilt: str = ""
+    push: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """One model to decide; or, where `reach` says which way, how far it is from falling."""
+
+    ticket: int
+    assembly: Assembly
+    settings: Settings
+    claim: Claim | None
+    reach: Reach | None = None
+
+
+class Prover:
+    """Asks one child process; `answered` is called from a thread of its own with a ticket and a result or a sentence.
+
+    Parameters
+    ----------
+    answered : callable
+        Takes the ticket of the newest question and its `Result` or `Reach`, or what went wrong as text.
+    """
+
+    def __init__(self, answered: Callable[[int, Result | Reach | str], None]) -> None:
+        self._answered = answered
+        self._change = threading.Condition()
+        self._next: Question | None = None
+        self._ended = False
+        self._child: Any = None
+        self._line: Connection | None = None
+        self._thread = threading.Thread(target=self._run, name="prover", daemon=True)
+        self._thread.start()
+
+    def ask(self, question: Question) -> None:
+        """Ask this, and forget what was asked before."""
+        with self._change:
+            self._next = question
+            self._change.notify()
+
+    def close(self) -> None:
+        """End the child process."""
+        with self._change:
+            self._ended = True
+            self._change.notify()
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            self._start()  # it takes a second to load: before anybody asks
+            while (question := self._wait()) is not None:
+                answer = self._put(question)
+                if answer is not None:
+                    self._answered(question.ticket, answer)
+        finally:
+            self._stop()
+
+    def _wait(self) -> Question | None:
+        with self._change:
+            self._change.wait_for(lambda: self._ended or self._next is not None)
+            question, self._next = self._next, None
+            return None if self._ended else question
+
+    def _put(self, question: Question) -> Result | Reach | str | None:
+        """Ask the child; None where the question was outdated before it was answered."""
+        if self._child is None or not self._child.is_alive():
+            self._start()
+        assert self._line is not None
+        began = time.monotonic()
+        try:
+            self._line.send(question)
+            while not self._line.poll(GLANCE):
+                outdated = self._ended or (self._next is not None and time.monotonic() - began > PATIENCE)
+                if outdated:
+                    self._stop()
+                    return None
+            answer: Result | Reach | str = self._line.recv()
+        except (EOFError, OSError):
+            self._stop()
+            return "the process that proves has ended; move a slider to try again"
+        return answer if self._next is None else None
+
+    def _start(self) -> None:
+        way = multiprocessing.get_context("spawn")
+        self._line, end = way.Pipe()
+        child = way.Process(target=_serve, args=(end,), name="cyclopean-prover", daemon=True)
+        child.start()
+        self._child = child
+        end.close()
+
+    def _stop(self) -> None:
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+        if self._child is not None:
+            self._child.terminate()
+            self._child.join()
+            self._child = None
+
+
+def _serve(line: Connection) -> None:
+    """Answer questions until nobody asks any more; Ctrl-C is left to the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    while True:
+        try:
+            question = line.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer: Result | Reach | str = (
+                confirmed(question.assembly, question.settings, question.claim)
+                if question.reach is None
+                else _reached(question, question.reach)
+            )
+        except CyclopeanError as error:
+            answer = str(error)
+        try:
+            line.send(answer)
+        except OSError:
+            return
+
+
+def _reached(question: Question, reach: Reach) -> Reach:
+    """Limits of tilt and push by rigid-block equilibrium, from the gravity of the settings."""
+    tilt = limit(question.assembly, Live(tilt=reach.azimuth), question.settings)
+    push = limit(question.assembly, Live(push=(*reach.heading, 0.0)), question.settings)
+    degrees = None if tilt.angle is None else tilt.angle[1]
+    return replace(reach, tilt=_words(tilt, degrees, "°"), push=_words(push, push.upper, " of the weight"))
+
+
+def _words(found: LimitResult, value: float | None, unit: str) -> str:
+    if found.word == "limit" and value is not None:
+        return f"{value:.3g}{unit}"
+    return {"unbounded": "none at all", "falls": "any: it falls already"}.get(found.word, "not found")

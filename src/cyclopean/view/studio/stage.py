@@ -1,0 +1,364 @@
+"""The 3D scene of the live page: blocks by colour class, what acts on them, the chosen block and its handle to drag."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats, Ints
+from cyclopean.assembly.rearranging import Arrangement, Pose
+from cyclopean.geometry import pack, triangles
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, RUB, STEPS, UNKNOWN, fill, rgb
+from cyclopean.view.drawing import EDGE_LIMIT, Picture, feature_edges, picture
+from cyclopean.view.elevation import front_view
+from cyclopean.view.layers import SPAN, arrows, camera, dots, fit, gravity_arrow, light, lines
+from cyclopean.view.motion import moved
+from cyclopean.view.studio.desk import Snapshot
+
+__all__ = ["LABELS", "Look", "Stage", "hit"]
+
+LABELS = 300  # blocks beyond which only the chosen one is labelled
+THROUGH = 0.6  # opacity of free blocks where forces are shown inside them
+NARROW = 1.05  # width over height beside the panel, for which the model is framed at first
+CHOSEN = "#007a4d"
+CLASSES = (HELD, UNKNOWN, *range(STEPS))
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What is shown."""
+
+    forces: bool = True
+    points: bool = False  # that press, and friction at them
+    contacts: bool = False
+    labels: bool = False
+    scale: float = 1.0  # of the mechanism: 1 = the largest movement is a quarter of a mean block
+    handle: bool = False  # to drag the chosen block by
+
+
+class Stage:
+    """Draws snapshots; may be called from several threads.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where the scene is.
+    home : Arrangement
+        As the page opens: the frame of the drawing stays that of these blocks.
+    chosen : callable
+        Is called with the block (of the model) that somebody clicks.
+    dragged : callable
+        Is called with a block, its pose, and whether the drag begins with this.
+    """
+
+    def __init__(
+        self,
+        server: Any,
+        home: Arrangement,
+        chosen: Callable[[int], None],
+        dragged: Callable[[int, Pose, bool], None],
+    ) -> None:
+        self._server, self._scene, self._home = server, server.scene, home
+        self._chosen, self._dragged = chosen, dragged
+        self._lock = threading.RLock()
+        self._nodes: dict[str, Any] = {}
+        self._shapes: dict[str, tuple[bytes, Any, Floats]] = {}
+        self._snapshot: Snapshot | None = None
+        self._drawn: Picture | None = None
+        self._rest: Floats = np.zeros((0, 3))
+        self._corner, self._owner = np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
+        self._vertex: Floats = self._rest
+        self._look = Look()
+        self._block: int | None = None
+        self._gizmo: Any = None
+        self._dragging = False
+        self._centre, self._scale = np.zeros(3), 1.0
+        light(self._scene)
+
+    def place(self, point: Floats) -> Any:
+        """Metres to the units of the drawing."""
+        return ((point - self._centre) * self._scale).astype(np.float32)
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw a snapshot."""
+        with self._lock, self._server.atomic():
+            first = self._snapshot is None
+            self._snapshot, drawn = snapshot, picture(snapshot.result)
+            if first:
+                self._frame(drawn)
+            self._drawn = drawn
+            self._rest = drawn.mesh.vertex if drawn.rest is None else drawn.rest
+            self._corner, face = triangles(drawn.mesh)
+            self._owner = drawn.mesh.face_body[face]
+            self._redraw()
+            if self._gizmo is not None and not self._dragging:
+                self._handle()
+
+    def look(self, look: Look) -> None:
+        """Show other things of the same snapshot."""
+        with self._lock, self._server.atomic():
+            before, self._look = self._look, look
+            if self._drawn is None:
+                return
+            if before.scale != look.scale:
+                self._bodies()
+            if replace(before, scale=0.0, handle=False) != replace(look, scale=0.0, handle=False):
+                self._redraw()
+            if before.handle != look.handle:
+                self._handle()
+
+    def pose_mechanism(self, share: float) -> None:
+        """Draw the blocks at this share of the mechanism as it is scaled."""
+        with self._lock, self._server.atomic():
+            if self._drawn is not None and self._drawn.motion is not None:
+                self._bodies(share)
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is a mechanism to see."""
+        drawn = self._drawn
+        return drawn is not None and drawn.motion is not None
+
+    @property
+    def size(self) -> int:
+        """Number of triangles that a frame of the motion draws."""
+        return len(self._corner)
+
+    def choose(self, block: int | None) -> None:
+        """Mark a block of the model."""
+        with self._lock, self._server.atomic():
+            self._block = block
+            self._mark()
+            self._handle()
+
+    def _frame(self, drawn: Picture) -> None:
+        """Fit model and camera; only once, so that nothing jumps when a block goes."""
+        self._centre, self._scale = fit(replace(drawn, mesh=self._home.model.mesh))
+        shown = np.concatenate([self.place(self._home.model.mesh.vertex), self._gravity(drawn).reshape(-1, 3)])
+        camera(self._server.initial_camera, front_view(self._home.model.mesh.vertex), shown, NARROW)
+
+    def _gravity(self, drawn: Picture) -> Any:
+        """An arrow beside the blocks at home, so that it stays where it is while they move."""
+        home = self._home.model.mesh
+        return gravity_arrow(replace(drawn, mesh=home), front_view(home.vertex), self.place)
+
+    def _redraw(self) -> None:
+        drawn, snapshot, look = self._drawn, self._snapshot, self._look
+        assert drawn is not None
+        assert snapshot is not None
+        self._bodies()
+        arrow = drawn.arrow if look.forces else drawn.arrow[:0]
+        self._put("/contact forces", lambda n: arrows(self._scene, n, self.place(arrow), FORCE, 0.006 * SPAN))
+        rub = drawn.rub if look.points else drawn.rub[:0]
+        self._put("/friction", lambda n: arrows(self._scene, n, self.place(rub), RUB, 0.0035 * SPAN, 0.12))
+        press = drawn.press if look.points else drawn.press[:0]
+        self._put("/pressing points", lambda n: dots(self._scene, n, self.place(press), FORCE, 0.005 * SPAN))
+        ghost = drawn.ghost
+        self._put("/where it stands", lambda n: lines(self._scene, n, self.place(ghost), GHOST, 1.0))
+        joints = snapshot.result.contacts if look.contacts else None
+        self._put("/contacts", lambda n: None if joints is None else self._joints(n))
+        gravity = self._gravity(drawn)
+        self._put("/gravity", lambda n: arrows(self._scene, n, gravity, GRAVITY, 0.003 * SPAN))
+        self._labels()
+        self._mark()
+
+    def _bodies(self, share: float = 1.0) -> None:
+        """One mesh a colour class, and the edges, where the mechanism has them."""
+        drawn, look = self._drawn, self._look
+        assert drawn is not None
+        vertex = self._at(share * look.scale)
+        self._vertex = vertex
+        shown = self.place(vertex)
+        group = drawn.group[self._owner]
+        through = THROUGH if look.forces and len(drawn.arrow) else None
+        for k in CLASSES:
+            self._mesh(k, self._corner[group == k], shown, None if k == HELD else through)
+        edge = feature_edges(replace(drawn.mesh, vertex=vertex))
+        edge = edge if len(edge) <= EDGE_LIMIT else edge[:0]
+        self._put("/edges", lambda n: lines(self._scene, n, self.place(edge), INK, 1.2))
+
+    def _at(self, share: float) -> Floats:
+        """(V, 3) m: vertices after so much of the mechanism."""
+        drawn, snapshot = self._drawn, self._snapshot
+        assert drawn is not None
+        assert snapshot is not None
+        mechanism = snapshot.result.mechanism
+        if drawn.motion is None or mechanism is None:
+            return self._rest
+        centroid = snapshot.result.assembly.mass.centroid
+        return moved(self._rest, drawn.mesh.vertex_body, centroid, mechanism, share * drawn.motion.time)
+
+    def _mesh(self, group: int, corner: Ints, shown: Any, opacity: float | None) -> None:
+        """Draw one class; where only vertices have moved, only these are sent."""
+        name = f"/blocks/{'supports' if group == HELD else 'no value' if group == UNKNOWN else group}"
+        used, local = np.unique(corner, return_inverse=True)
+        key = local.astype(np.uint32).tobytes() + str(opacity).encode()
+        known = self._shapes.get(name)
+        if not len(used):
+            if known is not None:
+                known[1].remove()
+                del self._shapes[name]
+            return
+        vertex = shown[used]
+        if known is not None and known[0] == key:
+            if not np.array_equal(known[2], vertex):
+                known[1].vertices = vertex
+                self._shapes[name] = key, known[1], vertex
+            return
+        handle = self._scene.add_mesh_simple(
+            name,
+            vertex,
+            local.reshape(-1, 3),
+            color=rgb(fill(group)),
+            opacity=opacity,
+            flat_shading=True,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        handle.on_click(self._clicked)
+        self._shapes[name] = key, handle, vertex
+
+    def _put(self, name: str, make: Callable[[str], Any]) -> None:
+        """Draw a layer anew, or take it away where it is empty."""
+        handle = make(name)
+        before = self._nodes.pop(name, None)
+        if handle is not None:
+            self._nodes[name] = handle
+        elif before is not None:
+            before.remove()
+
+    def _joints(self, name: str) -> Any:
+        assert self._snapshot is not None
+        contacts = self._snapshot.result.contacts
+        following = np.arange(1, len(contacts.point) + 1)
+        following[contacts.start[1:] - 1] = contacts.start[:-1]
+        segment = np.stack([contacts.point, contacts.point[following]], 1)
+        return lines(self._scene, name, self.place(segment), FORCE, 2.4)
+
+    def _labels(self) -> None:
+        """Names at the centroids; of too many blocks, only that of the chosen one."""
+        assert self._snapshot is not None
+        assembly = self._snapshot.result.assembly
+        every = self._look.labels and len(assembly) <= LABELS
+        wanted: dict[str, tuple[str, Any]] = {}
+        if every:
+            middle = self.place(assembly.mass.centroid)
+            wanted = {f"/names/{k}": (b.id, middle[k]) for k, b in enumerate(assembly.blocks)}
+        for name in [n for n in self._nodes if n.startswith("/names/") and n not in wanted]:
+            self._nodes.pop(name).remove()
+        for name, (text, point) in wanted.items():
+            label = self._nodes.get(name)
+            if label is None or label.text != text:
+                self._nodes[name] = self._scene.add_label(name, text, position=point, font_screen_scale=0.8)
+            elif not np.array_equal(label.position, point):
+                label.position = point
+
+    def _mark(self) -> None:
+        """Draw the edges of the chosen block thick."""
+        snapshot, drawn = self._snapshot, self._drawn
+        at = None if snapshot is None or self._block is None else snapshot.state.arrangement.place(self._block)
+        edge = np.zeros((0, 2, 3))
+        if at is not None and drawn is not None and snapshot is not None:
+            low, high = drawn.mesh.vertex_start[at], drawn.mesh.vertex_start[at + 1]
+            block = snapshot.result.assembly.blocks[at]
+            if high - low == len(block.vertices):  # else it is drawn as its outline
+                edge = feature_edges(pack([(self._vertex[low:high], block.faces)]))
+        self._put("/chosen", lambda n: lines(self._scene, n, self.place(edge), CHOSEN, 3.0))
+
+    def _handle(self) -> None:
+        """Show the handle at the chosen block, or take it away."""
+        snapshot = self._snapshot
+        at = None if snapshot is None or self._block is None else snapshot.state.arrangement.place(self._block)
+        if self._gizmo is not None:
+            self._gizmo.remove()
+            self._gizmo = None
+        if snapshot is None or at is None or not self._look.handle or self._block is None:
+            return
+        block, arrangement = self._block, snapshot.state.arrangement
+        pose = arrangement.poses.get(block, Pose(np.eye(3), np.zeros(3)))
+        home = arrangement.model.mass.centroid[block]
+        volume = float(np.mean(np.abs(arrangement.model.mass.volume)))
+        self._gizmo = self._scene.add_transform_controls(
+            "/handle",
+            scale=0.9 * self._scale * volume ** (1.0 / 3.0),
+            position=self.place(home + pose.shift),
+            wxyz=_quaternion(pose.turn),
+            depth_test=False,
+        )
+        self._follow(self._gizmo, block, home)
+
+    def _follow(self, gizmo: Any, block: int, home: Floats) -> None:
+        """Move the block as its handle is dragged."""
+        begins = [False]
+
+        def follow(event: Any) -> None:
+            if event.phase != "update":
+                begins[0] = self._dragging = event.phase == "start"
+                return
+            shift = np.asarray(event.target.position, float) / self._scale + self._centre - home
+            first, begins[0] = begins[0], False
+            self._dragged(block, Pose(_rotation(np.asarray(event.target.wxyz, float)), shift), first)
+
+        gizmo.on_update(follow)
+
+    def _clicked(self, event: Any) -> None:
+        with self._lock:
+            snapshot = self._snapshot
+            if snapshot is None:
+                return
+            triangle = self.place(self._vertex)[self._corner].astype(float)
+            found = hit(triangle, np.asarray(event.ray_origin, float), np.asarray(event.ray_direction, float))
+            if found is None:
+                return
+            block = int(snapshot.state.arrangement.index[self._owner[found]])
+        self._chosen(block)
+
+
+def hit(triangle: Floats, origin: Floats, direction: Floats) -> int | None:
+    """Which of (T, 3, 3) triangles a ray meets first; None where it meets none.
+
+    Möller and Trumbore 1997, for all triangles at once.
+
+    Examples
+    --------
+    >>> flat = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    >>> both = np.concatenate([flat, flat + [0, 0, 1]])
+    >>> hit(both, np.array([0.2, 0.2, 5.0]), np.array([0.0, 0, -1]))
+    1
+    """
+    one, two = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
+    across = np.cross(direction, two)
+    volume = np.einsum("ti,ti->t", one, across)
+    flat = np.abs(volume) <= 1e-300
+    inverse = 1.0 / np.where(flat, 1.0, volume)
+    away = origin - triangle[:, 0]
+    u = np.einsum("ti,ti->t", away, across) * inverse
+    turn = np.cross(away, one)
+    v = turn @ direction * inverse
+    along = np.einsum("ti,ti->t", two, turn) * inverse
+    meets = ~flat & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (along > 0.0)
+    return int(np.argmin(np.where(meets, along, np.inf))) if meets.any() else None
+
+
+def _rotation(wxyz: Floats) -> Floats:
+    """(3, 3) rotation of a quaternion."""
+    w, x, y, z = wxyz / np.linalg.norm(wxyz)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _quaternion(turn: Floats) -> Floats:
+    """Unit quaternion (w, x, y, z) of a rotation, by Bar-Itzhack's eigenvector (2000): stable at any angle."""
+    (a, b, c), (d, e, f), (g, h, i) = turn
+    matrix = np.array(
+        [[a + e + i, h - f, c - g, d - b], [h - f, a - e - i, b + d, c + g],
+         [c - g, b + d, e - a - i, f + h], [d - b, c + g, f + h, i - a - e]]
+    )  # fmt: skip
+    return np.asarray(np.linalg.eigh(matrix)[1][:, -1])

@@ -1,0 +1,111 @@
+"""Pushover: what a mechanism still bears as it goes on.
+
+By hand. A block b wide and h high that has turned by theta about its edge bears a push of tan(alpha - theta) of its
+weight, tan alpha = b / h: from b / h in a line that is nearly straight to nothing at theta = alpha. A stack that turns
+as a whole does the same with its whole height; a block that slides bears mu wherever it is.
+"""
+
+import numpy as np
+import pytest
+
+from cyclopean.analysis import Live, LiveLoad, Settings, limit, pushover
+from cyclopean.assembly import Load
+from cyclopean.design import arch, stack, wall
+from cyclopean.errors import InputError
+
+PUSH = Live(push=(1, 0, 0))
+
+
+@pytest.mark.parametrize(("base", "height"), [(0.4, 1.0), (0.3, 0.5)])
+def test_the_rocking_block(base, height):
+    alpha = np.arctan(base / height)
+    curve = pushover(
+        stack(1, size=(base, 0.5, height)), PUSH, Settings(mu=2.0), reach=1.2 * np.rad2deg(alpha), unit="deg", steps=12
+    )
+    turn = np.deg2rad([step.rotation for step in curve.steps])
+    assert turn[1:-1] == pytest.approx(np.arange(1, len(turn) - 1) * 0.1 * alpha, rel=1e-4)
+    assert [s.multiplier for s in curve.steps] == pytest.approx(np.tan(alpha - turn), abs=1e-7)
+    assert [s.touching for s in curve.steps] == [4] + [2] * (len(turn) - 1)
+    assert curve.steps[-1].multiplier <= 0
+    assert "without live loads" in curve.ended
+
+
+def test_a_tilted_block_bears_the_same():
+    by_push = pushover(stack(1, size=(0.4, 0.5, 1.0)), PUSH, Settings(mu=2.0), reach=10, unit="deg", steps=3)
+    by_tilt = pushover(stack(1, size=(0.4, 0.5, 1.0)), Live(tilt=0.0), Settings(mu=2.0), reach=10, unit="deg", steps=3)
+    assert [s.multiplier for s in by_tilt.steps] == pytest.approx([s.multiplier for s in by_push.steps], rel=1e-5)
+
+
+def test_a_block_that_slides_bears_the_same_wherever_it_is():
+    curve = pushover(stack(1), PUSH, Settings(mu=0.3), reach=0.3, steps=3)
+    assert [s.multiplier for s in curve.steps] == pytest.approx([0.3] * 4, rel=1e-6)
+    assert [s.displacement for s in curve.steps] == pytest.approx([0.0, 0.1, 0.2, 0.3], abs=1e-6)
+    assert max(s.rotation for s in curve.steps) < 1e-5
+
+
+def test_a_stack_turns_as_a_whole():
+    alpha = np.arctan(0.4 / 1.5)
+    curve = pushover(stack(3, size=(0.4, 0.5, 0.5)), PUSH, Settings(mu=2.0), reach=8, unit="deg", steps=4)
+    turn = np.deg2rad([s.rotation for s in curve.steps])
+    assert [s.multiplier for s in curve.steps] == pytest.approx(np.tan(alpha - turn), abs=1e-6)
+
+
+def test_the_upper_block_turns_alone():
+    """Two blocks (0.4 wide, 1 high, weight W), a force t W on the upper one, 2 above its foot: it hinges on the lower.
+
+    About the ground's edge both would need 2 W 0.2 / 3 = 0.133 W, about the lower block's the upper needs 0.2 W / 2.
+    Turned by theta the centre is 0.2 cos - 0.5 sin from the hinge, and the force 2 cos + 0.2 sin above it.
+    """
+    model = stack(2, size=(0.4, 0.5, 1.0))
+    weight = 2400 * 9.80665 * 0.2
+    at = tuple((model.mass.centroid[2] + [0.0, 0.0, 1.5]).tolist())
+    live = Live(loads=(LiveLoad(model.blocks[2].id, (weight, 0.0, 0.0), at),))
+    curve = pushover(model, live, Settings(mu=2.0), reach=8, unit="deg", steps=4)
+    turn = np.deg2rad([s.rotation for s in curve.steps])
+    by_hand = (0.2 * np.cos(turn) - 0.5 * np.sin(turn)) / (2.0 * np.cos(turn) + 0.2 * np.sin(turn))
+    assert by_hand[0] == pytest.approx(0.1)
+    assert [s.multiplier for s in curve.steps] == pytest.approx(by_hand, abs=1e-6)
+    assert curve.control == model.blocks[2].id
+    assert curve.placed[1] == pytest.approx(model.mass.centroid[1], abs=1e-9)  # the lower one stays
+
+
+def test_it_begins_at_the_limit_and_falls():
+    for model, live in ((arch(12, radius=1.0, thickness=0.2), PUSH), (wall(2, 3), Live(push=(0, 1, 0)))):
+        curve = pushover(model, live, Settings(mu=0.84), reach=0.01, steps=3)
+        values = [s.multiplier for s in curve.steps]
+        assert values[0] == pytest.approx(limit(model, live, Settings(mu=0.84)).value, rel=1e-6)
+        assert values == sorted(values, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"reach": 0.0}, "expected a positive"),
+        ({"reach": np.nan}, "expected a positive"),
+        ({"reach": 1.0, "steps": 0}, "--steps"),
+        ({"reach": 1.0, "unit": "km"}, "expected a positive"),
+    ],
+)
+def test_what_is_no_reach(options, told):
+    with pytest.raises(InputError, match=told):
+        pushover(stack(1), PUSH, Settings(mu=0.84), **options)
+
+
+def test_what_is_not_followed():
+    cube = stack(1)
+    loaded = type(cube)(cube.blocks, cube.contacts, (Load(1, np.array([1.0, 0, 0]), cube.mass.centroid[1]),))
+    with pytest.raises(InputError, match="tilt with loads"):
+        pushover(loaded, Live(tilt=0.0), reach=0.1)
+    with pytest.raises(InputError, match="no mechanism"):
+        pushover(cube, Live(push=(0, 0, -1)), reach=0.1)
+
+
+def test_a_hinge_that_moves_to_the_next_joint():
+    """The first voussoir at first leaves the springer; then it sits down again, and the joint above it hinges."""
+    curve = pushover(arch(20, span=2.0, thickness=0.3), PUSH, Settings(mu=0.84), reach=0.04, steps=4)
+    values = [step.multiplier for step in curve.steps]
+    assert curve.ended == "the wanted displacement was reached"
+    assert values == sorted(values, reverse=True)
+    assert 0.3 < values[-1] < 0.38
+    free = curve.turned[1]  # of the first voussoir
+    assert np.abs(free - np.eye(3)).max() < 1e-6

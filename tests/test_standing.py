@@ -1,0 +1,105 @@
+"""Walls that stand stone by stone, by hand and by another solver on all of it.
+
+By hand: a cube of side 1 on another stands if it overhangs by less than half; a box on the free end of a plank tips it
+once their common centre of mass is out over the edge.
+Mutants killed: known forces not passed on; their sign; bearers of bearers left out; forces not kept.
+"""
+
+import numpy as np
+import pytest
+
+from cyclopean.assembly.patches import Surface
+from cyclopean.design.laying.standing import GRAVITY, Fresh, Mass, Structure
+from fixtures_stones import box, subdivided
+
+
+def slab(size, at):
+    """A box with its lowest corner at a place: its surface, and it as a mass of 1 N per litre."""
+    vertices, triangles = box(*size, at=at)
+    volume = float(np.prod(size))
+    return Surface.of(vertices[triangles]), Mass(np.array(at) + np.array(size) / 2.0, volume, 1e3 * volume)
+
+
+def ground():
+    vertices, triangles = box(20.0, 20.0, 1.0, at=(-10.0, -10.0, -1.0))
+    return Surface.of(vertices[triangles])
+
+
+def laid(structure, size, at):
+    """Lay a box, if that stands; say whether."""
+    surface, mass = slab(size, at)
+    fresh = structure.fresh(mass, surface, range(len(structure.mass)))
+    state = structure.held((fresh,))
+    if state is not None:
+        structure.lay((fresh,), state)
+    return state is not None
+
+
+def leftover(structure):
+    """Largest force or moment that all known forces leave over on any stone, by sums over the joints."""
+    over = np.zeros((len(structure.mass), 6))
+    over[:, 2] = [-mass.weight for mass in structure.mass]
+    for (k, i), force in structure.force.items():
+        joint = structure.joints[k][i]
+        point = np.concatenate([part.polygon for part in joint.parts if len(part.polygon)])
+        for stone, sign in ((k, 1.0), (joint.below, -1.0)):
+            if stone >= 0:
+                over[stone, :3] += sign * force.sum(axis=0)
+                over[stone, 3:] += sign * np.cross(point - structure.mass[stone].centre, force).sum(axis=0)
+    return np.abs(over).max()
+
+
+@pytest.mark.parametrize(("out", "stands"), [(0.45, True), (0.55, False)])
+def test_a_cube_that_overhangs(out, stands):
+    structure = Structure(ground(), 1e-3)
+    assert laid(structure, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    assert laid(structure, (1.0, 1.0, 1.0), (out, 0.0, 1.0)) == stands
+
+
+@pytest.mark.parametrize(("at", "stands"), [(0.5, True), (1.3, False)])
+def test_a_box_on_the_free_end_of_a_plank(at, stands):
+    """Plank 2 x 1 x 0.1 over a support of 1: middle 0.1 inside the edge; 0.25 m3 at 1.8 beats 0.2 m3 at 0.9."""
+    structure = Structure(ground(), 1e-3)
+    assert laid(structure, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    assert laid(structure, (2.0, 1.0, 0.1), (-0.1, 0.0, 1.0))
+    assert laid(structure, (0.5, 1.0, 0.5), (at, 0.0, 1.1)) == stands
+    assert leftover(structure) < 1e-6
+
+
+def test_the_last_of_a_stack_may_tip_the_lowest():
+    """Offset by 0.3 each, three cubes stand; a fourth takes the middle of the upper ones to 0.6, out over the lowest."""
+    structure = Structure(ground(), 1e-3)
+    assert [laid(structure, (1.0, 1.0, 1.0), (0.3 * k, 0.0, k)) for k in range(4)] == [True, True, True, False]
+    assert leftover(structure) < 1e-6
+
+
+def test_known_forces_balance_a_whole_wall():
+    structure, draw = Structure(ground(), 1e-3), np.random.default_rng(2)
+    for course in range(4):
+        x = float(draw.uniform(-0.2, 0.2))
+        while x < 4.0:
+            long = float(draw.uniform(0.4, 0.9))
+            laid(structure, (long, 0.5, 0.3), (x, 0.0, 0.3 * course))
+            x += long
+    assert len(structure.mass) > 15
+    assert leftover(structure) < 1e-6
+    total = sum(force[:, 2].sum() for (k, i), force in structure.force.items() if structure.joints[k][i].below < 0)
+    assert total == pytest.approx(sum(mass.weight for mass in structure.mass))
+
+
+def test_less_friction_holds_less():
+    lean = np.array([[np.cos(0.45), 0.0, np.sin(0.45)], [0.0, 1.0, 0.0], [-np.sin(0.45), 0.0, np.cos(0.45)]])
+    for friction, stands in ((0.6, True), (0.4, False)):  # tan 0.45 = 0.483
+        vertices, triangles = subdivided(*box(20.0, 20.0, 1.0, at=(-10.0, -10.0, -1.0)))
+        structure = Structure(Surface.of((vertices @ lean.T)[triangles]), 1e-3, friction)
+        vertices, triangles = box(1.0, 1.0, 0.5, at=(0.0, 0.0, 0.0))
+        mass = Mass(lean @ [0.5, 0.5, 0.25], 0.5, GRAVITY)
+        fresh = structure.fresh(mass, Surface.of((vertices @ lean.T)[triangles]), ())
+        assert (structure.held((fresh,)) is not None) == stands
+
+
+def test_what_touches_nothing_does_not_stand():
+    structure = Structure(ground(), 1e-3)
+    surface, mass = slab((1.0, 1.0, 1.0), (0.0, 0.0, 0.5))
+    assert structure.held((structure.fresh(mass, surface, ()),)) is None
+    assert structure.held((Fresh(mass, surface, ()),)) is None
