@@ -387,7 +387,7 @@ def test_the_server_is_stopped_and_the_console_restored_when_drawing_fails(monke
         raise RuntimeError("no light")
 
     monkeypatch.setattr(viser.ViserServer, "__init__", spy)
-    monkeypatch.setattr(scene_module, "_light", broken)
+    monkeypatch.setattr(scene_module, "light", broken)
     with pytest.raises(RuntimeError, match="no light"):
         report_html(arch())
     with pytest.raises(ConnectionRefusedError):

@@ -1,20 +1,33 @@
 """Dry-jointed stone: does it stand, and why? Equilibrium, certificates, geometry.
 
 The names below are all that most scripts need; each is loaded when it is first asked for, so that `import cyclopean`
-costs nothing. The rooms (`cyclopean.analysis`, `cyclopean.design`, `cyclopean.io`, ...) hold the rest.
+costs nothing. The rooms (`cyclopean.analysis`, `cyclopean.design`, `cyclopean.io`, ...) hold the rest. Ten of them are
+needed first: Assembly, read_model, check, limit, polygonal_wall, match, carve, settle, build_sequence and save.
 """
 
+import sys
 import typing
 
 if typing.TYPE_CHECKING:
-    from cyclopean.analysis import Result, Settings, check
+    from cyclopean.analysis import LimitResult, Result, Settings
+    from cyclopean.api import (
+        StoneCarving,
+        StoneMatch,
+        build_sequence,
+        card,
+        carve,
+        check,
+        limit,
+        match,
+        polygonal_wall,
+        save,
+        settle,
+    )
     from cyclopean.assembly import Assembly, Block, Contacts, Load, detect
     from cyclopean.design import arch, dome, stack, vault, wall
-    from cyclopean.design.construction.sequence import build_sequence
     from cyclopean.design.walls.pattern import PatternSettings
-    from cyclopean.design.walls.polygonal import polygonal_wall
     from cyclopean.errors import CyclopeanError, InputError
-    from cyclopean.io import read_model, result_dict, write_json, write_model, write_text
+    from cyclopean.io import read_model, read_stones, result_dict, write_json, write_model, write_text
     from cyclopean.proof import verify, verify_file
     from cyclopean.view import report_html
 
@@ -24,19 +37,29 @@ __all__ = [
     "Contacts",
     "CyclopeanError",
     "InputError",
+    "LimitResult",
     "Load",
     "PatternSettings",
     "Result",
     "Settings",
+    "StoneCarving",
+    "StoneMatch",
     "arch",
     "build_sequence",
+    "card",
+    "carve",
     "check",
     "detect",
     "dome",
+    "limit",
+    "match",
     "polygonal_wall",
     "read_model",
+    "read_stones",
     "report_html",
     "result_dict",
+    "save",
+    "settle",
     "stack",
     "vault",
     "verify",
@@ -50,14 +73,14 @@ __all__ = [
 __version__ = "0.1.0"
 
 _HOME = {
-    "analysis": "Result Settings check",
+    "analysis": "LimitResult Result Settings",
+    "api": "StoneCarving StoneMatch build_sequence card carve check limit match polygonal_wall save settle",
+    "api.notebook": "load_ipython_extension",
     "assembly": "Assembly Block Contacts Load detect",
     "design": "arch dome stack vault wall",
     "design.walls.pattern": "PatternSettings",
-    "design.walls.polygonal": "polygonal_wall",
-    "design.construction.sequence": "build_sequence",
     "errors": "CyclopeanError InputError",
-    "io": "read_model result_dict write_json write_model write_text",
+    "io": "read_model read_stones result_dict write_json write_model write_text",
     "proof": "verify verify_file",
     "view": "report_html",
 }
@@ -70,9 +93,21 @@ def __getattr__(name: str) -> typing.Any:
     if room is None:
         raise AttributeError(f"module 'cyclopean' has no attribute '{name}'")
     value = getattr(importlib.import_module(f"cyclopean.{room}"), name)
-    globals()[name] = value
+    if name in __all__:
+        globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
+
+
+def _show_in_notebooks() -> None:
+    """Where IPython runs, tell it how to show what these functions give."""
+    shell = sys.modules["IPython"].get_ipython()
+    if shell is not None:
+        __getattr__("load_ipython_extension")(shell)
+
+
+if "IPython" in sys.modules:
+    _show_in_notebooks()

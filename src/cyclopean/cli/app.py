@@ -12,13 +12,19 @@ from cyclopean.cli import files, make
 from cyclopean.cli.ashlar import ashlar, pack
 from cyclopean.cli.carve import carve
 from cyclopean.cli.check import check
+from cyclopean.cli.completion import ASKED, candidates, completion
 from cyclopean.cli.demo import demo
+from cyclopean.cli.doctor import doctor
 from cyclopean.cli.info import info
+from cyclopean.cli.limit import LimitCommand, limit
 from cyclopean.cli.match import match
 from cyclopean.cli.plain import PlainCommand, PlainGroup
 from cyclopean.cli.sequence import sequence
+from cyclopean.cli.serve import serve
 from cyclopean.cli.settle import settle
+from cyclopean.cli.studio import studio
 from cyclopean.cli.terminal import ClosedPipeError, complain, say
+from cyclopean.cli.view import view
 from cyclopean.errors import CyclopeanError, InputError, SolverError
 
 __all__ = ["run"]
@@ -51,9 +57,14 @@ def start(
     return 0
 
 
-for command in (demo, check, files.verify, info, files.convert, sequence, match, carve, ashlar, pack, settle):
+for command in (demo, check, files.verify, info, files.convert, sequence, match, carve, ashlar, pack, settle, serve):
     app.command(cls=PlainCommand)(command)
+for to_look_at in (view, studio):
+    app.command(cls=PlainCommand)(to_look_at)
+app.command(cls=LimitCommand)(limit)
 app.add_typer(make.commands, name="make")
+for about_itself in (doctor, completion):
+    app.command(cls=PlainCommand)(about_itself)
 
 
 def run(arguments: list[str]) -> int:
@@ -71,10 +82,20 @@ def run(arguments: list[str]) -> int:
         reads the output, 70 for a fault of ours (never 1, which is a verdict).
     """
     try:
+        if ASKED in os.environ:
+            return _complete(arguments)
         return _guarded(arguments)
     except ClosedPipeError:
         _stop_writing()
         return CLOSED_PIPE
+
+
+def _complete(words: list[str]) -> int:
+    """Answer the shell that asks what a word may become."""
+    found = candidates(typer.main.get_command(app), words)
+    if found:
+        say("\n".join(found))
+    return 0
 
 
 def _guarded(arguments: list[str]) -> int:

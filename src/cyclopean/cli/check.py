@@ -1,20 +1,36 @@
 """`check`: does it stand?"""
 
-import os
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cyclopean.cli.model_options import Density, Gravity, ModelFile, Mu, Supports, Tolerance, Units
-from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
+from cyclopean.cli.model_options import (
+    Cohesion,
+    Combination,
+    Density,
+    Factors,
+    Gravity,
+    ModelFile,
+    Mu,
+    Settle,
+    Supports,
+    Tension,
+    Tolerance,
+    Units,
+)
+from cyclopean.cli.outputs import STANDARD_OUTPUT, planned, seen_from
 from cyclopean.cli.terminal import long_work, say, say_json, warn
-from cyclopean.cli.values import choice, optional_number, tilt, vector, weights, whole
+from cyclopean.cli.values import case_factors, choice, optional_number, settlements, tilt, vector, weights, whole
+from cyclopean.cli.vary import Cluster, Samples, Seed, Vary, Workers, asked, sensitivity_lines, vary
+from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
-    from cyclopean.analysis import Result
+    from cyclopean.analysis import Margins, Result, Sensitivity, Settings
+    from cyclopean.assembly import Assembly
 
 __all__ = ["check", "verdict_lines", "write_result"]
 
@@ -36,8 +52,20 @@ def check(
         str | None,
         typer.Option("--tilt", metavar="DEG[,AZ]", help="Turn gravity towards azimuth AZ (degrees from +x to +y)."),
     ] = None,
+    combination: Combination = "",
+    factor: Factors = None,
+    all_combinations: Annotated[
+        bool, typer.Option("--all-combinations", help="Check every combination of the model; a table.")
+    ] = False,
     units: Units = None,
     tolerance: Tolerance = None,
+    rough: Annotated[
+        str | None,
+        typer.Option(metavar="L|auto", help="Find contacts of rough surfaces, nearer than this (m) [flat faces only]."),
+    ] = None,
+    tension: Tension = None,
+    cohesion: Cohesion = None,
+    settle: Settle = None,
     cone: Annotated[
         str, typer.Option(metavar="C", help="Friction cone: exact, inscribed:K or circumscribed:K.")
     ] = "exact",
@@ -61,6 +89,15 @@ def check(
     nodes: Annotated[
         str | None, typer.Option(metavar="N", help="cra: cases the refuting search may open [2000].")
     ] = None,
+    spare: Annotated[
+        bool | None,
+        typer.Option("--margins/--no-margins", help="Say how far it is from falling [up to 600 contact points]."),
+    ] = None,
+    varies: Vary = None,
+    samples: Samples = None,
+    seed: Seed = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     json: Annotated[
         str | None, typer.Option(metavar="F|-", help="Write the result; - prints it and nothing else.")
     ] = None,
@@ -84,6 +121,11 @@ def check(
         "solver": solver,
         "weights": weights("--weights", weigh),
         "penalty": penalty,
+        "combination": combination,
+        "factors": case_factors("--factor", factor),
+        "tension": optional_number("--tension", tension, above=0.0),
+        "cohesion": optional_number("--cohesion", cohesion, above=0.0),
+        "settle": settlements("--settle", settle),
     }
     search = {
         "eps": optional_number("--eps", eps, above=0.0),
@@ -93,7 +135,11 @@ def check(
         "nodes": whole("--nodes", nodes) if nodes is not None else None,
     }
     wanted |= {name: value for name, value in search.items() if value is not None}
+    variation = asked(varies, samples, seed, workers, cluster)
     files = planned({"--json": json, "--certificate": certificate, "--report": report}, keep=model)
+    if all_combinations and (combination or files or json or variation is not None):
+        given = "--combination" if combination else "--vary" if variation is not None else next(iter(files), "--json")
+        raise InputError(f"--all-combinations prints a table and nothing else; leave out {given}")
 
     from cyclopean import analysis, io
 
@@ -105,7 +151,14 @@ def check(
         started = time.perf_counter()
         assembly, warnings = io.read_model(model, units)
         read = time.perf_counter() - started
+        if rough is not None:
+            assembly, said = _on_rough_surfaces(model, assembly, rough)
+            warnings = (*warnings, *said)
+        if all_combinations:
+            return _every_combination(model, assembly, settings, warnings, stage)
         result = analysis.check(assembly, settings, stage)
+        margins = _margins(assembly, settings, result, spare, stage)
+        sensitivity = None if variation is None else vary(assembly, settings, variation, stage)
     result = replace(
         result,
         warnings=(*warnings, *result.warnings),
@@ -113,15 +166,93 @@ def check(
     )
     for warning in result.warnings:
         warn(warning)
-    data = write_result(result, files, model)
+    data = write_result(result, files, model, margins, sensitivity)
     if json == STANDARD_OUTPUT:
         say_json(data)
     else:
-        say("\n".join(verdict_lines(result, data, files)))
+        more = [] if sensitivity is None else sensitivity_lines(sensitivity)
+        say("\n".join([*verdict_lines(result, data, files), *_margin_lines(margins, result), *more]))
     return STATUS[result.verdict]
 
 
-def write_result(result: "Result", files: dict[str, Path], model: str) -> dict[str, Any]:
+def _on_rough_surfaces(model: str, assembly: "Assembly", rough: str) -> tuple["Assembly", tuple[str, ...]]:
+    """Give a model that lists no contacts those of its rough surfaces, and say what they stand for."""
+    from cyclopean.assembly import rough_contacts
+    from cyclopean.assembly.patches import patch_notes
+
+    band = None if rough == "auto" else optional_number("--rough", rough, above=0.0)
+    if assembly.contacts is not None:
+        raise InputError(f"--rough: {model} lists its contacts; leave --rough out")
+    contacts, patches = rough_contacts(assembly, band)
+    return replace(assembly, contacts=contacts), patch_notes(assembly, patches)
+
+
+def _every_combination(
+    model: str,
+    assembly: "Assembly",
+    settings: "Settings",
+    warnings: tuple[str, ...],
+    stage: Callable[[str], None],
+) -> int:
+    """One line for each combination of the model; the exit status of the worst: unstable, then undecided."""
+    from cyclopean import analysis
+
+    if not assembly.combinations:
+        raise InputError(f'{model}: has no "combinations"; name some in the model, or use --factor')
+    results = {
+        one.name: analysis.check(assembly, replace(settings, combination=one.name), stage)
+        for one in assembly.combinations
+    }
+    for warning in dict.fromkeys((*warnings, *(w for result in results.values() for w in result.warnings))):
+        warn(warning)
+    wide = max(map(len, results))
+    for name, result in results.items():
+        loads = "" if result.loading is None else result.loading.words().partition(": ")[2]
+        say(f"{name:{wide}}  {result.verdict:9}  {loads}")
+    words = {result.verdict for result in results.values()}
+    return STATUS[next(word for word in ("unstable", "undecided", "stable") if word in words)]
+
+
+def _margins(
+    assembly: "Assembly", settings: "Settings", result: "Result", wanted: bool | None, stage: Callable[[str], None]
+) -> "Margins | None":
+    """What a model that stands has to spare; without being asked only where that takes about a second."""
+    from cyclopean import analysis
+    from cyclopean.analysis.reserves import POINTS
+
+    few = len(result.contacts.point) <= POINTS
+    if result.verdict != "stable" or result.settled is not None or not (few if wanted is None else wanted):
+        return None
+    stage("margins")
+    given = replace(assembly, contacts=result.contacts)
+    return analysis.margins(analysis.pose(given, settings, {}, stage), settings)
+
+
+def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
+    """How far it is from falling, on one line."""
+    if found is None:
+        return []
+    told = []
+    if (friction := found.friction) is not None:
+        mu = result.contacts.mu
+        one = len(mu) and mu.min() == mu.max()
+        least = f"mu {friction.stands * mu[0]:.3g}" if one else f"{100 * friction.stands:.1f} % of mu"
+        told.append("needs no friction" if friction.falls is None else f"needs {least}")
+    if (joints := found.joints) is not None:
+        over = "over " if joints.falls is None else ""
+        told.append(f"geometric safety {over}{found.geometric_safety:.4g}")
+    if (tilt := found.tilt) is not None:
+        told.append(f"tilt up to {tilt.stands:.2f} degrees towards azimuth {found.azimuth:g}")
+    return [f"  margins  {', '.join(told)} (by rbe)"] if told else []
+
+
+def write_result(
+    result: "Result",
+    files: dict[str, Path],
+    model: str,
+    margins: "Margins | None" = None,
+    sensitivity: "Sensitivity | None" = None,
+) -> dict[str, Any]:
     """Write the files that were asked for, once all of them are composed; return the result as data.
 
     Parameters
@@ -132,17 +263,35 @@ def write_result(result: "Result", files: dict[str, Path], model: str) -> dict[s
         Where to write, by option; the files name each other by relative paths.
     model : str
         Path of the model.
+    margins : Margins, optional
+        What the model has to spare.
+    sensitivity : Sensitivity, optional
+        What became of samples, where some were drawn.
     """
     from cyclopean import io
 
     proof = files.get("--certificate") if result.certificate is not None else None
-    data = io.result_dict(result, _seen_from(files.get("--json"), proof))
+    data = io.result_dict(result, seen_from(files.get("--json"), proof))
+    if margins is not None:
+        data["margins"] = io.margins_dict(margins, result)
+    if sensitivity is not None:
+        data["sensitivity"] = io.sensitivity_dict(sensitivity)
     page = None
     if "--report" in files:
         from cyclopean.view import report_html
+        from cyclopean.view.margins_table import margins_section
+        from cyclopean.view.sensitivity_chart import sensitivity_section
 
         there = files["--report"]
-        page = report_html(result, certificate_file=_seen_from(there, proof), model_file=_seen_from(there, Path(model)))
+        page = report_html(
+            result,
+            certificate_file=seen_from(there, proof),
+            model_file=seen_from(there, Path(model)),
+            sections=(
+                "" if margins is None else margins_section(margins, result),
+                "" if sensitivity is None else sensitivity_section(sensitivity),
+            ),
+        )
     if proof is not None:
         io.write_json(proof, result.certificate)
     elif "--certificate" in files:
@@ -155,13 +304,6 @@ def write_result(result: "Result", files: dict[str, Path], model: str) -> dict[s
     return data
 
 
-def _seen_from(page: Path | None, file: Path | None) -> str | None:
-    """Name a file as seen from the folder of another one, or from here where that is standard output."""
-    if file is None:
-        return None
-    return os.path.relpath(file, os.curdir if page is None else page.parent).replace(os.sep, "/")
-
-
 def verdict_lines(result: "Result", data: dict[str, Any], files: dict[str, Path]) -> list[str]:
     """Say the verdict, why, what it rests on, and where the files are."""
     lines = [
@@ -169,6 +311,14 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: dict[str, Path]
         f"  model    {result.assembly.name}: {data['blocks']} blocks, {data['free']} of them free,"
         f" {data['contacts']} contacts; method {result.method}",
     ]
+    if result.loading is not None:
+        lines.append(f"  loads    {result.loading.words()}")
+    if result.partly_held:
+        lines.append(f"  held     partly: {_some(result.partly_held)}")
+    if result.settled is not None:
+        lines.append(f"  opened   {_opened(result)}")
+    if result.strength > 0.0:
+        lines.append(f"  WARNING  this counts on joints that pull with up to {result.strength:g} Pa; dry joints do not")
     if result.assumed:
         lines.append("  assumed  " + ", ".join(f"{name} {_plain(value)}" for name, value in result.assumed.items()))
     if result.certificate is not None:
@@ -178,6 +328,20 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: dict[str, Path]
     if written:
         lines.append(f"  written  {', '.join(written)}")
     return lines
+
+
+def _opened(result: "Result") -> str:
+    """The joints that open furthest in a settlement, in m."""
+    from cyclopean.analysis import openings
+
+    ids, a, b = [block.id for block in result.assembly.blocks], result.contacts.a, result.contacts.b
+    found = [f"{ids[a[k]]} and {ids[b[k]]} by {width:.3g} m" for k, width in openings(result)]
+    more = f" and {len(found) - 4} more" if len(found) > 4 else ""
+    return ", ".join(found[:4]) + more if found else "nothing"
+
+
+def _some(names: tuple[str, ...]) -> str:
+    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
 
 
 def _within(result: "Result") -> str:

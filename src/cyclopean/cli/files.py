@@ -2,16 +2,13 @@
 
 import os
 import stat
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.errors import InputError
-
-if TYPE_CHECKING:
-    from cyclopean.assembly import Assembly
 
 __all__ = ["convert", "verify"]
 
@@ -92,33 +89,32 @@ def convert(
     target: Annotated[
         str, typer.Argument(metavar="OUT", show_default=False, help="File to write; its ending decides.")
     ],
+    result: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--result",
+            metavar="F",
+            show_default=False,
+            help="Result, match, carving or sequence of the model, to go along; may be given several times.",
+        ),
+    ] = None,
     units: Units = None,
 ) -> int:
-    """Write a model in another format, in metres."""
-    path = planned({"OUT": target}, keep=source)["OUT"]
-    mesh = path.suffix.lower() in MESHES
-    if not mesh and path.suffix.lower() != ".json":
-        raise InputError(f"OUT {target}: unknown ending; use .json, {', '.join(MESHES)}")
+    """Write a model in another format, in metres.
 
+    Endings: .json, .compas.json, .3dm (Rhino), .ifc, .glb, .obj, .ply, .stl, .3ddat (3DEC), .csv (tables).
+    """
     from cyclopean import io
 
+    outputs = [str(path) for path in io.exchange_paths(target)]
+    names = ["OUT", "OUT, contacts"][: len(outputs)]
+    for kept in (source, *(result or ())):
+        planned(dict(zip(names, outputs, strict=True)), keep=kept)
     assembly, warnings = io.read_model(source, units)
-    (io.write_mesh if mesh else io.write_model)(path, assembly)
-    for warning in (*warnings, *(_lost(path.name, assembly) if mesh else ())):
+    assembly, findings, more = io.read_findings(result or (), assembly)
+    lost = io.write_exchange(target, assembly, findings)
+    for warning in (*warnings, *more, *lost):
         warn(warning)
-    say(f"{assembly.name}: {len(assembly)} blocks; written {path}")
+    written = outputs[:1] if assembly.contacts is None else outputs
+    say(f"{assembly.name}: {len(assembly)} blocks; written {', '.join(written)}")
     return 0
-
-
-def _lost(name: str, assembly: "Assembly") -> tuple[str, ...]:
-    """Say what of the model a mesh file does not hold."""
-    blocks = assembly.blocks
-    lost = {
-        "contacts": assembly.contacts is not None,
-        "loads": bool(assembly.loads),
-        "supports": any(b.fixed is not None for b in blocks),
-        "densities": any(b.density is not None for b in blocks),
-        "groups": any(b.group is not None for b in blocks),
-    }
-    kinds = [kind for kind, there in lost.items() if there]
-    return (f"{name}: a mesh file holds no {', '.join(kinds)}",) if kinds else ()

@@ -39,7 +39,7 @@ def info(
     from cyclopean import io
 
     assembly, warnings = io.read_model(model, units)
-    data = _contents(assembly)
+    data = _contents(assembly) | {"format": io.file_format(model)}
     for warning in warnings:
         warn(warning)
     if files:
@@ -153,7 +153,11 @@ def _joints(contacts: "Contacts | None", detected: bool) -> dict[str, Any] | Non
 def _lines(data: dict[str, Any]) -> list[str]:
     """Write the same for a person."""
     said = f"{data['fixed']} fixed, {data['free']} free"
-    lines = [data["model"], f"  blocks    {data['blocks']} ({said}), {data['groups']} groups"]
+    lines = [
+        data["model"],
+        f"  format    {data['format']}",
+        f"  blocks    {data['blocks']} ({said}), {data['groups']} groups",
+    ]
     rules = {"file": "as the file says", "lowest": "every block at the lowest point", "none": "none"}
     lines.append(f"  supports  {rules.get(data['supports'], data['supports'])}")
     if data["bounds"] is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cyclopean.errors import InputError
 
-__all__ = ["MESHES", "STANDARD_OUTPUT", "folder", "planned"]
+__all__ = ["MESHES", "STANDARD_OUTPUT", "folder", "planned", "seen_from"]
 
 STANDARD_OUTPUT = "-"
 MESHES = (".glb", ".obj", ".ply", ".stl")
@@ -78,6 +78,13 @@ def folder(option: str, text: str | None, default: str) -> Path:
     if not os.access(path, os.W_OK | os.X_OK):
         raise InputError(f"{option} {path}: no permission to write there")
     return path
+
+
+def seen_from(page: Path | None, file: Path | None) -> str | None:
+    """Name a file as seen from the folder of another one, or from here where that is standard output."""
+    if file is None:
+        return None
+    return os.path.relpath(file, os.curdir if page is None else page.parent).replace(os.sep, "/")
 
 
 def _writable(option: str, text: str) -> Path:

@@ -5,6 +5,8 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from cyclopean.cli.examples import EXAMPLES
+
 __all__ = ["PlainCommand", "PlainGroup"]
 
 
@@ -27,6 +29,12 @@ class PlainCommand(TyperCommand):
     def get_params(self, ctx: typer.Context) -> list[Any]:  # type: ignore[override]
         """Parameters, the one for help included."""
         return _spared(super().get_params(ctx))
+
+    def format_epilog(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]
+        """Examples, one a line as it is to be typed; the formatter would fill them up into a paragraph."""
+        shown = EXAMPLES.get(ctx.command_path.removeprefix("cyclopean "), ())
+        if shown:
+            formatter.write("\nExamples:\n" + "".join(f"  {line}\n" for line in shown))
 
 
 class PlainGroup(TyperGroup):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["settle"]
 
 LISTED = 6  # stones named one by one
-OPTIONS = ("length", "height", "thickness", "wythes", "cell", "yaws", "margin", "tries", "band")
+OPTIONS = ("length", "height", "thickness", "wythes", "cell", "yaws", "margin", "friction", "tries", "band")
 NAMED = {name: (f"--{name}", "") for name in OPTIONS} | {"look_ahead": ("--look-ahead", "")}
 
 
@@ -40,26 +40,33 @@ def settle(
         str, typer.Option("--look-ahead", metavar="N", help="Stones that compete for a place; 0: in their order.")
     ] = "8",
     margin: Annotated[
-        str, typer.Option(metavar="L", help="Depth (m) of the centre of mass inside the hull of the contacts.")
-    ] = "0",
+        str | None,
+        typer.Option(
+            metavar="L",
+            help="Depth (m) of the centre of mass inside what bears a stone [1/20 of its size].",
+        ),
+    ] = None,
+    friction: Annotated[str, typer.Option(metavar="M", help="Friction that is counted on while laying.")] = "0.6",
     yaws: Annotated[str, typer.Option(metavar="N", help="Turns about the vertical that are tried.")] = "8",
     weights: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME=W,...", help="[support=2,centre=2,void=1,height=0.2,bond=0.5,face=0.5]", show_default=False
+            metavar="NAME=W,...",
+            help="[support=2,centre=3,tilt=1.5,void=1,height=0.2,bond=0.5,face=0.5]",
+            show_default=False,
         ),
     ] = None,
     hearting: Annotated[bool, typer.Option("--hearting", help="Small stones go into the hollows.")] = False,
-    chinking: Annotated[bool, typer.Option("--chinking", help="Drive wedges under stones that rock.")] = False,
+    chinking: Annotated[bool, typer.Option("--chinking", help="Drive wedges under stones that would rock.")] = False,
     cell: Annotated[str | None, typer.Option(metavar="L", help="Of the height map (m) [1/20 of a stone].")] = None,
     units: Annotated[str | None, typer.Option(metavar="U", help="Unit of the stones' lengths, such as mm.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="A stone that cannot be used is an error.")] = False,
     json: Annotated[
         str | None, typer.Option(metavar="F|-", help="Write placements and figures; - prints them and nothing else.")
     ] = None,
-    svg: Annotated[str | None, typer.Option(metavar="F", help="Draw the wall; stones that do not sit are red.")] = None,
+    svg: Annotated[str | None, typer.Option(metavar="F", help="Draw the wall.")] = None,
 ) -> int:
-    """Lay found stones, uncut, into a dry rubble wall, and say of each whether it sits."""
+    """Lay found stones, uncut, into a dry rubble wall that stands at every stage."""
     wanted: dict[str, Any] = {
         "length": optional_number("--length", length, above=0.0),
         "height": optional_number("--height", height, above=0.0),
@@ -68,7 +75,8 @@ def settle(
         "wythes": int(choice("--wythes", wythes, ("1", "2"))),
         "look_ahead": whole("--look-ahead", look_ahead),
         "yaws": whole("--yaws", yaws),
-        "margin": number("--margin", margin),
+        "margin": optional_number("--margin", margin),
+        "friction": number("--friction", friction),
         "hearting": hearting,
         "chinking": chinking,
     }
@@ -100,8 +108,7 @@ def settle(
     if "--svg" in files:
         from cyclopean.view.rubble_drawing import rubble_svg
 
-        rocking = [inventory.stones[laid.stone].id for laid in wall.laid if not laid.stable]
-        io.write_text(files["--svg"], rubble_svg(wall.assembly, Path(stones).name, rocking))
+        io.write_text(files["--svg"], rubble_svg(wall.assembly, Path(stones).name))
     io.write_model(files["--out"], wall.assembly)
     if "--json" in files:
         io.write_json(files["--json"], data)
@@ -139,21 +146,18 @@ def _weights(text: str | None) -> "Weights":
 def _lines(wall: "RubbleWall", inventory: "Inventory", files: dict[str, Path]) -> list[str]:
     """Say what came out."""
     m = wall.measures
-    rocking = [inventory.stones[laid.stone].id for laid in wall.laid if not laid.stable]
     left = [inventory.stones[k].id for k in wall.left_over.tolist()]
     lines = [
         f"settled {len(wall.laid)} of {len(inventory)} stones in {m.courses} courses:"
         f" {m.length:.2f} m long, {m.thickness:.2f} m thick, {m.height:.2f} m high",
-        f"  sit       {m.stable:.0%} of them, centre of mass inside the hull of the contacts",
+        f"  stands    at every stage with friction {wall.settings.friction:g}; {m.stable:.0%} of the stones sit in it",
         f"  void      {m.void:.0%} between the faces, {m.hollow:.0%} below the stones' own tops",
         f"  overlap   at most {m.overlap:.1e} of a stone",
     ]
-    if rocking:
-        lines.append(f"  rocking   {_some(rocking)}")
     if wall.wedges:
         lines.append(f"  wedges    {wall.wedges}")
     if left:
-        lines.append(f"  left over {_some(left)}")
+        lines.append(f"  put aside {_some(left)}")
     lines.append(f"  written   {', '.join(str(path) for path in files.values())}")
     return lines
 

@@ -7,7 +7,18 @@ from cyclopean.errors import InputError
 REACH = 1e12  # as in model files: beyond it, products leave double precision
 SPECK = 1e-100  # what is smaller counts as zero, for its products leave double precision too
 
-__all__ = ["choice", "number", "numbers", "optional_number", "tilt", "vector", "weights", "whole"]
+__all__ = [
+    "case_factors",
+    "choice",
+    "number",
+    "numbers",
+    "optional_number",
+    "settlements",
+    "tilt",
+    "vector",
+    "weights",
+    "whole",
+]
 
 
 def number(option: str, text: str) -> float:
@@ -139,3 +150,54 @@ def choice(option: str, text: str, known: tuple[str, ...]) -> str:
     if text not in known:
         raise InputError(f"{option}: '{text}' is not one of {', '.join(known)}")
     return text
+
+
+def case_factors(option: str, texts: list[str] | None) -> tuple[tuple[str, float], ...]:
+    """Read `CASE=X` of a repeatable option.
+
+    Raises
+    ------
+    InputError
+        One of them is something else, or a case stands twice.
+
+    Examples
+    --------
+    >>> case_factors("--factor", ["wind=1.5", "self=0.9"])
+    (('wind', 1.5), ('self', 0.9))
+    """
+    found: dict[str, float] = {}
+    for text in texts or []:
+        case, between, value = text.rpartition("=")
+        if not between or not case:
+            raise InputError(f"{option}: '{text}' should be CASE=X, such as wind=1.5")
+        if case in found:
+            raise InputError(f"{option}: the case '{case}' stands twice")
+        found[case] = number(f"{option} {case}", value)
+    return tuple(found.items())
+
+
+def settlements(option: str, texts: list[str] | None) -> tuple[tuple[str, tuple[float, ...]], ...]:
+    """Read `BLOCK:DX,DY,DZ[,RX,RY,RZ]` of a repeatable option; rotations are zero where they are not given.
+
+    Raises
+    ------
+    InputError
+        One of them is something else, or a block stands twice.
+
+    Examples
+    --------
+    >>> settlements("--settle", ["s1:0,0,-0.01"])
+    (('s1', (0.0, 0.0, -0.01, 0.0, 0.0, 0.0)),)
+    """
+    found: dict[str, tuple[float, ...]] = {}
+    for text in texts or []:
+        block, between, values = text.rpartition(":")
+        if not between or not block:
+            raise InputError(f"{option}: '{text}' should be BLOCK:DX,DY,DZ or BLOCK:DX,DY,DZ,RX,RY,RZ")
+        if block in found:
+            raise InputError(f"{option}: block '{block}' stands twice")
+        motion = numbers(f"{option} {block}", values)
+        if len(motion) not in (3, 6):
+            raise InputError(f"{option} {block}: '{values}' should be three or six numbers")
+        found[block] = (*motion, 0.0, 0.0, 0.0)[:6]
+    return tuple(found.items())

@@ -1,0 +1,31 @@
+"""One call for each thing that a person does first; the rooms below hold the rest.
+
+Every function here takes a file or an object where the rooms take objects only, and options as keywords where the rooms
+take a settings object. What comes back is what the rooms give, so the two can be mixed at will.
+"""
+
+from cyclopean.api.checking import build_sequence, check
+from cyclopean.api.inputs import HasAssembly, Model, Stones
+from cyclopean.api.limiting import limit
+from cyclopean.api.notebook import card, load_ipython_extension
+from cyclopean.api.saving import save
+from cyclopean.api.stones import StoneCarving, StoneMatch, carve, match, settle
+from cyclopean.api.walls import polygonal_wall
+
+__all__ = [
+    "HasAssembly",
+    "Model",
+    "StoneCarving",
+    "StoneMatch",
+    "Stones",
+    "build_sequence",
+    "card",
+    "carve",
+    "check",
+    "limit",
+    "load_ipython_extension",
+    "match",
+    "polygonal_wall",
+    "save",
+    "settle",
+]

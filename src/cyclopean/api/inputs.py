@@ -1,0 +1,104 @@
+"""What the one-call functions accept: a file, or what another function gave; options as keywords."""
+
+import os
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
+
+from cyclopean.errors import InputError
+
+if TYPE_CHECKING:
+    from cyclopean.assembly import Assembly
+    from cyclopean.design.stones.inventory import Inventory
+    from cyclopean.design.stones.stone import Stone
+
+__all__ = ["HasAssembly", "Model", "Path", "Stones", "assembly_of", "in_python", "inventory_of", "said"]
+
+Chosen = TypeVar("Chosen")
+
+
+@runtime_checkable
+class HasAssembly(Protocol):
+    """A wall of any kind, a match, a carving, a result: whatever holds a structure."""
+
+    @property
+    def assembly(self) -> "Assembly":
+        """The structure."""
+
+
+Path: TypeAlias = str | os.PathLike[str]
+Model: TypeAlias = "Path | Assembly | HasAssembly"
+Stones: TypeAlias = "Path | Inventory | Sequence[Stone]"
+
+
+def assembly_of(model: Model, units: str | None = None) -> "tuple[Assembly, tuple[str, ...]]":
+    """The structure, and what was assumed in reading it.
+
+    Parameters
+    ----------
+    model : path, Assembly or anything with an `assembly`
+        Where it is.
+    units : str, optional
+        Unit of length of a file that does not say it.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, units were given for what is no file, or it is none of these.
+    """
+    if isinstance(model, str | os.PathLike):
+        from cyclopean.io import read_model
+
+        return read_model(model, units)
+    from cyclopean.assembly import Assembly
+
+    _refuse_units(units)
+    if isinstance(model, Assembly):
+        return model, ()
+    if isinstance(model, HasAssembly):
+        return model.assembly, ()
+    raise InputError(f"model: expected a file, an Assembly or a wall, got {type(model).__name__}")
+
+
+def inventory_of(stones: Stones, units: str | None = None) -> "tuple[Inventory, tuple[str, ...]]":
+    """The stones, and what was assumed in reading them; parameters and errors as `assembly_of`."""
+    from cyclopean.design.stones.inventory import Inventory
+    from cyclopean.design.stones.stone import Stone
+
+    if isinstance(stones, (str, os.PathLike)):
+        from cyclopean.io import read_stones
+
+        return read_stones(stones, units)
+    _refuse_units(units)
+    if isinstance(stones, Inventory):
+        return stones, ()
+    given: Any = stones
+    if isinstance(given, Sequence) and all(isinstance(stone, Stone) for stone in given):
+        return Inventory(tuple(given)), ()
+    raise InputError(f"stones: expected a folder, a file, an Inventory or a list of Stone, got {type(stones).__name__}")
+
+
+def _refuse_units(units: str | None) -> None:
+    if units is not None:
+        raise InputError(f"units: '{units}' is for files; what is in memory is in metres")
+
+
+def said(base: Chosen, /, **options: Any) -> Chosen:
+    """Settings in which the options that were given (are not None) stand instead."""
+    given = {name: value for name, value in options.items() if value is not None}
+    return replace(base, **given) if given else base  # type: ignore[type-var]
+
+
+@contextmanager
+def in_python() -> Iterator[None]:
+    """Refusals name options as Python writes them: beta_min, not --beta-min."""
+    try:
+        yield
+    except InputError as error:
+        text = str(error)
+        plain = re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda found: found[1].replace("-", "_"), text)
+        if plain == text:
+            raise
+        raise InputError(plain) from None

@@ -1,0 +1,170 @@
+"""Notebooks: what these functions give shows itself, as a card with its verdict, its figures and a scene to turn.
+
+The classes live in rooms that know nothing of drawing, so they are not given a method to draw themselves: IPython is
+told, by their names, who draws them. Nothing is loaded for that until such a thing is shown. `import cyclopean` does it
+where IPython runs; `%load_ext cyclopean` does it where that comes later. Elsewhere `card(thing)` gives the HTML.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from cyclopean.api.inputs import HasAssembly
+from cyclopean.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cyclopean.api.stones import StoneCarving, StoneMatch
+    from cyclopean.assembly import Block
+
+__all__ = ["SHOWN", "card", "load_ipython_extension", "one_line"]
+
+# Where they are defined, and what they are to a person.
+SHOWN = {
+    ("cyclopean.analysis.limits.result", "LimitResult"): "",
+    ("cyclopean.analysis.verdict", "Result"): "",
+    ("cyclopean.api.stones", "StoneCarving"): "",
+    ("cyclopean.api.stones", "StoneMatch"): "",
+    ("cyclopean.assembly.blocks", "Assembly"): "structure",
+    ("cyclopean.design.carving.carved_wall", "CarvedWall"): "wall of carved stones",
+    ("cyclopean.design.construction.sequence", "BuildSequence"): "",
+    ("cyclopean.design.laying.settle", "RubbleWall"): "rubble wall",
+    ("cyclopean.design.stones.inventory", "Inventory"): "",
+    ("cyclopean.design.walls.polygonal", "PolygonalWall"): "polygonal wall",
+}
+
+
+def card(thing: Any) -> str:
+    """Draw what one of these functions gave, as a piece of HTML.
+
+    Parameters
+    ----------
+    thing : Assembly, wall, Result, LimitResult, BuildSequence, StoneMatch, StoneCarving or Inventory
+        What to show.
+
+    Returns
+    -------
+    str
+        HTML that holds all it shows, of about 0.9 MB where it has a scene in 3D.
+
+    Raises
+    ------
+    InputError
+        It is nothing that this package gave.
+
+    Examples
+    --------
+    >>> import cyclopean
+    >>> "Stable" in card(cyclopean.check(cyclopean.stack(2)))
+    True
+    """
+    from cyclopean.analysis import LimitResult, Result
+    from cyclopean.api.stones import StoneCarving, StoneMatch
+    from cyclopean.assembly import Assembly
+    from cyclopean.design.construction.sequence import BuildSequence
+    from cyclopean.design.stones.inventory import Inventory
+    from cyclopean.view import notebook
+
+    if isinstance(thing, Result):
+        return notebook.result_card(thing)
+    if isinstance(thing, LimitResult):
+        return notebook.limit_card(thing)
+    if isinstance(thing, BuildSequence):
+        return notebook.sequence_card(thing)
+    if isinstance(thing, StoneMatch):
+        return _match_card(thing)
+    if isinstance(thing, StoneCarving):
+        return _carving_card(thing)
+    if isinstance(thing, Inventory):
+        return notebook.inventory_card(thing.stones, thing.source, (*thing.notes, *thing.refused))
+    kind = SHOWN.get((type(thing).__module__, type(thing).__name__), "structure")
+    if isinstance(thing, Assembly):
+        return notebook.model_card(thing, kind)
+    if isinstance(thing, HasAssembly):
+        return notebook.model_card(thing.assembly, kind)
+    raise InputError(f"card: a {type(thing).__name__} has none; give a structure, a wall or what a function found")
+
+
+def _match_card(found: "StoneMatch") -> str:
+    """Stones as they are placed, before any is carved."""
+    import numpy as np
+
+    from cyclopean.assembly import Block
+    from cyclopean.view.notebook import stones_card
+
+    match, blocks = found.match, found.assembly.blocks
+    bodies = [
+        Block(
+            found.stones[p.stone].id,
+            found.stones[p.stone].vertices @ p.rotation.T + p.shift,
+            tuple(map(tuple, found.stones[p.stone].triangles.tolist())),
+        )
+        for p in match.placements
+    ]
+    figures = [
+        ("Lambda: carved off", f"{match.imposition:.3f}"),
+        ("gap: left empty", f"{match.gap:.3f}"),
+        ("stones placed", f"{len(match):,} of {len(found.stones):,}"),
+        ("cells without a stone", f"{len(match.empty):,}"),
+    ]
+    share = np.array([p.carved_share for p in match.placements])
+    held = _without(blocks, {int(k) for k in found.cells.block})
+    title = f"Stones for {found.assembly.name}"
+    return stones_card(title, "as placed, not yet carved", figures, bodies, share, held=held, notes=found.warnings)
+
+
+def _carving_card(carving: "StoneCarving") -> str:
+    import numpy as np
+
+    from cyclopean.assembly import Block
+    from cyclopean.view.notebook import stones_card
+
+    bodies = [Block(c.stone, c.vertices, tuple(map(tuple, c.triangles.tolist()))) for c in carving.carved]
+    cuts = sum(not cut.dressing for c in carving.carved for cut in c.cuts)
+    figures = [
+        ("Lambda: carved off", f"{carving.total.imposition:.3f}"),
+        ("gap: left empty", f"{carving.total.gap:.3f}"),
+        ("stones", f"{len(carving.carved):,}"),
+        ("cuts", f"{cuts:,}"),
+        ("of the joints touch", f"{carving.built.touching_share:.0%}"),
+    ]
+    share = np.array([c.carved_share for c in carving.carved])
+    held = [b for b, fixed in zip(carving.drawn.blocks, carving.fixed.tolist(), strict=True) if fixed]
+    title = f"{carving.drawn.name}, carved"
+    text = "as it will be built, not checked"
+    return stones_card(title, text, figures, bodies, share, held=held, notes=carving.warnings)
+
+
+def _without(blocks: "Sequence[Block]", cells: set[int]) -> "list[Block]":
+    return [block for k, block in enumerate(blocks) if k not in cells]
+
+
+def one_line(thing: Any) -> str:
+    """What a terminal shows: the arrays of a result would fill pages."""
+    name = type(thing).__name__
+    if hasattr(thing, "verdict"):
+        return f"<{name} {thing.verdict}: {thing.reason}>"
+    if hasattr(thing, "word"):
+        return f"<{name} {thing.word}: {thing.reason}>"
+    if hasattr(thing, "imposition"):
+        return f"<{name} of {len(thing.match)} stones: Lambda {thing.imposition:.3f}, gap {thing.gap:.3f}>"
+    if isinstance(thing, HasAssembly):
+        return f"<{name} '{thing.assembly.name}', {len(thing.assembly)} blocks>"
+    return f"<{name} '{getattr(thing, 'name', getattr(thing, 'source', ''))}', {len(thing)}>"
+
+
+def load_ipython_extension(shell: Any) -> None:
+    """Tell IPython who draws what; `%load_ext cyclopean` calls it.
+
+    Parameters
+    ----------
+    shell : IPython.core.interactiveshell.InteractiveShell
+        The running one.
+    """
+    formatters = shell.display_formatter.formatters
+    for module, name in SHOWN:
+        formatters["text/html"].for_type_by_name(module, name, card)
+        formatters["text/plain"].for_type_by_name(module, name, _print)
+
+
+def _print(thing: Any, printer: Any, cycle: bool) -> None:
+    printer.text(one_line(thing))

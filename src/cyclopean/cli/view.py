@@ -1,0 +1,93 @@
+"""`view`: a model or a result as a page in the browser."""
+
+import os
+from pathlib import Path, PurePath
+from typing import Annotated
+
+import typer
+
+from cyclopean.cli.model_options import Units
+from cyclopean.cli.outputs import planned
+from cyclopean.cli.terminal import long_work, say, warn
+from cyclopean.errors import InputError
+
+__all__ = ["view"]
+
+
+def view(
+    file: Annotated[str, typer.Argument(metavar="FILE", show_default=False, help="Model or result file.")],
+    out: Annotated[
+        str | None, typer.Option(metavar="F", help="Page to write [a new file in the folder for temporary ones].")
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(metavar="MODEL", help="Model of a result, where it is not found beside it.")
+    ] = None,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only write the page.")] = False,
+    units: Units = None,
+) -> int:
+    """Show a model, or the result of a check, as a page that needs no network."""
+    if out is None and no_browser:
+        raise InputError("--no-browser: needs --out F, or nobody would find the page")
+    files = planned({"--out": out}, keep=file)
+
+    from cyclopean import io
+
+    with long_work(f"drawing {file}"):
+        page, warnings = _page(file, model, units)
+    for warning in warnings:
+        warn(warning)
+    path = files.get("--out") or _temporary(file)
+    io.write_text(path, page)
+    say(f"written {path}")
+    if not no_browser:
+        import webbrowser
+
+        webbrowser.open(path.resolve().as_uri())
+    return 0
+
+
+def _page(file: str, model: str | None, units: str | None) -> tuple[str, tuple[str, ...]]:
+    """The page, and what reading had to say."""
+    from cyclopean.io.result_reading import is_result, read_result
+
+    if is_result(file):
+        from cyclopean.view import report_html
+
+        result, warnings = read_result(file, model, units)
+        return report_html(result), warnings
+    if model is not None:
+        raise InputError(f"--model: {file} is itself a model, not a result")
+    return _drawn(file, units)
+
+
+def _drawn(file: str, units: str | None) -> tuple[str, tuple[str, ...]]:
+    import numpy as np
+
+    from cyclopean import io
+    from cyclopean.assembly import Contacts, check_contacts, detect, supports
+    from cyclopean.geometry import mesh_faults
+    from cyclopean.view.model_page import model_html
+
+    assembly, warnings = io.read_model(file, units)
+    sound = not mesh_faults(assembly.mesh)
+    contacts = Contacts.of([], []) if assembly.contacts is None else assembly.contacts
+    if not sound:
+        warnings += ("some blocks are no closed solids, so contacts are not looked for; see the command info",)
+    elif assembly.contacts is None:
+        found = detect(assembly)
+        contacts, warnings = found.contacts, (*warnings, *found.warnings)
+    else:
+        contacts, _, said = check_contacts(assembly, assembly.contacts)
+        warnings += said
+    nothing_held = all(block.fixed is False for block in assembly.blocks)
+    held = np.zeros(len(assembly), bool) if nothing_held else supports(assembly)[0]
+    return model_html(assembly, contacts, held, warnings), warnings
+
+
+def _temporary(file: str) -> Path:
+    import tempfile
+
+    stem = PurePath(file).stem
+    handle, path = tempfile.mkstemp(prefix=f"{stem if stem.isprintable() else 'model'}-", suffix=".html")
+    os.close(handle)
+    return Path(path)

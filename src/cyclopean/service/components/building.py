@@ -1,0 +1,118 @@
+"""Sequence: in which order is it built, and does every stage stand? Settle: a rubble wall of stones as found."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from cyclopean.errors import InputError
+from cyclopean.io.rhino_json import Pose
+from cyclopean.service.components.checking import DENSITY, FRICTION, METHOD, settings_of
+from cyclopean.service.meshes import BLOCKS, FOLDER, STONES, block_meshes, model_of, model_text, moved, stones_of
+from cyclopean.service.parameters import Answer, Component, Context, Input, Output
+
+__all__ = ["SEQUENCE", "SETTLE"]
+
+Given = Mapping[str, Any]
+
+
+def _sequence(given: Given, context: Context) -> Answer:
+    """Find the order of building."""
+    from cyclopean.design.construction.sequence import SECONDS, build_sequence, dot_text
+    from cyclopean.io import json_text, sequence_dict
+
+    settings = settings_of(given, min(SECONDS, context.seconds / 2.0))
+    assembly, said = model_of(given)
+    found = build_sequence(assembly, settings)
+    top = max(found.layer.tolist(), default=0)
+    values = {
+        "Order": list(found.order),
+        "Layers": [[i for i in found.order if found.layer[i] == level] for level in range(1, top + 1)],
+        "Rests On": [list(step.rests_on) for step in found.steps],
+        "Way In": [[] if step.free is None else [-step.free] for step in found.steps],
+        "Verdicts": [step.verdict for step in found.steps],
+        "Props": [list(step.props) for step in found.steps],
+        "Result": json_text(sequence_dict(found, dot_text(found))).strip(),
+    }
+    return Answer(values, (*said, *found.warnings))
+
+
+SEQUENCE = Component(
+    "sequence",
+    "Sequence",
+    "Sequence",
+    "Finds the order in which a structure is built, and whether every stage stands. Blocks are told by their numbers.",
+    (*BLOCKS, FRICTION, DENSITY, METHOD),
+    (
+        Output("Order", "O", "Integer", "Blocks that are not held, the first to be laid first.", "list"),
+        Output("Layers", "L", "Integer", "The same by layers; a branch a layer.", "tree"),
+        Output("Rests On", "R", "Integer", "What each stone rests on; a branch a step.", "tree"),
+        Output("Way In", "W", "Vector", "Which way each comes in, if it is not trapped; a branch a step.", "tree"),
+        Output("Verdicts", "V", "Text", "Whether what stands after each step is stable.", "list"),
+        Output("Props", "P", "Integer", "Blocks to be held after each step; a branch a step.", "tree"),
+        Output("Result", "J", "Text", "All that was found, as JSON."),
+    ),
+    _sequence,
+)  # fmt: skip
+
+
+def _settle(given: Given, context: Context) -> Answer:
+    """Lay stones dry."""
+    from cyclopean.design.laying.settle import SettleSettings, settle
+
+    lengths = {name.lower(): given[name] for name in ("Length", "Height", "Thickness")}
+    for name, value in lengths.items():
+        if value is not None and not 0.0 < value <= 1e4:
+            raise InputError(f"{name.capitalize()}: {value:g} m is no length of a wall")
+    if not 0 <= given["Look Ahead"] <= 1000:
+        raise InputError(f"Look Ahead: {given['Look Ahead']} is not between 0 and 1000")
+    inventory = stones_of(given, context)
+    settings = SettleSettings(
+        **lengths, wythes=given["Wythes"], look_ahead=given["Look Ahead"], chinking=given["Chinking"]
+    )
+    wall = settle(inventory, settings)
+    poses: list[Pose] = [(laid.rotation, laid.shift) for laid in wall.laid]
+    placed = [moved(inventory.stones[laid.stone], pose) for laid, pose in zip(wall.laid, poses, strict=True)]
+    extra = wall.assembly.blocks[1 + len(wall.laid) :]  # after the ground and the stones: wedges
+    values = {
+        "Placed": placed,
+        "Planes": poses,
+        "Stone": [laid.stone for laid in wall.laid],
+        "Sits": [laid.stable for laid in wall.laid],
+        "Course": [laid.course for laid in wall.laid],
+        "Wedges": block_meshes(extra),
+        "Left Over": wall.left_over.tolist(),
+        "Void": wall.measures.void,
+        "Model": model_text(wall.assembly),
+    }
+    return Answer(values, inventory.notes)
+
+
+SETTLE = Component(
+    "settle",
+    "Settle",
+    "Settle",
+    "Lays found stones dry, course after course, without cutting them, and says which sit.",
+    (
+        STONES,
+        *FOLDER,
+        Input("Length", "L", "Number", "Of the wall (m); to suit the stones where not given.", optional=True),
+        Input("Height", "H", "Number", "No stone reaches higher (m).", optional=True),
+        Input("Thickness", "T", "Number", "Of the wall (m); to suit the stones where not given.", optional=True),
+        Input("Wythes", "Wy", "Integer", "Stones side by side through the wall: 1 or 2.", default=1),
+        Input("Look Ahead", "La", "Integer", "Stones that compete for a place; 0: in their order.", default=8),
+        Input("Chinking", "Ch", "Boolean", "Drive wedges under stones that rock.", default=False),
+    ),
+    (
+        Output("Placed", "S", "Mesh", "The stones where they lie, in the order they were laid.", "list"),
+        Output("Planes", "P", "Plane", "Where the xy plane of each stone goes: Orient from World XY.", "list"),
+        Output("Stone", "I", "Integer", "Number of each, in the order they came in.", "list"),
+        Output(
+            "Sits", "Si", "Boolean", "Whether its centre of mass stands inside the hull of what it touches.", "list"
+        ),
+        Output("Course", "C", "Integer", "Course of each.", "list"),
+        Output("Wedges", "W", "Mesh", "Wedges that were driven.", "list"),
+        Output("Left Over", "X", "Integer", "Stones that are not in the wall.", "list"),
+        Output("Void", "V", "Number", "Share of the wall that is not stone."),
+        Output("Model", "M", "Text", "The wall with its contacts, for Check."),
+    ),
+    _settle,
+)

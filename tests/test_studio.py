@@ -1,0 +1,368 @@
+"""The live page: at its desk, in a real browser, and as a command.
+
+What must never happen: "proved" beside a word whose certificate has not passed the checker, a word of one state beside
+another state, a file that replaces another.
+"""
+
+import json
+import os
+import queue
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chromium import FOUND, StudioPage
+from cyclopean.analysis import Settings
+from cyclopean.analysis.live import Knobs
+from cyclopean.assembly import Assembly
+from cyclopean.assembly.rearranging import Pose, arrange
+from cyclopean.design import arch, wall
+from cyclopean.errors import InputError
+from cyclopean.io import read_model, write_model
+from cyclopean.proof import verify
+from cyclopean.view.studio import desk as desk_module
+from cyclopean.view.studio.desk import Desk, State
+from cyclopean.view.studio.panel import studio
+from cyclopean.view.studio.saving import free_name, save, written
+from cyclopean.view.studio.stage import hit
+
+GRAVITY = np.array([0.0, 0.0, -9.80665])
+ARCH = arch(10, span=3.0, thickness=0.4)
+LONG = 25.0  # s: a machine that is busy
+
+
+class Watched:
+    """A desk, and what it has shown."""
+
+    def __init__(self, model, method="rbe"):
+        held = np.array([block.fixed is True for block in model.blocks])
+        home = arrange(model, model.contacts, held, 1e-6)
+        self.shown, self.said = queue.Queue(), queue.Queue()
+        assumed = {"mu": 0.84, "gravity": GRAVITY.tolist()}
+        first = State(home, Knobs(), method)
+        self.desk = Desk(first, Settings(), GRAVITY, assumed, self.shown.put, self.said.put)
+
+    def until(self, *stages):
+        """Snapshots up to the first of one of these stages."""
+        found = [self.shown.get(timeout=LONG)]
+        while found[-1].stage not in stages:
+            found.append(self.shown.get(timeout=LONG))
+        return found
+
+
+@pytest.fixture(scope="module")
+def watched():
+    made = Watched(ARCH)
+    made.until("proved")
+    yield made
+    made.desk.close()
+
+
+def settled(watched, **knobs):
+    watched.desk.set(Knobs(**knobs))
+    last = watched.until("proved", "undecided")[-1]
+    while last.state.knobs != Knobs(**knobs):
+        last = watched.until("proved", "undecided")[-1]
+    return last
+
+
+def test_every_word_that_is_proved_has_a_certificate_of_its_own_state(watched):
+    for tilt, word in ((4.0, "stable"), (50.0, "unstable"), (2.0, "stable"), (55.0, "unstable")):
+        last = settled(watched, tilt=tilt)
+        assert (last.word, last.result.verdict, last.proved) == (word, word, True)
+        report = verify(last.result.certificate)
+        assert report.proved
+        gravity = np.array(last.result.certificate["gravity"])
+        assert np.degrees(np.arctan2(gravity[0], -gravity[2])) == pytest.approx(tilt, abs=1e-9)
+
+
+def test_what_is_assumed_goes_once_it_is_said(watched):
+    assert set(settled(watched, mu=0.84).result.assumed) == {"mu", "gravity"}
+    assert set(settled(watched, mu=0.7).result.assumed) == {"gravity"}
+    assert set(settled(watched, mu=0.84, push=(0.01, 0.0)).result.assumed) == {"mu"}
+
+
+def test_blocks_go_and_come_back_and_steps_can_be_undone(watched):
+    settled(watched, tilt=0.0)
+    before = watched.desk.state.arrangement
+    key = before.number("v05")
+    watched.desk.remove(key)
+    gone = watched.until("proved")[-1]
+    assert (gone.word, len(gone.result.assembly)) == ("unstable", len(ARCH) - 1)
+    watched.desk.move(key, Pose(np.eye(3), np.array([0.0, 0.3, 0.0])))
+    watched.until("proved")
+    watched.desk.move(key, Pose(np.eye(3), np.array([0.0, 0.35, 0.0])), keep=False)
+    watched.until("proved")
+    assert watched.desk.state.arrangement.poses.keys() == {key}
+    watched.desk.undo()
+    assert watched.until("proved")[-1].state.arrangement.removed == {key}
+    watched.desk.undo()
+    assert watched.until("proved")[-1].word == "stable"
+    assert watched.desk.state.arrangement is before
+    watched.desk.undo()
+    assert watched.said.get(timeout=LONG) == "there is nothing to undo"
+
+
+def test_what_cannot_be_done_is_said(watched):
+    springers = np.flatnonzero(watched.desk.state.arrangement.held).tolist()
+    watched.desk.remove(springers[0])
+    watched.until("proved")
+    watched.desk.remove(springers[1])
+    assert "the last support" in watched.said.get(timeout=LONG)
+    watched.desk.undo()
+    assert watched.until("proved")[-1].word == "stable"
+
+
+def test_provisional_is_what_a_slow_proof_makes_it(monkeypatch):
+    monkeypatch.setattr(desk_module, "PROMPT", -1.0)
+    slow = Watched(ARCH, "cra")
+    try:
+        first = slow.until("proved")
+        assert [s.stage for s in first] == ["provisional", "proved"]
+        assert not first[0].proved
+        assert first[0].result.certificate is None
+        assert "decided at rest" in first[0].sentence
+        assert first[-1].result.certificate["kind"] == "cra-state"
+        slow.desk.set(Knobs(tilt=50.0))
+        falls = slow.until("proved")
+        assert [(s.word, s.stage) for s in falls] == [("unstable", "provisional"), ("unstable", "proved")]
+        for kind in ("report", "certificate"):
+            with pytest.raises(InputError, match="provisional"):
+                written(kind, falls[0])
+    finally:
+        slow.desk.close()
+
+
+def test_changes_that_come_at_once_are_answered_once():
+    many = Watched(wall(8, 8))
+    try:
+        many.until("proved")
+        for k in range(200):
+            many.desk.set(Knobs(tilt=0.02 * k))
+        shown = many.until("proved")
+        while shown[-1].state.knobs.tilt != pytest.approx(3.98):
+            shown += many.until("proved")
+        assert len(shown) < 60
+    finally:
+        many.desk.close()
+
+
+def test_saved_files_say_what_the_page_says_and_replace_nothing(watched, tmp_path):
+    last = settled(watched, mu=0.6, tilt=3.0)
+    path, content = save("certificate", last, tmp_path, "arch")
+    assert path.name == "arch.studio.certificate.json"
+    assert path.read_bytes() == content
+    assert verify(json.loads(content)).proved
+    model, _ = save("model", last, tmp_path, "arch")
+    again, _ = save("model", last, tmp_path, "arch")
+    assert (model.name, again.name) == ("arch.studio.json", "arch.studio-2.json")
+    read, warnings = read_model(model)
+    assert warnings == ()
+    assert set(read.contacts.mu.tolist()) == {0.6}
+    assert [b.fixed for b in read.blocks] == [bool(b.fixed) for b in ARCH.blocks]
+    report, _ = save("report", last, tmp_path, "arch")
+    assert "Stable" in report.read_text()
+    (tmp_path / "x.studio.html").symlink_to("nowhere")
+    assert free_name(tmp_path, "x", ".html").name == "x.studio-2.html"
+    with pytest.raises(InputError, match="does not exist"):
+        save("model", last, tmp_path / "nowhere", "arch")
+
+
+def test_a_ray_meets_the_nearest_triangle():
+    rng = np.random.default_rng(4)
+    triangle = rng.normal(size=(200, 3, 3))
+    origin, direction = np.array([0.0, 0.0, 9.0]), np.array([0.05, 0.02, -1.0])
+    depth = []
+    for a, b, c in triangle:
+        u, v, t = np.linalg.solve(np.stack([b - a, c - a, -direction], 1), origin - a)
+        depth.append(t if min(u, v, 1 - u - v) >= 0 and t > 0 else np.inf)
+    assert hit(triangle, origin, direction) == int(np.argmin(depth))
+    assert hit(triangle, origin, np.array([0.0, 0.0, 1.0])) is None
+
+
+def test_models_that_cannot_be_analysed_are_refused(tmp_path):
+    with (
+        pytest.raises(InputError, match="the model has no blocks"),
+        studio(Assembly(()), Settings(), folder=tmp_path),
+    ):
+        pass
+
+
+needs_browser = pytest.mark.skipif(FOUND is None, reason="no chromium on this machine")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("studio")
+    with (
+        studio(ARCH, Settings(method="rbe"), folder=folder, stem="arch") as served,
+        StudioPage(served.address, 1100, 900) as browser,
+    ):
+        browser.ready(LONG)
+        browser.folder_of_files = folder
+        browser.desk = served.desk
+        yield browser
+
+
+def waited(browser, word):
+    """Until the page is settled on this word."""
+    browser.wait(f"document.getElementById('word').innerText==='{word}'", LONG)
+    browser.settled(LONG)
+
+
+@needs_browser
+def test_a_slider_turns_the_verdict(page):
+    assert (page.word, page.worth) == ("Stable", "proved: its certificate has passed the checker")
+    page.slide(StudioPage.TILT, 0.8)
+    waited(page, word="Unstable")
+    assert page.worth.startswith("proved")
+    assert re.search(r"tilt 4[78]\.?\d?° towards 0°", page.holds_for)
+    assert "collapse mechanism" in page.text
+    page.press("Level, no push")
+    waited(page, word="Stable")
+    assert "tilt 0°" in page.holds_for
+
+
+@needs_browser
+def test_how_far_it_is_from_falling_is_told_at_rest(page):
+    page.press("Level, no push")
+    waited(page, word="Stable")
+    page.wait("(document.getElementById('reach')?.innerText||'').includes('falls at')", LONG)
+    said = page.js("document.getElementById('reach').innerText")
+    tilt, push = (float(x) for x in re.search(r"tilt of ([\d.]+)° towards 0°, .* of ([\d.]+) of the", said).groups())
+    assert np.tan(np.radians(tilt)) == pytest.approx(push, rel=5e-3)  # all loads are weights: tilt is a push
+    assert push == pytest.approx(0.381, abs=5e-4)
+
+
+@needs_browser
+def test_a_block_is_clicked_removed_and_put_back(page):
+    page.press("Level, no push")
+    waited(page, word="Stable")
+    page.click(425, 330)  # about the crown
+    page.wait("!!document.getElementById('block')", LONG)
+    about = page.js("document.getElementById('block').innerText")
+    assert re.search(r"^v0\d", about)
+    assert re.search(r"weight: [\d.]+ kN", about)
+    assert re.search(r"contacts: 2 with v0\d, v0\d", about)
+    assert re.search(r"friction used: \d+ %", about)
+    page.press("Remove")
+    waited(page, word="Unstable")
+    assert "1 taken out" in page.holds_for
+    assert "is taken out" in page.text
+    page.press("Put back")
+    waited(page, word="Stable")
+    page.press("Undo")
+    waited(page, word="Unstable")
+    page.press("Undo")
+    waited(page, word="Stable")
+
+
+@needs_browser
+def test_a_block_is_dragged_by_its_handle(page):
+    page.name("v05")
+    page.wait("(document.getElementById('block')?.innerText||'').startsWith('v05')", LONG)
+    page.tick("drag it by a handle")
+    time.sleep(1.0)  # the handle is drawn
+    page.drag((337, 200), (337, 120), steps=8, pause=0.05)  # its upward arrow
+    page.wait("document.getElementById('for').innerText.includes('1 moved')", LONG)
+    assert page.desk.state.arrangement.poses.keys() == {page.desk.state.arrangement.number("v05")}
+    (pose,) = page.desk.state.arrangement.poses.values()
+    assert pose.shift[2] > 0.1
+    assert np.abs(pose.shift[:2]).max() < 1e-6
+    page.settled(LONG)
+    page.tick("drag it by a handle")
+    page.press("Put back")
+    waited(page, word="Stable")
+
+
+@needs_browser
+def test_the_page_saves(page):
+    page.press("Level, no push")
+    waited(page, word="Stable")
+    for kind, name in (("model", "arch.studio.json"), ("certificate", "arch.studio.certificate.json")):
+        page.press(f"Save {kind}")
+        page.wait(f"document.body.innerText.includes('Saved {name}')", LONG)
+        assert (page.folder_of_files / name).is_file()
+    assert verify(json.loads((page.folder_of_files / "arch.studio.certificate.json").read_text())).proved
+
+
+@pytest.fixture
+def model(tmp_path):
+    path = tmp_path / "arch.json"
+    write_model(path, ARCH)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--port", "0"], "--port: 0 is not between 1 and 65535"),
+        (["--port", "x"], "--port"),
+        (["--out", "nowhere"], "--out nowhere: no such folder"),
+        (["--host", "not a host"], "--host not a host: cannot listen there"),
+        (["--host", "203.0.113.7"], "--host 203.0.113.7: cannot listen there"),
+        (["--mu", "-1"], "--mu"),
+        (["--supports", "ids=zz"], "zz"),
+    ],
+)
+def test_bad_options_are_one_line_and_status_2(run, model, options, said):
+    status, out, err = run("studio", model, "--no-browser", *options)
+    assert (status, out) == (2, "")
+    assert err.count("\n") == 1
+    assert said in err
+
+
+def test_a_port_in_use_is_refused(run, model):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        status, _, err = run("studio", model, "--no-browser", "--port", port)
+    assert status == 2
+    assert f"--port {port}: cannot listen there" in err
+
+
+def test_files_without_blocks_are_refused(run, tmp_path):
+    (tmp_path / "empty.json").write_text('{"schema": "cyclopean.model/1", "units": "m", "blocks": []}')
+    status, _, err = run("studio", "empty.json", "--no-browser")
+    assert status == 2
+    assert "has no blocks" in err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="interrupts are sent differently elsewhere")
+def test_ctrl_c_ends_it_well_and_other_hosts_are_warned_of(model):
+    command = [sys.executable, "-m", "cyclopean", "studio", str(model), "--no-browser", "--host", "0.0.0.0"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    guard = threading.Timer(LONG, process.kill)
+    guard.start()
+    line = process.stdout.readline()
+    port = int(re.search(r"http://127.0.0.1:(\d+)", line)[1])
+    with socket.create_connection(("127.0.0.1", port), timeout=5):
+        pass
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=LONG)
+    guard.cancel()
+    assert process.returncode == 0
+    assert out.strip() == ""
+    assert err.count("\n") == 1
+    assert "whoever reaches this machine can use the page" in err
+
+
+def test_snapshots_of_other_states_are_not_proofs_of_this_one(watched):
+    """A proof that comes late is dropped."""
+    last = settled(watched, tilt=1.0)
+    late = replace(last.result, verdict="unstable")
+    watched.desk._todo.put(lambda: watched.desk._answered(last.ticket - 1, late))
+    watched.desk.set(Knobs(tilt=1.5))
+    shown = watched.until("proved")
+    while shown[-1].state.knobs.tilt != 1.5:
+        shown += watched.until("proved")
+    assert {s.word for s in shown} == {"stable"}
