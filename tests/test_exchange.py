@@ -26,6 +26,7 @@ from cyclopean.io.blocklist import blocklist_text, not_convex
 from cyclopean.io.exchange import FORMATS, exchange_format
 from cyclopean.io.findings import Findings
 from cyclopean.io.model_json import model_dict
+from cyclopean.io.palette import linear, stone_colours
 
 WHOLE = [form.suffix for form in FORMATS.values() if form.holds is None]
 SINGLE = 2.0**-23  # GLB: single precision, relative to the size of a block
@@ -576,6 +577,22 @@ def test_a_glb_that_another_program_has_changed(found):
     assert again.contacts is None
     assert {b.density for b in again.blocks} <= {2200.0, None}
     assert any("another program has changed its meshes" in line or "made 7 blocks" in line for line in warnings)
+
+
+def test_colours_by_hand():
+    """From blue, no friction used, to red, all of it; supports at three quarters; groups told apart where no use is."""
+    blocks = [prism(4, 1.0, (0, 0, k), group, fixed=k == 2) for k, group in enumerate(("a", "b", "b", None))]
+    model = Assembly(tuple(blocks))
+    used = {"b0": {"utilisation": 0.0}, "b1": {"utilisation": 1.0}, "b2": {"utilisation": 1.0}}
+    none, full, held, unknown = stone_colours(model, Findings(block=used))
+    assert none[2] > none[0]
+    assert full[0] > full[2]
+    assert held == pytest.approx([0.75 * x for x in full])
+    assert unknown not in (none, full, held)
+    one, two, dark, plain = stone_colours(model, Findings())
+    assert len({one, two, plain}) == 3
+    assert dark == pytest.approx([0.75 * x for x in two])
+    assert linear((0.0, 0.5, 1.0)) == pytest.approx([0.0, 0.21404114, 1.0])
 
 
 def test_a_glb_of_triangles_is_known_by_its_count_of_vertices():
