@@ -50,8 +50,8 @@ def test_a_force_at_a_point(height, by_hand):
     """On a block 0.4 wide of weight W: tips when t W times its height is W 0.2, or slides at mu = 0.5."""
     block = stack(1, size=(0.4, 0.5, 1.0))
     weight = 2400 * G * 0.2
-    foot = block.mass.centroid[1] - [0.0, 0.0, 0.5]
-    load = LiveLoad(block.blocks[1].id, (weight, 0.0, 0.0), tuple((foot + [0.0, 0.0, height]).tolist()))
+    x, y, z = block.mass.centroid[1].tolist()
+    load = LiveLoad(block.blocks[1].id, (weight, 0.0, 0.0), (x, y, z - 0.5 + height))
     assert closed(limit(block, Live(loads=(load,)), Settings(mu=0.5)), by_hand)
 
 
@@ -322,3 +322,19 @@ def test_loads_on_blocks_that_are_not_there_or_held():
         limit(stack(1), Live(loads=(LiveLoad(stack(1).blocks[0].id, (1, 0, 0)),)))
     with pytest.raises(InputError, match="nothing turns"):
         limit(stack(1), Live(tilt=0.0), Settings(gravity=(0, -9.8, 0)))
+
+
+def test_joints_that_pull_and_supports_that_hold_in_part():
+    """A block 0.4 x 0.5 x 1 m: a joint of s Pa holds it with s 0.2 m2 at 0.2 m from the edge, beside W; see below.
+
+    Kept from turning it slides at mu; kept from going along x, a push along x and y tips it along y, at 0.5 / 1.
+    """
+    block, weight = stack(1, size=(0.4, 0.5, 1.0)), 2400 * G * 0.2
+    found = limit(block, Live(push=(1, 0, 0)), Settings(mu=2.0, tension=1e4))
+    assert closed(found, 0.4 + 1e4 * 0.2 * 0.2 / (0.5 * weight), rel=2e-6)
+    ground = replace(block.blocks[0], fixed=True)
+    for held, push, by_hand in ((("rx", "ry", "rz"), (1, 0, 0), 0.7), (("x",), (1, 1, 0), 0.5)):
+        partly = Assembly((ground, replace(block.blocks[1], held=held)), block.contacts)
+        assert closed(pushed(partly, push, 0.7), by_hand)
+    with pytest.raises(InputError, match="nothing grows"):
+        pushed(partly, (1, 0, 0), 0.7)

@@ -8,11 +8,25 @@ from typing import Any
 import numpy as np
 
 from cyclopean.arrays import Floats
+from cyclopean.assembly import Contacts
 from cyclopean.view.colours import rgb
 from cyclopean.view.drawing import Picture
 from cyclopean.view.elevation import View
 
-__all__ = ["SPAN", "arrows", "camera", "dots", "fit", "gravity_arrow", "light", "linear", "lines", "server", "silent"]
+__all__ = [
+    "SPAN",
+    "arrows",
+    "camera",
+    "contact_sides",
+    "dots",
+    "fit",
+    "gravity_arrow",
+    "light",
+    "linear",
+    "lines",
+    "server",
+    "silent",
+]
 
 SPAN = 4.0  # the model is drawn this large, whatever its size, so that clipping planes and lights suit it
 FIELD = np.radians(32.0)  # vertical field of view
@@ -63,6 +77,13 @@ def light(scene: Any) -> None:
     scene.configure_default_lights(enabled=False)
     scene.add_light_ambient("/light/all round", intensity=2.7)
     scene.add_light_directional("/light/sun", intensity=1.5, position=(-3.0, -6.0, 8.0))
+
+
+def contact_sides(contacts: Contacts) -> Floats:
+    """(e, 2, 3) m: sides of all contact polygons."""
+    following = np.arange(1, len(contacts.point) + 1)
+    following[contacts.start[1:] - 1] = contacts.start[:-1]
+    return np.stack([contacts.point, contacts.point[following]], 1)
 
 
 def lines(scene: Any, name: str, segment: Any, colour: str, pixels: float, shown: bool = True) -> Any:

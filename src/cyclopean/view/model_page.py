@@ -5,11 +5,12 @@ from html import escape
 
 import numpy as np
 
-from cyclopean.arrays import Bools, Floats
+from cyclopean.arrays import Bools
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.view.colours import FORCE, HATCH, SUPPORT, classes
 from cyclopean.view.drawing import EDGE_LIMIT, FACE_LIMIT, Picture, feature_edges, outlines
 from cyclopean.view.elevation import elevation_svg
+from cyclopean.view.layers import contact_sides
 from cyclopean.view.markup import counts, document, key, section
 from cyclopean.view.page import POLICY
 from cyclopean.view.scene import scene_html
@@ -41,7 +42,7 @@ def model_html(assembly: Assembly, contacts: Contacts, fixed: Bools, warnings: S
     mass = float(assembly.mass.volume.sum())
     figures = [("blocks", f"{len(assembly):,}"), ("of them supports", f"{held:,}"), ("contacts", f"{len(contacts):,}")]
     figures += [("contact points", f"{len(contacts.point):,}"), ("volume, m³", f"{mass:.4g}")]
-    scene = escape(scene_html(drawn, _outlines(contacts)), quote=True)
+    scene = escape(scene_html(drawn, contact_sides(contacts)), quote=True)
     flat = elevation_svg(drawn, f"Elevation of {assembly.name}")
     box = f'<rect width="32" height="16" fill="{SUPPORT}"/><path d="M2 18 18 0M12 18 28 0M22 18 38 0" stroke="{HATCH}"'
     legend = key(f'{box} stroke-width="3"/>', "support")
@@ -68,13 +69,6 @@ def _picture(assembly: Assembly, fixed: Bools) -> Picture:
     return Picture(
         mesh, group, "nothing", edge if len(edge) <= EDGE_LIMIT else none, none, none, 0.0, np.zeros(3), None, ()
     )
-
-
-def _outlines(contacts: Contacts) -> Floats:
-    """(e, 2, 3) m: sides of all contact polygons."""
-    following = np.arange(1, len(contacts.point) + 1)
-    following[contacts.start[1:] - 1] = contacts.start[:-1]
-    return np.stack([contacts.point, contacts.point[following]], 1)
 
 
 def _table(assembly: Assembly, contacts: Contacts, fixed: Bools) -> str:

@@ -48,6 +48,7 @@ from cyclopean.geometry.solids import intersection, solid_of, solid_volume
 __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "largest_overlap", "settle"]
 
 INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
+LEAN = 4.0  # degrees
 PATIENCE = 16  # times that a stone is seated in vain before it is put aside until the next course
 WEDGED = 3  # rocking stones that are tried with a wedge before a gap is left
 OVERLAP = 1e-3  # of a stone's volume: what it may share with another one
@@ -82,6 +83,7 @@ class SettleSettings:
     look_ahead: int = 8  # stones that compete for a place; 0 = in the order of the inventory
     margin: float | None = None  # m that the centre of mass stands inside the hull of the contacts; None = `INSIDE`
     friction: float = FRICTION  # counted on while laying
+    lean: float = LEAN  # degrees by which gravity may lean at every stage
     tries: int = 8  # places at which stones are seated before a gap is left
     hearting: bool = False
     chinking: bool = False
@@ -95,6 +97,7 @@ class SettleSettings:
             object.__setattr__(self, name, at_least(name, getattr(self, name), least))
         object.__setattr__(self, "margin", None if self.margin is None else not_negative("margin", self.margin))
         object.__setattr__(self, "friction", positive("friction", self.friction))
+        object.__setattr__(self, "lean", not_negative("lean", self.lean))
         if self.wythes not in (1, 2):
             raise InputError(f"wythes: expected 1 or 2, got {self.wythes!r}")
 
@@ -263,7 +266,7 @@ class _Site:
         self.ground = _ground(self._ground_name(), length, thickness, self.mean)
         lone = Assembly((self.ground,), None, ()).mesh
         floor = Surface.of(lone.vertex[triangles(lone)[0]])
-        self.structure = Structure(floor, float(settings.band or 0.0), settings.friction)
+        self.structure = Structure(floor, float(settings.band or 0.0), settings.friction, settings.lean)
         self.vain: Counter[int] = Counter()  # times that each stone was seated in vain in this course
         self.failed: set[tuple[int, int, tuple[int, int]]] = set()
 

@@ -10,7 +10,9 @@ these, down to the ground: the forces on them, and those alone, are found anew, 
 are such forces is enough for the whole wall to stand, and so is a small problem in a wall of any size. That there are
 none proves nothing; the stone then goes elsewhere.
 
-Friction is counted with less than stone has on stone, which leaves a reserve to whoever checks the wall later.
+A wall that only just stands falls when it is touched. So friction is counted with less than stone has on stone, and
+gravity leans a little, along the wall either way and across it either way; each stage has to stand in all four. By
+convexity it then stands in all that is between them, straight down too.
 """
 
 from collections.abc import Sequence
@@ -77,19 +79,20 @@ class Fresh:
 class State:
     """Forces on a new stone, and those that change with it."""
 
-    force: tuple[Floats, ...]  # one array (q, 3) N for each of these joints, on the upper stone, world
+    force: tuple[Floats, ...]  # (c, q, 3) N on the upper stone, world, for each of these joints and way of gravity
     joint: tuple[tuple[int, int], ...]  # (stone, which of its joints)
 
 
 class Structure:
     """What stands: stones in the order in which they were laid, their joints, and forces that hold them."""
 
-    def __init__(self, ground: Surface, band: float, friction: float = FRICTION) -> None:
+    def __init__(self, ground: Surface, band: float, friction: float = FRICTION, lean: float = 0.0) -> None:
         self.ground, self.band, self.friction = ground, band, friction
+        self.down = _ways_down(lean)  # (c, 3)
         self.mass: list[Mass] = []
         self.surface: list[Surface] = []
         self.joints: list[tuple[Joint, ...]] = []
-        self.force: dict[tuple[int, int], Floats] = {}
+        self.force: dict[tuple[int, int], Floats] = {}  # (c, q, 3) N
         self.above: list[list[tuple[int, int]]] = []  # joints of later stones with each stone
 
     def fresh(self, mass: Mass, surface: Surface, near: Sequence[int], others: Sequence[Surface] = ()) -> Fresh:
@@ -146,26 +149,35 @@ class Structure:
         count = len(self.mass)
         row = {k: i for i, k in enumerate(free)}
         masses = [self.mass[k] if k < count else fresh[k - count].mass for k in free]
-        load = np.zeros((len(free), 6))
-        load[:, 2] = [-m.weight for m in masses]
+        load = np.zeros((len(self.down), len(free), 6))
+        load[:, :, :3] = self.down[:, None] * np.array([m.weight for m in masses])[:, None]
         found: dict[tuple[int, int], Joint] = {}
         for k in free:
             for i, joint in enumerate(self.joints[k] if k < count else fresh[k - count].joints):
                 if joint.below == GROUND or joint.below in row:
                     found[k, i] = joint
                 elif (k, i) in self.force:
-                    _push(load[row[k]], self.force[k, i], joint, masses[row[k]].centre)
+                    _push(load[:, row[k]], self.force[k, i], joint, masses[row[k]].centre)
             for above, i in self.above[k] if k < count else ():
                 if above not in row:
-                    _push(load[row[k]], -self.force[above, i], self.joints[above][i], masses[row[k]].centre)
+                    _push(load[:, row[k]], -self.force[above, i], self.joints[above][i], masses[row[k]].centre)
         ends = [(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()]
-        system = _system(masses, load, list(found.values()), ends, self.friction)
-        f = None if system is None else _forces(system)
+        system = _system(masses, load[0], list(found.values()), ends, self.friction)
+        scale = 1.0 if system is None else system.length_unit
+        f = None if system is None else _forces(system, load / [1.0, 1.0, 1.0, scale, scale, scale])
         if system is None or f is None:
             return None
-        world = np.einsum("qf,qfi->qi", f * system.force_unit, system.frame)
+        world = np.einsum("cqf,qfi->cqi", f * system.force_unit, system.frame)
         last = np.cumsum([len(_points(joint)) for joint in found.values()])
-        return State(tuple(np.split(world, last[:-1])), tuple(found))
+        return State(tuple(np.split(world, last[:-1], axis=1)), tuple(found))
+
+
+def _ways_down(lean: float) -> Floats:
+    """(c, 3) unit directions of gravity: straight down, or leaning by so many degrees along and across the wall."""
+    if not lean > 0.0:
+        return np.array([[0.0, 0.0, -1.0]])
+    side, down = np.sin(np.radians(lean)), -np.cos(np.radians(lean))
+    return np.array([[0.0, -side, down], [0.0, side, down], [side, 0.0, down], [-side, 0.0, down]])
 
 
 def _turned(part: Meeting) -> Meeting:
@@ -174,9 +186,9 @@ def _turned(part: Meeting) -> Meeting:
 
 
 def _push(load: Floats, force: Floats, joint: Joint, centre: Floats) -> None:
-    """Add known forces at the points of a joint to the load (6,) of a stone."""
-    load[:3] += force.sum(axis=0)
-    load[3:] += np.cross(_points(joint) - centre, force).sum(axis=0)
+    """Add known forces (c, q, 3) at the points of a joint to the loads (c, 6) of a stone."""
+    load[:, :3] += force.sum(axis=1)
+    load[:, 3:] += np.cross(_points(joint) - centre, force).sum(axis=1)
 
 
 def _points(joint: Joint) -> Floats:
@@ -228,12 +240,19 @@ def _system(
     )
 
 
-def _forces(system: EquilibriumSystem) -> Floats | None:
-    """(q, 3) scaled forces that balance the loads, in their cones; None where none were found."""
-    try:
-        answer = newton(system, Schur(system, threads=1), cap=CAP)
-    except (SolverError, np.linalg.LinAlgError):
-        return None
-    f = project_cones(answer.f, system.mu)
-    off = float(np.abs(system.residual(f)).max(initial=0.0))
-    return f if answer.word == "balanced" and off <= BALANCED * system.blocks else None
+def _forces(system: EquilibriumSystem, loads: Floats) -> Floats | None:
+    """(c, q, 3) scaled forces that balance each of some loads (c, b, 6), in their cones; None where one has none."""
+    schur, found, start = Schur(system, threads=1), [], None
+    for load in loads:
+        posed = replace(system, p=load.ravel() / system.force_unit)
+        try:
+            answer = newton(posed, schur, start=start, cap=CAP)
+        except (SolverError, np.linalg.LinAlgError):
+            return None
+        f = project_cones(answer.f, system.mu)
+        off = float(np.abs(posed.residual(f)).max(initial=0.0))
+        if answer.word != "balanced" or not off <= BALANCED * system.blocks:
+            return None
+        found.append(f)
+        start = answer.y
+    return np.array(found)

@@ -110,8 +110,11 @@ class Desk:
         self._withheld: Snapshot | None = None  # until `_due`, for its proof may come first
         self._due = 0.0
         self._usual: dict[str, float] = {}  # s that a proof takes, by method
-        self._reaches: tuple[object, ...] | None = None  # what the reach was asked or told for
+        self._reaches: tuple[object, ...] | None = None  # what the reach was asked for
         self._prover = Prover(lambda ticket, answer: self._todo.put(lambda: self._answered(ticket, answer)))
+        self._scout = None  # takes longer, and must not keep the prover from its work
+        if tell is not None:
+            self._scout = Prover(lambda _, answer: self._todo.put(lambda: self._reached(answer)))
         self._thread = threading.Thread(target=self._run, name="desk", daemon=True)
         self._thread.start()
         self._todo.put(self._touch)
@@ -141,6 +144,8 @@ class Desk:
         self._todo.put(None)
         self._thread.join()
         self._prover.close()
+        if self._scout is not None:
+            self._scout.close()
 
     def _run(self) -> None:
         while True:
@@ -220,6 +225,11 @@ class Desk:
             self._complain(str(error))
             return
         self._open = answer
+        if self._tell is not None and self._reaches is not None:
+            now = state.arrangement, state.knobs.mu, state.knobs.everywhere
+            if self._reaches[:3] != now:  # what the page says of them holds no more
+                self._reaches = None
+                self._tell(None)
         stage: Stage = "provisional" if answer.word else "searching"
         snapshot = Snapshot(self._ticket, state, answer, self._live.shown(answer), stage, _claimed(state, answer))
         if self._usual.get(state.method, np.inf) <= PROMPT:
@@ -254,12 +264,7 @@ class Desk:
     def _answered(self, ticket: int, found: Result | Reach | str) -> None:
         """Show what a proof came to, unless the page has moved on."""
         answer, live = self._open, self._live
-        if ticket != self._ticket or answer is None or live is None:
-            return
-        if isinstance(found, Reach):
-            if self._tell is not None:
-                self._reaches = self._reach_depends_on(found)
-                self._tell(found)
+        if ticket != self._ticket or answer is None or live is None or isinstance(found, Reach):
             return
         if isinstance(found, str):
             self._publish(Snapshot(ticket, self.state, answer, live.shown(answer), "failed", found))
@@ -277,7 +282,7 @@ class Desk:
 
     def _ask_reach(self, answer: Answer) -> None:
         """Ask how far the model is from falling, from the level; tilt and push of the moment play no part."""
-        if self._tell is None:
+        if self._tell is None or self._scout is None:
             return
         push = np.array(self.state.knobs.push)
         size = float(np.hypot(*push))
@@ -285,11 +290,19 @@ class Desk:
         reach = Reach(self.state.knobs.azimuth, (x, y))
         if self._reach_depends_on(reach) == self._reaches:
             return
+        self._reaches = self._reach_depends_on(reach)
         self._tell(None)
         assembly, settings, _ = self._question(self.state, answer)
         x, y, z = self._gravity.tolist()
         level = replace(settings, gravity=(x, y, z), method="rbe")
-        self._prover.ask(Question(self._ticket, assembly, level, None, reach))
+        self._scout.ask(Question(self._ticket, assembly, level, None, reach))
+
+    def _reached(self, found: Result | Reach | str) -> None:
+        """Tell how far the model is from falling, unless blocks or friction are others by now."""
+        if self._tell is None or not isinstance(found, Reach):
+            return
+        if self._reach_depends_on(found)[:3] == (self._reaches or ())[:3]:
+            self._tell(found)
 
     def _still_assumed(self) -> dict[str, Any]:
         """Of what was assumed at first, what nobody has said since."""

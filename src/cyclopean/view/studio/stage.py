@@ -13,7 +13,7 @@ from cyclopean.geometry import pack, triangles
 from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, RUB, STEPS, UNKNOWN, fill, rgb
 from cyclopean.view.drawing import EDGE_LIMIT, Picture, feature_edges, picture
 from cyclopean.view.elevation import front_view
-from cyclopean.view.layers import SPAN, arrows, camera, dots, fit, gravity_arrow, light, lines
+from cyclopean.view.layers import SPAN, arrows, camera, contact_sides, dots, fit, gravity_arrow, light, lines
 from cyclopean.view.motion import moved
 from cyclopean.view.studio.desk import Snapshot
 
@@ -64,6 +64,7 @@ class Stage:
         self._chosen, self._dragged = chosen, dragged
         self._lock = threading.RLock()
         self._nodes: dict[str, Any] = {}
+        self._sent: dict[str, Any] = {}
         self._shapes: dict[str, tuple[bytes, Any, Floats]] = {}
         self._snapshot: Snapshot | None = None
         self._drawn: Picture | None = None
@@ -149,18 +150,18 @@ class Stage:
         assert drawn is not None
         assert snapshot is not None
         self._bodies()
+        scene = self._scene
         arrow = drawn.arrow if look.forces else drawn.arrow[:0]
-        self._put("/contact forces", lambda n: arrows(self._scene, n, self.place(arrow), FORCE, 0.006 * SPAN))
+        self._put("/contact forces", arrow, lambda n, x: arrows(scene, n, x, FORCE, 0.006 * SPAN))
         rub = drawn.rub if look.points else drawn.rub[:0]
-        self._put("/friction", lambda n: arrows(self._scene, n, self.place(rub), RUB, 0.0035 * SPAN, 0.12))
+        self._put("/friction", rub, lambda n, x: arrows(scene, n, x, RUB, 0.0035 * SPAN, 0.12))
         press = drawn.press if look.points else drawn.press[:0]
-        self._put("/pressing points", lambda n: dots(self._scene, n, self.place(press), FORCE, 0.005 * SPAN))
-        ghost = drawn.ghost
-        self._put("/where it stands", lambda n: lines(self._scene, n, self.place(ghost), GHOST, 1.0))
-        joints = snapshot.result.contacts if look.contacts else None
-        self._put("/contacts", lambda n: None if joints is None else self._joints(n))
+        self._put("/pressing points", press, lambda n, x: dots(scene, n, x, FORCE, 0.005 * SPAN))
+        self._put("/where it stands", drawn.ghost, lambda n, x: lines(scene, n, x, GHOST, 1.0))
+        joints = contact_sides(snapshot.result.contacts) if look.contacts else drawn.ghost[:0]
+        self._put("/contacts", joints, lambda n, x: lines(scene, n, x, FORCE, 2.4))
         gravity = self._gravity(drawn)
-        self._put("/gravity", lambda n: arrows(self._scene, n, gravity, GRAVITY, 0.003 * SPAN))
+        self._put("/gravity", gravity, lambda n, _: arrows(scene, n, gravity, GRAVITY, 0.003 * SPAN))
         self._labels()
         self._mark()
 
@@ -177,7 +178,7 @@ class Stage:
             self._mesh(k, self._corner[group == k], shown, None if k == HELD else through)
         edge = feature_edges(replace(drawn.mesh, vertex=vertex))
         edge = edge if len(edge) <= EDGE_LIMIT else edge[:0]
-        self._put("/edges", lambda n: lines(self._scene, n, self.place(edge), INK, 1.2))
+        self._put("/edges", edge, lambda n, x: lines(self._scene, n, x, INK, 1.2))
 
     def _at(self, share: float) -> Floats:
         """(V, 3) m: vertices after so much of the mechanism."""
@@ -220,22 +221,17 @@ class Stage:
         handle.on_click(self._clicked)
         self._shapes[name] = key, handle, vertex
 
-    def _put(self, name: str, make: Callable[[str], Any]) -> None:
-        """Draw a layer anew, or take it away where it is empty."""
-        handle = make(name)
-        before = self._nodes.pop(name, None)
+    def _put(self, name: str, data: Any, make: Callable[[str, Any], Any]) -> None:
+        """Draw a layer of these points (m) anew, leave it as it is, or take it away where it is empty."""
+        before, known = self._nodes.get(name), self._sent.get(name)
+        if before is not None and known is not None and np.array_equal(known, data):
+            return
+        handle = make(name, self.place(data)) if len(data) else None
         if handle is not None:
-            self._nodes[name] = handle
+            self._nodes[name], self._sent[name] = handle, data
         elif before is not None:
-            before.remove()
-
-    def _joints(self, name: str) -> Any:
-        assert self._snapshot is not None
-        contacts = self._snapshot.result.contacts
-        following = np.arange(1, len(contacts.point) + 1)
-        following[contacts.start[1:] - 1] = contacts.start[:-1]
-        segment = np.stack([contacts.point, contacts.point[following]], 1)
-        return lines(self._scene, name, self.place(segment), FORCE, 2.4)
+            self._nodes.pop(name).remove()
+            self._sent.pop(name, None)
 
     def _labels(self) -> None:
         """Names at the centroids; of too many blocks, only that of the chosen one."""
@@ -265,7 +261,7 @@ class Stage:
             block = snapshot.result.assembly.blocks[at]
             if high - low == len(block.vertices):  # else it is drawn as its outline
                 edge = feature_edges(pack([(self._vertex[low:high], block.faces)]))
-        self._put("/chosen", lambda n: lines(self._scene, n, self.place(edge), CHOSEN, 3.0))
+        self._put("/chosen", edge, lambda n, x: lines(self._scene, n, x, CHOSEN, 3.0))
 
     def _handle(self) -> None:
         """Show the handle at the chosen block, or take it away."""
