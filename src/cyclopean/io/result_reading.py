@@ -288,12 +288,12 @@ def _fixed(
         return source.fixed
     for name in ("mechanism", "displacement"):
         if motion[name] is not None:
-            free = set(data[name])
-            return np.array([block not in free for block in index], bool)
+            moving = set(data[name])
+            return np.array([block not in moving for block in index], bool)
     if source.file:
         return supports(source.assembly)[0]
     free = data.get("free")  # how many; which ones, nobody sees where nothing is drawn
-    return np.arange(len(index)) >= (free if isinstance(free, int) else len(index))
+    return np.asarray(np.arange(len(index)) >= (free if isinstance(free, int) else len(index)))
 
 
 def _residuals(shown: str, data: dict[str, Any]) -> dict[str, float]:
