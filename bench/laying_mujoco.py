@@ -4,8 +4,8 @@
 
 MuJoCo collides convex bodies only, so the walls are laid from the convex hulls of quarry stones: both sides see the
 same bodies. `settle` lays walls that stand, so of every four walls one is looked at as it is, one on ground that slopes
-out of its plane by 2 to 8 degrees, one on ground that slopes by 15 to 35, and one after a stone that bears others was
-taken out of it. Friction is 0.7 on both sides; laid was with 0.6.
+out of its plane by 0.5 to 3 degrees, one on ground that slopes by 15 to 35, and one after a stone that bears others was
+taken out of it. Friction is 0.7 on both sides; laid was with 0.6 and gravity leaning by 4 degrees.
 
 A wall has fallen when a stone has moved by more than a fifth of the smallest stone's size in three seconds. A stone
 that moved by more than a twentieth has shifted: it stood near its limit and found another rest nearby; the agreement is
@@ -34,7 +34,7 @@ MU = 0.7
 DENSITY = 2400.0
 DETAIL = 2
 YAWS = 4
-SLOPES = ((0.0, 0.0), (2.0, 8.0), (15.0, 35.0), (0.0, 0.0))  # degrees
+SLOPES = ((0.0, 0.0), (0.5, 3.0), (15.0, 35.0), (0.0, 0.0))  # degrees
 
 XML = """
 <mujoco>

@@ -1,8 +1,13 @@
 """What several tests of the command line share."""
 
 import pytest
+from hypothesis import settings
 
 from cyclopean.cli import main
+
+# The same examples in every run, however busy the machine is; --hypothesis-profile=default draws new ones.
+settings.register_profile("same", deadline=None, derandomize=True)
+settings.load_profile("same")
 
 
 @pytest.fixture(autouse=True)

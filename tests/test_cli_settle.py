@@ -86,6 +86,8 @@ def test_json_to_standard_output_is_all_that_is_printed(run, quarry):
         (("--look-ahead", "-1"), "--look-ahead: expected a whole number of at least 0, got -1"),
         (("--yaws", "0"), "--yaws: expected a whole number of at least 1, got 0"),
         (("--margin", "-1"), "--margin: must not be negative, got -1"),
+        (("--lean", "-1"), "--lean: must not be negative"),
+        (("--lean", "50"), "--lean: 50 degrees; give less than 45"),
         (("--friction", "0"), "--friction: must be more than 0"),
         (("--weights", "voids=1"), "--weights: 'voids=1' should be NAME=W with one of support, centre"),
         (("--weights", "void=1,void=2"), "--weights: 'void' stands twice"),

@@ -67,7 +67,7 @@ def test_a_box_on_the_free_end_of_a_plank(at, stands):
 
 
 def test_the_last_of_a_stack_may_tip_the_lowest():
-    """Offset by 0.3 each, three cubes stand; a fourth takes the middle of the upper ones to 0.6, out over the lowest."""
+    """Offset by 0.3 each, three cubes stand; a fourth takes the middle of the upper ones to 0.6 over the lowest."""
     structure = Structure(ground(), 1e-3)
     assert [laid(structure, (1.0, 1.0, 1.0), (0.3 * k, 0.0, k)) for k in range(4)] == [True, True, True, False]
     assert leftover(structure) < 1e-6
@@ -96,6 +96,16 @@ def test_less_friction_holds_less():
         mass = Mass(lean @ [0.5, 0.5, 0.25], 0.5, GRAVITY)
         fresh = structure.fresh(mass, Surface.of((vertices @ lean.T)[triangles]), ())
         assert (structure.held((fresh,)) is not None) == stands
+
+
+@pytest.mark.parametrize(("lean", "stands"), [(0.0, True), (20.0, True), (24.0, False)])
+def test_a_lean_of_gravity_tips_a_tower(lean, stands):
+    """A tower 0.9 wide of 1 and 1.2: its centre of mass is 1.1 high, and it tips at atan(0.45 / 1.1) = 22.2 degrees."""
+    structure = Structure(ground(), 1e-3, 0.9, lean)
+    assert laid(structure, (0.9, 0.9, 1.0), (0.0, 0.0, 0.0))
+    assert laid(structure, (0.9, 0.9, 1.2), (0.0, 0.0, 1.0)) == stands
+    shape = next(iter(structure.force.values())).shape
+    assert shape[0] == (4 if lean else 1)
 
 
 def test_what_touches_nothing_does_not_stand():

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["settle"]
 
 LISTED = 6  # stones named one by one
-OPTIONS = ("length", "height", "thickness", "wythes", "cell", "yaws", "margin", "friction", "tries", "band")
+OPTIONS = ("length", "height", "thickness", "wythes", "cell", "yaws", "margin", "friction", "lean", "tries", "band")
 NAMED = {name: (f"--{name}", "") for name in OPTIONS} | {"look_ahead": ("--look-ahead", "")}
 
 
@@ -47,6 +47,9 @@ def settle(
         ),
     ] = None,
     friction: Annotated[str, typer.Option(metavar="M", help="Friction that is counted on while laying.")] = "0.6",
+    lean: Annotated[
+        str, typer.Option(metavar="DEG", help="Gravity may lean by so much, four ways, while laying.")
+    ] = "4",
     yaws: Annotated[str, typer.Option(metavar="N", help="Turns about the vertical that are tried.")] = "8",
     weights: Annotated[
         str | None,
@@ -77,6 +80,7 @@ def settle(
         "yaws": whole("--yaws", yaws),
         "margin": optional_number("--margin", margin),
         "friction": number("--friction", friction),
+        "lean": number("--lean", lean),
         "hearting": hearting,
         "chinking": chinking,
     }
@@ -150,7 +154,8 @@ def _lines(wall: "RubbleWall", inventory: "Inventory", files: dict[str, Path]) -
     lines = [
         f"settled {len(wall.laid)} of {len(inventory)} stones in {m.courses} courses:"
         f" {m.length:.2f} m long, {m.thickness:.2f} m thick, {m.height:.2f} m high",
-        f"  stands    at every stage with friction {wall.settings.friction:g}; {m.stable:.0%} of the stones sit in it",
+        f"  stands    at every stage with friction {wall.settings.friction:g} and gravity leaning by"
+        f" {wall.settings.lean:g} degrees; {m.stable:.0%} of the stones sit in it",
         f"  void      {m.void:.0%} between the faces, {m.hollow:.0%} below the stones' own tops",
         f"  overlap   at most {m.overlap:.1e} of a stone",
     ]

@@ -6,7 +6,8 @@ to it (`places`), dropped onto the map, and, once a place is chosen, adjusted on
 
 - it shares no more than `OVERLAP` of its volume with any other, which is looked up with exact solids;
 - its centre of mass stands inside the hull of what bears it, by a margin (Heyman 1966);
-- the wall with it is in equilibrium, with less friction than stone has on stone (`standing`).
+- the wall with it is in equilibrium, with less friction than stone has on stone, and with gravity leaning a little
+  whichever way (`standing`).
 
 So the wall stands when it is done, and at every stage before. Where none of some stones at some places does all that, a
 gap is left; a stone that is tried in vain too often is put aside, and tried again in the next course and at the end.
@@ -48,7 +49,7 @@ from cyclopean.geometry.solids import intersection, solid_of, solid_volume
 __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "largest_overlap", "settle"]
 
 INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
-LEAN = 4.0  # degrees
+LEAN, STEEP = 4.0, 45.0  # degrees: by which gravity leans while laying, and what is too much
 PATIENCE = 16  # times that a stone is seated in vain before it is put aside until the next course
 WEDGED = 3  # rocking stones that are tried with a wedge before a gap is left
 OVERLAP = 1e-3  # of a stone's volume: what it may share with another one
@@ -98,6 +99,8 @@ class SettleSettings:
         object.__setattr__(self, "margin", None if self.margin is None else not_negative("margin", self.margin))
         object.__setattr__(self, "friction", positive("friction", self.friction))
         object.__setattr__(self, "lean", not_negative("lean", self.lean))
+        if not self.lean < STEEP:
+            raise InputError(f"lean: {self.lean:g} degrees; give less than {STEEP:g}")
         if self.wythes not in (1, 2):
             raise InputError(f"wythes: expected 1 or 2, got {self.wythes!r}")
 
