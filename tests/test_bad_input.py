@@ -270,7 +270,8 @@ def test_the_result_holds_what_it_should(check):
     common = {"schema", "model", "method", "verdict", "reason", "blocks", "free", "contacts", "points", "assumed"}
     common |= {"residuals", "certificate", "provenance", "seconds"}
     _, result, _ = check(pair())
-    assert result.keys() == common | {"forces", "displacement"}
+    assert result.keys() == common | {"forces", "displacement", "margins"}
+    assert result["margins"].keys() == {"method", "friction", "joints", "tilt", "seconds"}
     assert result["displacement"]["b"] == pytest.approx(
         [0, 0, -1, 0, 0, 0], abs=1e-9
     )  # it overlaps by eps, and stays upright

@@ -213,7 +213,7 @@ def test_a_spoilt_certificate_is_told(run, cube):
 def test_units(run, cube):
     status, _, err = run("convert", cube, "cube.obj")
     assert status == 0
-    assert err == "cyclopean: warning: cube.obj: a mesh file holds no contacts, supports, groups\n"
+    assert err == "cyclopean: warning: cube.obj: OBJ holds no supports, contacts: dropped\n"
     assert run("info", "cube.obj", "--units", "mm", "--json", "mm.json")[0] == 0
     with open("mm.json") as file:
         assert json.load(file)["volume"]["least"] == pytest.approx(1e-9)
