@@ -21,7 +21,7 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, pack
 from cyclopean.geometry.solids import Solid, moved, solid_of
 
-__all__ = ["Body", "Features", "Gaps", "NearPairs", "Spheres", "Surroundings", "body_of", "gaps_between", "near_pairs"]
+__all__ = ["Balls", "Body", "Features", "Gaps", "NearPairs", "Surroundings", "body_of", "gaps_between", "near_pairs"]
 
 FLAT = 1e-6  # sine of the bend below which an edge counts as straight
 PARALLEL = 1e-3  # sine of the angle of two edges that count as parallel: vertices and faces tell of those
@@ -29,6 +29,8 @@ AGREEING = 0.3  # cosine of outward directions beyond which two features do not 
 CONE = 0.02  # sine by which a direction may leave the normal cone of an edge
 APART = 1e-9  # unit lengths: nearer, two points give no direction
 LENIENCE = 0.25  # of the reach: how far beyond a side over which the surface does not fall away a face is looked at
+CROWD = 400_000  # pairs of balls that are looked at each with each
+ROUNDING = 4e-6  # of the square of the largest length: what single precision may get wrong, and more
 GROUND = -1
 
 
@@ -211,14 +213,54 @@ class NearPairs:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spheres:
-    """Balls around features, in trees of about one size each, so that large ones do not make small ones look far."""
+class Balls:
+    """Balls around features."""
+
+    middle: Floats  # (n, 3)
+    radius: Floats  # (n,)
+
+    def near(self, other: "Balls", zone: float) -> tuple[Ints, Ints]:
+        """Pairs of balls of this and of the other that come within `zone` of each other, in order."""
+        i, j = self._beside(other, zone), other._beside(self, zone)
+        if len(i) * len(j) > CROWD:
+            here, there = (_Trees.around(b.middle[k], b.radius[k]) for b, k in ((self, i), (other, j)))
+            rows, columns = here.near(there, zone)
+        else:
+            rows, columns = _close(self.middle[i], self.radius[i], other.middle[j], other.radius[j], zone)
+        return i[rows], j[columns]
+
+    def _beside(self, other: "Balls", zone: float) -> Ints:
+        """Which of these balls come near the box around the others."""
+        if not len(other.radius):
+            return np.zeros(0, np.int64)
+        reach = other.radius[:, None] + zone
+        low, high = (other.middle - reach).min(axis=0), (other.middle + reach).max(axis=0)
+        ball = self.radius[:, None]
+        return np.flatnonzero(np.all((self.middle - ball <= high) & (self.middle + ball >= low), axis=1))
+
+
+def _close(a: Floats, a_radius: Floats, b: Floats, b_radius: Floats, zone: float) -> tuple[Ints, Ints]:
+    """Pairs of a few balls, each with each; in single precision, so some are found that are a little farther."""
+    if not (len(a) and len(b)):
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    origin = b.mean(axis=0)
+    p, q = (a - origin).astype(np.float32), (b - origin).astype(np.float32)
+    apart = np.einsum("ki,ki->k", p, p)[:, None] + np.einsum("ki,ki->k", q, q) - np.float32(2.0) * (p @ q.T)
+    reach = (a_radius + zone).astype(np.float32)[:, None] + b_radius.astype(np.float32)
+    slack = np.float32(ROUNDING * float(max(np.abs(p).max(), np.abs(q).max())) ** 2)
+    i, j = np.nonzero(apart <= reach * reach + slack)
+    return i, j
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Trees:
+    """Balls in trees of about one size each, so that large ones do not make small ones look far."""
 
     trees: tuple[tuple[Any, Ints, Floats], ...]  # tree of the middles, which features, their radii
 
     @classmethod
-    def around(cls, middle: Floats, radius: Floats) -> "Spheres":
-        """Of the features with these middles (n, 3) and radii (n,)."""
+    def around(cls, middle: Floats, radius: Floats) -> "_Trees":
+        """Of the balls with these middles (n, 3) and radii (n,)."""
         from scipy.spatial import cKDTree
 
         size = np.zeros(len(radius), np.int64)
@@ -226,8 +268,8 @@ class Spheres:
         found = [np.flatnonzero(size == k) for k in np.unique(size)]
         return cls(tuple((cKDTree(middle[which]), which, radius[which]) for which in found))
 
-    def near(self, other: "Spheres", zone: float) -> tuple[Ints, Ints]:
-        """Pairs of features of this and of the other whose balls come within `zone` of each other."""
+    def near(self, other: "_Trees", zone: float) -> tuple[Ints, Ints]:
+        """Pairs of this and of the other that come within `zone` of each other, in order."""
         found = [(np.zeros(0, np.int64), np.zeros(0, np.int64))]
         for tree, which, radius in self.trees:
             for there, other_which, other_radius in other.trees:
@@ -245,18 +287,18 @@ class Spheres:
 class Surroundings:
     """Balls around the points, faces and edges of some features."""
 
-    points: Spheres
-    faces: Spheres
-    edges: Spheres
+    points: Balls
+    faces: Balls
+    edges: Balls
 
     @classmethod
     def of(cls, features: Features) -> "Surroundings":
         """Where the features are."""
         half = np.linalg.norm(features.run, axis=1) / 2.0
         return cls(
-            Spheres.around(features.point, np.zeros(len(features.point))),
-            Spheres.around(features.middle, features.radius),
-            Spheres.around(features.start + features.run / 2.0, half),
+            Balls(features.point, np.zeros(len(features.point))),
+            Balls(features.middle, features.radius),
+            Balls(features.start + features.run / 2.0, half),
         )
 
 
