@@ -50,8 +50,9 @@ __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "largest_overlap",
 
 INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
 LEAN, STEEP = 4.0, 45.0  # degrees: by which gravity leans while laying, and what is too much
-PATIENCE = 10  # times that a stone is seated in vain before it is put aside until the next course
-WORN = 30  # ... until the end
+PATIENCE = 10, 50  # times that a stone is seated in vain before it is put aside until the next course: many, few stones
+FEW_STONES = 16  # ... as few as that, or less
+WORN = 3  # times as often in all, and it is put aside until the end
 WEDGED = 3  # rocking stones that are tried with a wedge before a gap is left
 OVERLAP = 1e-3  # of a stone's volume: what it may share with another one
 DEEPEST = 0.6  # of the thickness: a stone of one of two wythes
@@ -64,7 +65,7 @@ REACH = 0.5  # of a mean stone's length: what is farther from a dropped stone is
 HEART = 2  # the wythe of small stones in hollows
 HEARTING = Weights(bond=0.0, face=0.0)
 WEDGE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
-SKIP = 5  # cells that are left open where nothing goes
+SKIP = 3  # cells that are left open where nothing goes
 CLOSE = 48  # places looked at closely, of each choice
 FEW = 12  # ... of a part of the wall, at the end
 SECTION = 8.0  # mean lengths: part of a wall that is looked at together
@@ -86,7 +87,7 @@ class SettleSettings:
     margin: float | None = None  # m that the centre of mass stands inside the hull of the contacts; None = `INSIDE`
     friction: float = FRICTION  # counted on while laying
     lean: float = LEAN  # degrees by which gravity may lean at every stage
-    tries: int = 6  # places at which stones are seated before a gap is left
+    tries: int = 8  # places at which stones are seated before a gap is left
     hearting: bool = False
     chinking: bool = False
     band: float | None = None  # m: surfaces nearer than that make a contact
@@ -271,6 +272,7 @@ class _Site:
         lone = Assembly((self.ground,), None, ()).mesh
         floor = Surface.of(lone.vertex[triangles(lone)[0]])
         self.structure = Structure(floor, float(settings.band or 0.0), settings.friction, settings.lean)
+        self.patience = round(float(np.clip(PATIENCE[1] * FEW_STONES / len(stones), *PATIENCE)))
         self.vain: Counter[int] = Counter()  # times that each stone was seated in vain in this course
         self.worn: Counter[int] = Counter()  # ... in all
         self.failed: set[tuple[int, int, tuple[int, int]]] = set()
@@ -448,7 +450,7 @@ class _Site:
     def _next(self, slot: Slot) -> _Trial | None:
         """Seat the best of the stones that come next: the first that stands."""
         room = float(slot.first[1] - slot.first[0]) * self.cell
-        patient = (k for k in self.left if self.vain[k] < PATIENCE and self.worn[k] < WORN)
+        patient = (k for k in self.left if self.vain[k] < self.patience and self.worn[k] < WORN * self.patience)
         if self.settings.look_ahead == 0:
             window = list(islice(patient, 1))
         else:
