@@ -227,8 +227,9 @@ def carve(
         The match cannot be read, or stones or wall have changed since.
     """
     from cyclopean.assembly import supports as held_blocks
-    from cyclopean.design.carving.carve import LEAST, carve_match, total
+    from cyclopean.design.carving.carve import LEAST, carve_all, carve_match, total
     from cyclopean.design.carving.carved_wall import carved_wall
+    from cyclopean.io.matches import read_match, read_matched
 
     depth = LEAST if least is None else least
     with in_python():
@@ -238,38 +239,14 @@ def carve(
             wall, rule = found.assembly, supports or found.supports
             cut = carve_match(found.match, found.stones, found.cells, least=depth, progress=progress)
         else:
-            wall, cut, stored = _carved_of_file(found, depth, progress)
-            rule = supports or stored
+            stored = read_match(found)
+            wall, placed = read_matched(stored)
+            cut = carve_all(placed, least=depth, progress=progress)
+            rule = supports or stored.supports or ""
         fixed, _ = held_blocks(wall, rule)
         built = carved_wall(wall, cut, fixed=fixed)
     notes = (*(note for c in cut for note in c.notes), *built.notes)
     return StoneCarving(cut, total(cut), wall, fixed, built, notes)
-
-
-def _carved_of_file(
-    path: "str | os.PathLike[str]", least: float, progress: Callable[[str], None]
-) -> "tuple[Assembly, tuple[Carved, ...], str]":
-    """The wall, its stones carved, and which supports were said when they were matched.
-
-    Raises
-    ------
-    InputError
-        Stones or wall cannot be read, or are not those that were matched.
-    """
-    from cyclopean.design.carving.carve import carve_all
-    from cyclopean.io import read_model, read_stones
-    from cyclopean.io.matches import read_match
-
-    stored = read_match(path)
-    wall, _ = read_model(stored.wall, stored.wall_units)
-    inventory, _ = read_stones(stored.stones, stored.stone_units)
-    stones = {stone.id: stone for stone in inventory.stones}
-    changed = stored.changed(stones, wall)
-    if changed is not None:
-        raise InputError(f"{stored.file}: {changed}")
-    blocks = {block.id: block for block in wall.blocks}
-    placed = ((stones[p.stone], blocks[p.cell], p.transform[:3, :3], p.transform[:3, 3]) for p in stored.placements)
-    return wall, carve_all(placed, least=least, progress=progress), stored.supports or ""
 
 
 def settle(

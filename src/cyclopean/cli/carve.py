@@ -1,7 +1,6 @@
 """`carve`: from a match to stones that can be cut, and does the wall stand as it will be built?"""
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +11,6 @@ from cyclopean.cli.model_options import Density, Mu, Supports
 from cyclopean.cli.outputs import STANDARD_OUTPUT, folder, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.cli.values import choice, optional_number
-from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Result
@@ -66,7 +64,7 @@ def carve(
     }
     place = folder("--out", out, out)
 
-    from cyclopean.io.matches import read_match
+    from cyclopean.io.matches import read_match, read_matched
 
     stored = read_match(match)
     outputs = {f"--out {name}": str(place / name) for name in NAMES} | {"--json": json, "--report": report}
@@ -76,13 +74,14 @@ def carve(
 
     from cyclopean import analysis
     from cyclopean.assembly import supports as held_blocks
-    from cyclopean.design.carving.carve import LEAST
+    from cyclopean.design.carving.carve import LEAST, carve_all
     from cyclopean.design.carving.carved_wall import carved_wall
 
     depth = LEAST if least is None else least
     settings = analysis.Settings(**wanted | {"supports": ""})  # of the drawn wall; the carved one says what is held
     with long_work(f"carving {stored.file}") as stage:
-        wall, carved = _carved(stored, depth, stage)
+        wall, placed = read_matched(stored)
+        carved = carve_all(placed, least=depth, progress=stage)
         fixed, _ = held_blocks(wall, supports or stored.supports or "")
         stage("joints")
         built = carved_wall(wall, carved, fixed=fixed)
@@ -97,29 +96,6 @@ def carve(
     else:
         say("\n".join(_lines(data, result, place, files)))
     return 0
-
-
-def _carved(stored: "StoredMatch", least: float, stage: Callable[[str], None]) -> "tuple[Assembly, tuple[Carved, ...]]":
-    """The wall as drawn, and its stones carved back; what the files leave open was said when they were matched.
-
-    Raises
-    ------
-    InputError
-        Stones or wall cannot be read, or are not those that were matched.
-    """
-    from cyclopean import io
-    from cyclopean.design.carving.carve import carve_all
-    from cyclopean.io.stones import read_stones
-
-    wall, _ = io.read_model(stored.wall, stored.wall_units)
-    inventory, _ = read_stones(stored.stones, stored.stone_units)
-    stones = {stone.id: stone for stone in inventory.stones}
-    changed = stored.changed(stones, wall)
-    if changed is not None:
-        raise InputError(f"{stored.file}: {changed}")
-    blocks = {block.id: block for block in wall.blocks}
-    placed = ((stones[p.stone], blocks[p.cell], p.transform[:3, :3], p.transform[:3, 3]) for p in stored.placements)
-    return wall, carve_all(placed, least=least, progress=stage)
 
 
 def _written(

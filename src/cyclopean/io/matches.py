@@ -14,7 +14,7 @@ import numpy as np
 
 from cyclopean import __version__
 from cyclopean.arrays import Floats
-from cyclopean.assembly import Assembly
+from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.io.fields import array, found, label, mapping, number, parsed, text
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
@@ -27,7 +27,16 @@ if TYPE_CHECKING:  # only names here: reading a file must not load the matching
     from cyclopean.design.matching.match import Match
     from cyclopean.design.stones.stone import Stone
 
-__all__ = ["MATCH_FILE", "StoredMatch", "StoredPlacement", "match_dict", "read_match", "stone_hash", "wall_hash"]
+__all__ = [
+    "MATCH_FILE",
+    "StoredMatch",
+    "StoredPlacement",
+    "match_dict",
+    "read_match",
+    "read_matched",
+    "stone_hash",
+    "wall_hash",
+]
 
 SCHEMA = "cyclopean.match/1"
 MATCH_FILE = "match.json"  # in the folder that a match is written to
@@ -72,6 +81,36 @@ class StoredMatch:
             if placed.cell not in blocks:
                 return f"the wall '{one_line(self.wall)}' has no block {label(placed.cell)}"
         return None
+
+
+def read_matched(stored: StoredMatch) -> "tuple[Assembly, tuple[tuple[Stone, Block, Floats, Floats], ...]]":
+    """Read stones and wall of a match again; what their files leave open was said when they were matched.
+
+    Returns
+    -------
+    wall : Assembly
+        As drawn.
+    placed : tuple
+        Stone, cell, rotation (3, 3) and shift (3,) in m, of each placement: as `carve_all` takes them.
+
+    Raises
+    ------
+    InputError
+        Stones or wall cannot be read, or are not those that were matched.
+    """
+    from cyclopean.io.models import read_model
+    from cyclopean.io.stones import read_stones
+
+    wall, _ = read_model(stored.wall, stored.wall_units)
+    inventory, _ = read_stones(stored.stones, stored.stone_units)
+    stones = {stone.id: stone for stone in inventory.stones}
+    changed = stored.changed(stones, wall)
+    if changed is not None:
+        raise InputError(f"{stored.file}: {changed}")
+    blocks = {block.id: block for block in wall.blocks}
+    return wall, tuple(
+        (stones[p.stone], blocks[p.cell], p.transform[:3, :3], p.transform[:3, 3]) for p in stored.placements
+    )
 
 
 def stone_hash(stone: "Stone") -> str:
