@@ -106,7 +106,8 @@ def _guarded(arguments: list[str]) -> int:
             complain("interrupted")
         return int(status or 0)
     except UsageError as error:
-        complain(f"{error.format_message().rstrip('.')}; see cyclopean --help")
+        command = error.ctx.command_path if error.ctx else "cyclopean"
+        complain(f"{error.format_message().rstrip('.')}; see {command} --help")
     except SolverError as error:
         complain(str(error))
         return UNDECIDED
