@@ -2,6 +2,7 @@
 
 import json
 import os
+from pathlib import Path
 
 import pytest
 
@@ -77,6 +78,25 @@ def test_info_tells_of_faults(run):
     assert "they will be detected" in out
     assert "assumes   density 2400" in out
     assert run("check", "m.json")[0] == 2
+
+
+def test_convert_keeps_how_a_wall_was_drawn_or_says_that_it_is_lost(run):
+    run("make", "polygonal", "--columns", "3", "--rows", "2", "--out", "w.json")
+    status, _, err = run("convert", "w.json", "again.json")
+    assert (status, err) == (0, "")
+    assert json.loads(Path("again.json").read_text()) == json.loads(Path("w.json").read_text())
+
+    status, _, err = run("convert", "w.json", "w.glb")
+    assert status == 0
+    assert "GLB does not hold how the wall was drawn" in err
+
+    document = json.loads(Path("w.json").read_text())
+    document["blocks"][1]["vertices"][0][0] += 0.01
+    Path("stale.json").write_text(json.dumps(document))
+    status, _, err = run("convert", "stale.json", "out.json")
+    assert status == 0
+    assert "its drawing is stale" in err
+    assert "drawing" not in json.loads(Path("out.json").read_text())
 
 
 def test_convert_keeps_the_stone(run):

@@ -112,8 +112,10 @@ def convert(
         planned(dict(zip(names, outputs, strict=True)), keep=kept)
     assembly, warnings = io.read_model(source, units)
     assembly, findings, more = io.read_findings(result or (), assembly)
-    lost = io.write_exchange(target, assembly, findings)
-    for warning in (*warnings, *more, *lost):
+    drawn, stale = io.read_drawing(source)
+    drawing = None if drawn is None else io.drawing_dict(drawn)
+    lost = io.write_exchange(target, assembly, findings, drawing)
+    for warning in (*warnings, *more, *(stale if drawn is None else ()), *lost):
         warn(warning)
     written = outputs[:1] if assembly.contacts is None else outputs
     say(f"{assembly.name}: {len(assembly)} blocks; written {', '.join(written)}")

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import PurePath
+from typing import Any
 
 import numpy as np
 
@@ -83,7 +84,12 @@ def exchange_paths(path: PathLike) -> tuple[PurePath, ...]:
     return tuple(whole.with_name(f"{whole.stem}-{kind}{whole.suffix}") for kind in ("blocks", "contacts"))
 
 
-def write_exchange(path: PathLike, assembly: Assembly, findings: Findings | None = None) -> tuple[str, ...]:
+def write_exchange(
+    path: PathLike,
+    assembly: Assembly,
+    findings: Findings | None = None,
+    drawing: dict[str, Any] | None = None,
+) -> tuple[str, ...]:
     """Write a model in the format that the ending says, whole or not at all.
 
     Parameters
@@ -94,6 +100,8 @@ def write_exchange(path: PathLike, assembly: Assembly, findings: Findings | None
         The model.
     findings : Findings, optional
         What goes along where the format holds it.
+    drawing : dict, optional
+        How the wall was drawn (`drawing_dict`); only the project's own file holds it.
 
     Returns
     -------
@@ -112,13 +120,16 @@ def write_exchange(path: PathLike, assembly: Assembly, findings: Findings | None
         refuse_unwritable(shown, assembly)
     places = exchange_paths(path)
     try:
-        contents = _WRITERS[form.suffix](assembly, known)
+        contents = _json(assembly, drawing) if form.suffix == ".json" else _WRITERS[form.suffix](assembly, known)
     except InputError as error:
         raise InputError(f"{shown}: {error}") from None
     for place, content in zip(places, contents, strict=False):  # a model without contacts has no table of them
         write_bytes(place, content)
     name = PurePath(path).name
-    return tuple(f"{one_line(name)}: {line}" for line in _lost(form, assembly, known))
+    lost = _lost(form, assembly, known)
+    if drawing is not None and form.suffix != ".json":
+        lost.append(f"{form.name} does not hold how the wall was drawn: dropped; match --negotiate needs the .json")
+    return tuple(f"{one_line(name)}: {line}" for line in lost)
 
 
 def _lost(form: Format, assembly: Assembly, findings: Findings) -> list[str]:
@@ -167,10 +178,10 @@ def _names(kind: type, *passed: str) -> list[str]:
     return [item.name for item in fields(kind) if item.init and item.name not in passed]
 
 
-def _json(assembly: Assembly, _: Findings) -> list[bytes]:
+def _json(assembly: Assembly, drawing: dict[str, Any] | None) -> list[bytes]:
     from cyclopean.io.model_json import model_dict
 
-    return [json_text(model_dict(assembly)).encode()]
+    return [json_text(model_dict(assembly, drawing=drawing)).encode()]
 
 
 def _compas(assembly: Assembly, findings: Findings) -> list[bytes]:
@@ -229,7 +240,6 @@ def _tables(assembly: Assembly, findings: Findings) -> list[bytes]:
 
 
 _WRITERS: dict[str, Callable[[Assembly, Findings], list[bytes]]] = {
-    ".json": _json,
     ".compas.json": _compas,
     ".3dm": _rhino,
     ".ifc": _ifc,
