@@ -300,6 +300,28 @@ def test_more_friction_is_never_worse():
     assert values == sorted(values)
 
 
+@pytest.mark.parametrize(("share", "far"), [(0.5, 90.0), (0.3, 25.0), (0.8, 180.0)])
+def test_loads_that_are_borne_alone_are_borne_in_shares(share, far):
+    """Superposition: states of two loads, mixed, are a state of the mixed load, so what is borne is convex."""
+    model = arch(9, radius=1.0, thickness=0.25, depth=0.4)
+    one, other = (1.0, 0.0, 0.0), (np.cos(np.radians(far)), 0.0, np.sin(np.radians(far)) + 0.1)
+    alone = [pushed(model, push, 0.7).value for push in (one, other)]
+    mixed = tuple((share * alone[0] * np.array(one) + (1 - share) * alone[1] * np.array(other)).tolist())
+    assert pushed(model, mixed, 0.7).upper >= 1.0 - CLOSE
+
+
+def test_live_loads_add_up_to_what_is_there_already():
+    """Superposition: part of the limit as a dead load leaves the rest of it as a live one."""
+    model, force = stack(2, size=(0.5, 0.5, 0.5)), np.array([300.0, 100.0, -200.0])
+    top = len(model.blocks) - 1
+    live = Live(loads=(LiveLoad(model.blocks[top].id, tuple(force.tolist())),))
+    settings = Settings(mu=0.7, density=2400.0)
+    whole = limit(model, live, settings)
+    centre = model.mass.centroid[top]
+    partly = replace(model, loads=(Load(top, 0.4 * whole.value * force, centre),))
+    assert limit(partly, live, settings).value == pytest.approx(0.6 * whole.value, rel=CLOSE)
+
+
 @pytest.mark.parametrize(
     ("live", "told"),
     [
