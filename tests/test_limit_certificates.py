@@ -132,6 +132,21 @@ def test_a_motion_that_live_loads_hinder_proves_nothing_beyond():
     assert "against the motion" in report.reason
 
 
+def test_a_motion_in_which_live_loads_do_next_to_nothing_proves_nothing_beyond():
+    """The upper block tips off. The lower one creeps along with 1e-9, and a push on it is at once what holds it."""
+    falls = limit(stack(2, offset=0.6), Live(push=(1, 0, 0)), Settings(mu=0.84)).certificate
+    creeping = {key: value for key, value in copy.deepcopy(falls).items() if key not in ("lower", "forces")}
+    lower = creeping["blocks"][1]["id"]
+    creeping["mechanism"][lower] = [1e-9, 0.0, 0.0, 0.0, 0.0, 0.0]
+    creeping["upper"] = 0.0
+    assert verify(sealed(creeping)).proved
+    corner = creeping["blocks"][1]["vertices"][0]
+    creeping["live"] |= {"gravity": [0.0, 0.0, 0.0], "loads": [{"block": lower, "force": [1.0, 0, 0], "point": corner}]}
+    report = verify(sealed(creeping))
+    assert not report.proved
+    assert "too little work" in report.reason
+
+
 def test_the_seal_covers_live_loads(proof):
     damaged = copy.deepcopy(proof)
     damaged["live"]["gravity"][1] += 1e-9

@@ -1437,21 +1437,31 @@ def _mechanism(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
 
     Shown is (p.y)^2 >= (BOUND W)^2 ||P(-dd)||^2, with W and the norm bounded from above.
     """
-    per_velocity = _exponent(chain.from_iterable(sheet.motion))
-    motions = _motions(sheet.motion, model, per_velocity)
+    motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
+    norm2 = _resistances2(sheet, model, motions)
+    figures = _driven(sheet, model, motions, norm2)
+    if norm2 == 0:
+        return figures, "the blocks can move so that the loads do work and no contact resists"
+    return figures, f"to hold this motion the contacts would need forces of {figures['bound']:.2g} total weights"
+
+
+def _driven(sheet: _Sheet, model: _Model, motions: Sequence[_Motion], norm2: int) -> dict[str, float]:
+    """Require (p.y)^2 >= (BOUND W)^2 norm2, with what joints that pull take up taken off p.y."""
     work24, pulls6 = _against_pulls(sheet, model, motions)
     power24 = _power24(sheet, model, motions) - work24
     total24 = 4 * (model.total6_above + pulls6)
-    norm2 = sum(_resistance2(joint, patch, motions) for joint, patch in zip(sheet.joints, model.patches, strict=True))
     figures = {"bound": _as_float(power24, total24 * _root_above(norm2)) if power24 > 0 else 0.0}
     if not power24 > 0:
         more = " beyond what joints that pull take up" if pulls6 else ""
         _refuse(f"the loads do no work{more} in this motion", figures)
     if not power24**2 >= (BOUND * total24) ** 2 * norm2:
         _refuse(f"contact forces of {figures['bound']:.2g} total weights might hold this motion", figures)
-    if norm2 == 0:
-        return figures, "the blocks can move so that the loads do work and no contact resists"
-    return figures, f"to hold this motion the contacts would need forces of {figures['bound']:.2g} total weights"
+    return figures
+
+
+def _resistances2(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> int:
+    """||P(-dd)||^2 over all contact points, rounded up."""
+    return sum(_resistance2(joint, patch, motions) for joint, patch in zip(sheet.joints, model.patches, strict=True))
 
 
 def _against_pulls(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> tuple[int, int]:
@@ -1552,15 +1562,29 @@ def _limit(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
     if live.lower is not None:
         figures = {"lower": live.lower} | _state(sheet, _multiplied(sheet, model, live, 1, live.lower))[0]
     if live.upper is not None:
-        found, _ = _mechanism(sheet, _multiplied(sheet, model, live, 1, live.upper))
-        figures |= {"upper": live.upper} | found
         motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
-        if not _power24(sheet, _multiplied(sheet, model, live, 0, 1.0), motions) >= 0:
-            _refuse("the live loads work against the motion, so that more of them might hold it", figures)
+        norm2 = _resistances2(sheet, model, motions)
+        found = _driven(sheet, _multiplied(sheet, model, live, 1, live.upper), motions, norm2)
+        figures |= {"upper": live.upper} | found
+        _require_no_relief(sheet, _multiplied(sheet, model, live, 0, 1.0), motions, norm2, figures)
     balanced = max((figures[key] for key in ("equilibrium_force", "equilibrium_moment") if key in figures), default=0.0)
     stands = f"all blocks balance to {balanced:.2g} of the total weight" if live.lower is not None else ""
     falls = f"to hold the motion needs {figures['bound']:.2g} total weights" if live.upper is not None else ""
     return figures, "; ".join(part for part in (stands, falls) if part)
+
+
+def _require_no_relief(
+    sheet: _Sheet, grown: _Model, motions: Sequence[_Motion], norm2: int, figures: dict[str, float]
+) -> None:
+    """Require of the live loads alone that p.y >= 0 and (p.y)^2 >= (BOUND W)^2 norm2: then more of them is no help.
+
+    Both p.y and what W is at the most are affine in the multiplier, so the motion proves every larger one too.
+    """
+    power24 = _power24(sheet, grown, motions)
+    if not power24 >= 0:
+        _refuse("the live loads work against the motion, so that more of them might hold it", figures)
+    if not power24**2 >= (BOUND * 4 * grown.total6_above) ** 2 * norm2:
+        _refuse("the live loads do too little work in the motion to prove anything of more of them", figures)
 
 
 def _multiplied(sheet: _Sheet, model: _Model, live: _Live, dead: int, times: Number) -> _Model:
