@@ -97,6 +97,20 @@ class Chromium:
                 mouse("mouseMoved", tuple(a + share * (b - a) for a, b in zip(start, end, strict=True)), "left")
         mouse("mouseReleased", end, "left")
 
+    def strike(self, element: str, event: str = "click", share: float = 0.5) -> None:
+        """Click on an element, given by an expression, with the mouse; again where the page shifted just then."""
+        for _ in range(8):
+            x, y = self.js(
+                f"(()=>{{const e={element};e.scrollIntoView({{block:'nearest'}});window.struck=false;"
+                f"e.addEventListener('{event}',()=>{{window.struck=true}},{{once:true,capture:true}});"
+                f"const b=e.getBoundingClientRect();return [b.x+b.width*{share},b.y+b.height/2]}})()"
+            )
+            self.click(x, y)  # comes back when the page has dealt with it
+            time.sleep(0.05)
+            if self.js("window.struck"):
+                return
+        raise TimeoutError(f"{element}: could not be hit")
+
     def picture(self, path: str) -> None:
         with open(path, "wb") as file:
             file.write(base64.b64decode(self("Page.captureScreenshot", format="png")["data"]))
@@ -139,44 +153,30 @@ class StudioPage(Chromium):
 
     def slide(self, number: int, share: float, seconds: float = 60.0) -> float:
         """Click on a slider's track; s until the verdict's text is another."""
-        box = self.js(
-            f"(()=>{{const t=document.querySelectorAll('.mantine-Slider-root')[{number}]"
-            ".querySelector('.mantine-Slider-track');t.scrollIntoView({block:'nearest'});"
-            "const b=t.getBoundingClientRect();return [b.x,b.y,b.width,b.height]})()"
-        )
+        track = f"document.querySelectorAll('.mantine-Slider-root')[{number}].querySelector('.mantine-Slider-track')"
         before = json.dumps(self.holds_for)
         began = time.perf_counter()
-        self.click(box[0] + box[2] * share, box[1] + box[3] / 2)
+        self.strike(track, "mousedown", share)
         self.wait(f"document.getElementById('for').innerText!=={before}", seconds)
         return time.perf_counter() - began
 
     def press(self, label: str) -> None:
         """Click a button."""
-        box = self.js(
-            f"(()=>{{const e=[...document.querySelectorAll('button')].find(e=>e.innerText.trim()==={json.dumps(label)}"
-            ");e.scrollIntoView({block:'nearest'});const b=e.getBoundingClientRect();"
-            "return [b.x+b.width/2,b.y+b.height/2]})()"
-        )
-        self.click(*box)
+        self.strike(f"[...document.querySelectorAll('button')].find(e=>e.innerText.trim()==={json.dumps(label)})")
 
     def tick(self, label: str) -> None:
         """Click the checkbox with a label."""
-        box = self.js(
-            f"(()=>{{const l=[...document.querySelectorAll('label')].find(e=>e.innerText.trim()==={json.dumps(label)});"
-            "let e=l;while(e&&!e.querySelector('input[type=checkbox]'))e=e.parentElement;"
-            "const i=e.querySelector('input[type=checkbox]');i.scrollIntoView({block:'nearest'});"
-            "const b=i.getBoundingClientRect();return [b.x+b.width/2,b.y+b.height/2]})()"
-        )
-        self.click(*box)
+        self.strike(self._labelled(label, "input[type=checkbox]"))
 
     def name(self, text: str) -> None:
         """Write the name of a block."""
-        box = self.js(
-            "(()=>{const l=[...document.querySelectorAll('label')].find(e=>e.innerText.trim()==='Name');"
-            "let e=l;while(e&&!e.querySelector('input'))e=e.parentElement;const i=e.querySelector('input');"
-            "i.scrollIntoView({block:'nearest'});const b=i.getBoundingClientRect();"
-            "return [b.x+b.width/2,b.y+b.height/2]})()"
-        )
-        self.click(*box)
+        self.strike(self._labelled("Name", "input"))
         self.js("document.activeElement.select()")
         self("Input.insertText", text=text)
+
+    def _labelled(self, label: str, kind: str) -> str:
+        """Expression for what stands with a label."""
+        return (
+            f"(()=>{{let e=[...document.querySelectorAll('label')].find(e=>e.innerText.trim()==={json.dumps(label)});"
+            f"while(e&&!e.querySelector('{kind}'))e=e.parentElement;return e.querySelector('{kind}')}})()"
+        )

@@ -29,9 +29,12 @@ from cyclopean.errors import InputError
 from cyclopean.io import read_model, write_model
 from cyclopean.proof import verify
 from cyclopean.view.studio import desk as desk_module
+from cyclopean.view.studio import solids
 from cyclopean.view.studio.desk import Desk, State
+from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.panel import studio
 from cyclopean.view.studio.saving import free_name, save, written
+from cyclopean.view.studio.solids import HEAD, Sheet, Sheets, arrow_solids, once, wires
 from cyclopean.view.studio.stage import hit
 
 GRAVITY = np.array([0.0, 0.0, -9.80665])
@@ -188,6 +191,118 @@ def test_a_ray_meets_the_nearest_triangle():
     assert hit(triangle, origin, np.array([0.0, 0.0, 1.0])) is None
 
 
+def test_an_arrow_has_the_volume_of_a_prism_and_a_pyramid():
+    """By hand: an octagon of radius r has area 2 sqrt(2) r2; from the middle of the neck, where the shaft is open."""
+    r, head = 0.02, solids.LONG * 0.02
+    sheet = arrow_solids(np.array([[[0.0, 0, 0], [0, 0, 1]]]), np.asarray, "a", "#000000", r)
+    triangle = sheet.vertex.astype(float)[sheet.face] - [0.0, 0.0, 1.0 - head]
+    volume = np.linalg.det(triangle).sum() / 6.0
+    area = 2.0 * np.sqrt(2.0) * r**2
+    assert volume == pytest.approx(area * (1.0 - head) + HEAD**2 * area * head / 3.0, rel=1e-5)
+
+
+def test_arrows_and_wires_go_from_end_to_end():
+    rng = np.random.default_rng(5)
+    arrow = rng.normal(size=(300, 2, 3))
+    sheet = arrow_solids(arrow, np.asarray, "a", "#000000", 1e-3)
+    corner = sheet.vertex.reshape(300, -1, 3)
+    foot, tip = corner[:, :3].mean(axis=1), corner[:, -1]
+    assert np.allclose(np.stack([foot, tip], 1), arrow, atol=1e-6)
+    along = arrow[:, 1] - arrow[:, 0]
+    away = np.linalg.norm(np.cross(corner - arrow[:, :1], along[:, None]), axis=2)
+    assert np.all(away <= HEAD * 1.001e-3 * np.linalg.norm(along, axis=1)[:, None] + 1e-6)
+    sun = np.array([[[0.0, 0, 0], [-3, -6, 8]]])
+    for segment in (arrow, sun, arrow[:0]):
+        wire = wires(segment, np.asarray, "w", "#000000")
+        three = wire.vertex[wire.face]
+        assert np.allclose(three[:, :2], segment, atol=1e-6)
+        assert np.allclose(three[:, 2], segment[:, 0], atol=1e-4)
+        assert np.all(np.linalg.norm(np.cross(three[:, 1] - three[:, 0], three[:, 2] - three[:, 0]), axis=1) > 0.0)
+
+
+def test_edges_that_lie_on_each_other_are_drawn_once():
+    rng = np.random.default_rng(6)
+    edge = rng.integers(-5, 6, size=(400, 2, 3)) / 8.0
+    edge = edge[np.any(edge[:, 0] != edge[:, 1], axis=1)]
+    both = np.concatenate([edge, edge[::-1, ::-1]])
+    kept = once(both, 1e-6)
+
+    def named(some):
+        return [frozenset(map(tuple, ends)) for ends in some.tolist()]
+
+    assert set(named(kept)) == set(named(edge))
+    assert len(kept) == len(set(named(edge)))
+
+
+class Recorded:
+    """Stands for a scene and its meshes: what is sent to them."""
+
+    def __init__(self):
+        object.__setattr__(self, "sent", [])
+
+    def add_mesh_simple(self, name, *_, **__):
+        self.sent.append(("mesh", name))
+        return self
+
+    def __setattr__(self, name, value):
+        self.sent.append((name, value if name in ("visible", "opacity") else len(value)))
+
+    def take(self):
+        found = self.sent[:]
+        self.sent.clear()
+        return found
+
+
+def test_only_what_has_changed_is_sent():
+    scene = Recorded()
+    sheets = Sheets(scene)
+    vertex, face = np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.uint32)
+    sheets.put(Sheet("a", vertex, face[:0], "#000000"))
+    assert scene.take() == []
+    sheets.put(Sheet("a", vertex, face, "#000000"))
+    assert scene.take() == [("mesh", "a")]
+    sheets.put(Sheet("a", vertex.copy(), face.copy(), "#000000"))
+    assert {name for name, _ in scene.take()} <= {
+        "opacity",
+        "visible",
+    }  # viser itself sends these only when they change
+    sheets.put(Sheet("a", 2.0 * vertex, face, "#000000"))
+    assert ("vertices", 3) in (sent := scene.take())
+    assert "faces" not in dict(sent)
+    sheets.put(Sheet("a", 2.0 * vertex, face := np.repeat(face, 2, 0), "#000000"))
+    assert ("faces", 2) in (sent := scene.take())
+    assert "vertices" not in dict(sent)
+    sheets.put(Sheet("a", vertex[:0], face[:0], "#000000"))
+    assert scene.take() == [("visible", False)]
+    sheets.put(Sheet("a", 2.0 * vertex, face, "#000000", 0.5))
+    assert scene.take() == [("opacity", 0.5), ("visible", True)]
+
+
+def test_the_painter_leaves_out_what_is_outdated():
+    class Slow:
+        moves, size = False, 1
+
+        def __init__(self):
+            self.drawn, self.began, self.go = [], threading.Event(), threading.Event()
+
+        def show(self, snapshot):
+            self.drawn.append(snapshot)
+            self.began.set()
+            assert self.go.wait(LONG)
+
+    stage = Slow()
+    painter = Painter(stage, lambda: False)
+    painter.show(1)
+    assert stage.began.wait(LONG)
+    stage.began.clear()
+    for k in (2, 3, 4):
+        painter.show(k)
+    stage.go.set()
+    assert stage.began.wait(LONG)
+    painter.close()
+    assert stage.drawn == [1, 4]
+
+
 def test_models_that_cannot_be_analysed_are_refused(tmp_path):
     with (
         pytest.raises(InputError, match="the model has no blocks"),
@@ -281,6 +396,36 @@ def test_a_block_is_dragged_by_its_handle(page):
     page.tick("drag it by a handle")
     page.press("Put back")
     waited(page, word="Stable")
+
+
+@needs_browser
+def test_the_words_do_not_wait_for_the_drawing(page, monkeypatch):
+    page.press("Level, no push")
+    waited(page, word="Stable")
+    stage, go = page.desk._show.__self__._stage, threading.Event()
+    show = stage.show
+    monkeypatch.setattr(stage, "show", lambda snapshot: (go.wait(LONG), show(snapshot)))
+    try:
+        page.slide(StudioPage.TILT, 0.8)
+        waited(page, word="Unstable")
+        assert not stage.moves
+    finally:
+        go.set()
+    began = time.monotonic()
+    while not stage.moves:
+        assert time.monotonic() - began < LONG
+        time.sleep(0.05)
+
+
+@needs_browser
+def test_a_click_beside_the_blocks_chooses_none(page):
+    page.press("Level, no push")
+    waited(page, word="Stable")
+    page.name("v05")
+    page.wait("(document.getElementById('block')?.innerText||'').startsWith('v05')", LONG)
+    page.click(60, 850)
+    time.sleep(0.5)
+    assert page.js("document.getElementById('block').innerText").startswith("v05")
 
 
 @needs_browser

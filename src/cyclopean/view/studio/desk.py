@@ -27,7 +27,7 @@ from cyclopean.view.studio.prover import Prover, Question, Reach
 __all__ = ["Desk", "Snapshot", "State"]
 
 REST = 0.25  # s without a change after which a proof is asked for
-PROMPT = 0.05  # s: what usually takes no longer to prove is not shown before it is proved
+PROMPT = 0.025  # s: what usually takes no longer to prove is not shown before it is proved
 KEPT = 200  # steps that can be undone
 
 Stage = Literal["provisional", "searching", "proved", "undecided", "failed"]
@@ -114,7 +114,7 @@ class Desk:
         self._prover = Prover(lambda ticket, answer: self._todo.put(lambda: self._answered(ticket, answer)))
         self._scout = None  # takes longer, and must not keep the prover from its work
         if tell is not None:
-            self._scout = Prover(lambda _, answer: self._todo.put(lambda: self._reached(answer)))
+            self._scout = Prover(lambda _, answer: self._todo.put(lambda: self._reached(answer)), behind=True)
         self._thread = threading.Thread(target=self._run, name="desk", daemon=True)
         self._thread.start()
         self._todo.put(self._touch)

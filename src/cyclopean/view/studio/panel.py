@@ -1,7 +1,5 @@
 """The live page: sliders, the verdict, the chosen block, what is saved. Viser's own elements; no script of ours."""
 
-import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -20,6 +18,7 @@ from cyclopean.view.colours import ACCENT, SCALE
 from cyclopean.view.figures import number, resultants, unit_of
 from cyclopean.view.layers import server, silent
 from cyclopean.view.studio.desk import Desk, Snapshot, State
+from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.prover import Reach
 from cyclopean.view.studio.saving import KINDS, save
 from cyclopean.view.studio.stage import LABELS, Look, Stage
@@ -28,9 +27,6 @@ __all__ = ["Studio", "studio"]
 
 MU, TILT, PUSH, SCALES = 1.5, 60.0, 1.0, 4.0  # ends of the sliders
 GRAVITY = 9.80665  # m/s2, by which weights are told
-TURN = 1.6  # s that the mechanism takes there and back
-FRAMES = 12.0  # a second, of small models
-BUSY = 4e5  # triangles a second that are sent while a mechanism moves
 PATIENCE = 8.0  # s that a notice stays
 
 
@@ -101,7 +97,6 @@ class _Page:
         self._running, self._gui = running, running.gui
         self._posed, self._settings, self._folder, self._stem = posed, settings, folder, stem
         self._block: int | None = None
-        self._ended = threading.Event()
         given = None if posed.assembly.contacts is None else posed.assembly.contacts.mu
         self._says_mu = given is not None and bool(np.any(~np.isnan(given)))
         own = np.full(len(posed.contacts), np.nan) if given is None else given
@@ -111,6 +106,7 @@ class _Page:
         knobs = Knobs(mu=_mu(settings), tilt=tilt, azimuth=azimuth)
         self._stage = Stage(running, home, self._choose, self._drag)
         self._build(knobs, settings, warnings)
+        self._painter = Painter(self._stage, lambda: bool(self._moving.value))
         self.desk = Desk(
             State(home, knobs, settings.chosen_method()),
             settings,
@@ -121,14 +117,11 @@ class _Page:
             self._tell,
         )
         self._home = home
-        self._mover = threading.Thread(target=self._play, name="mechanism", daemon=True)
-        self._mover.start()
 
     def close(self) -> None:
         """Stop everything that runs."""
-        self._ended.set()
         self.desk.close()
-        self._mover.join()
+        self._painter.close()
 
     # ------------------------------------------------------------------ elements
 
@@ -282,8 +275,9 @@ class _Page:
 
     def _show(self, snapshot: Snapshot) -> None:
         self._verdict.content = _verdict_html(snapshot)
-        self._stage.show(snapshot)
+        self._running.flush()  # the words do not wait for the drawing
         self._describe()
+        self._painter.show(snapshot)
 
     def _tell(self, reach: Reach | None) -> None:
         self._reach.content = _reach_html(reach)
@@ -296,20 +290,6 @@ class _Page:
     def _refuse(self, why: str) -> None:
         for client in self._running.get_clients().values():
             client.add_notification("Not done", why, color="red", auto_close_seconds=PATIENCE)
-
-    def _play(self) -> None:
-        """Move the mechanism there and back, as often a second as its size allows."""
-        moved = False
-        while True:
-            rate = min(FRAMES, BUSY / max(self._stage.size, 1))
-            if self._ended.wait(1.0 / max(rate, 0.2)):
-                return
-            if self._moving.value and self._stage.moves:
-                self._stage.pose_mechanism(0.5 - 0.5 * float(np.cos(2.0 * np.pi * time.monotonic() / TURN)))
-                moved = True
-            elif moved:
-                self._stage.pose_mechanism(1.0)
-                moved = False
 
 
 _MU_HINT = "Where the model gives none; tan of the angle of friction."

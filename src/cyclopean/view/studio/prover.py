@@ -5,6 +5,7 @@ goes on meanwhile, and a question that nobody waits for any more is dropped with
 """
 
 import multiprocessing
+import os
 import signal
 import threading
 import time
@@ -22,6 +23,7 @@ from cyclopean.errors import CyclopeanError
 __all__ = ["Prover", "Question", "Reach"]
 
 PATIENCE = 1.0  # s that an outdated question may still take before its process is ended
+BEHIND = 10  # steps of niceness
 GLANCE = 0.05  # s between looks at whether a question is outdated
 
 
@@ -53,10 +55,12 @@ class Prover:
     ----------
     answered : callable
         Takes the ticket of the newest question and its `Result` or `Reach`, or what went wrong as text.
+    behind : bool
+        Whether its process gives way to all others, where the system can have that.
     """
 
-    def __init__(self, answered: Callable[[int, Result | Reach | str], None]) -> None:
-        self._answered = answered
+    def __init__(self, answered: Callable[[int, Result | Reach | str], None], behind: bool = False) -> None:
+        self._answered, self._behind = answered, behind
         self._change = threading.Condition()
         self._next: Question | None = None
         self._ended = False
@@ -116,7 +120,7 @@ class Prover:
     def _start(self) -> None:
         way = multiprocessing.get_context("spawn")
         self._line, end = way.Pipe()
-        child = way.Process(target=_serve, args=(end,), name="cyclopean-prover", daemon=True)
+        child = way.Process(target=_serve, args=(end, self._behind), name="cyclopean-prover", daemon=True)
         child.start()
         self._child = child
         end.close()
@@ -131,9 +135,11 @@ class Prover:
             self._child = None
 
 
-def _serve(line: Connection) -> None:
+def _serve(line: Connection, behind: bool) -> None:
     """Answer questions until nobody asks any more; Ctrl-C is left to the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if behind and hasattr(os, "nice"):
+        os.nice(BEHIND)
     while True:
         try:
             question = line.recv()

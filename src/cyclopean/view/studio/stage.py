@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.arrays import Floats, Ints
+from cyclopean.arrays import Floats
 from cyclopean.assembly.rearranging import Arrangement, Pose
 from cyclopean.geometry import pack, triangles
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, RUB, STEPS, UNKNOWN, fill, rgb
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, RUB, STEPS, UNKNOWN, fill
 from cyclopean.view.drawing import EDGE_LIMIT, Picture, feature_edges, picture
 from cyclopean.view.elevation import front_view
-from cyclopean.view.layers import SPAN, arrows, camera, contact_sides, dots, fit, gravity_arrow, light, lines
+from cyclopean.view.layers import SPAN, camera, contact_sides, dots, fit, gravity_arrow, light, lines
 from cyclopean.view.motion import moved
 from cyclopean.view.studio.desk import Snapshot
+from cyclopean.view.studio.solids import Sheet, Sheets, arrow_solids, once, wires
 
 __all__ = ["LABELS", "Look", "Stage", "hit"]
 
@@ -23,6 +24,8 @@ LABELS = 300  # blocks beyond which only the chosen one is labelled
 THROUGH = 0.6  # opacity of free blocks where forces are shown inside them
 NARROW = 1.05  # width over height beside the panel, for which the model is framed at first
 CHOSEN = "#007a4d"
+TOUCHING = 1e-5  # units of the drawing: edges that are drawn once where blocks meet
+SEEN = 2e-3  # units of the drawing: half a pixel
 CLASSES = (HELD, UNKNOWN, *range(STEPS))
 
 
@@ -63,9 +66,9 @@ class Stage:
         self._server, self._scene, self._home = server, server.scene, home
         self._chosen, self._dragged = chosen, dragged
         self._lock = threading.RLock()
+        self._sheets = Sheets(server.scene)
         self._nodes: dict[str, Any] = {}
         self._sent: dict[str, Any] = {}
-        self._shapes: dict[str, tuple[bytes, Any, Floats]] = {}
         self._snapshot: Snapshot | None = None
         self._drawn: Picture | None = None
         self._rest: Floats = np.zeros((0, 3))
@@ -73,10 +76,12 @@ class Stage:
         self._vertex: Floats = self._rest
         self._look = Look()
         self._block: int | None = None
-        self._gizmo: Any = None
+        self._handle: tuple[int, Any] | None = None  # and the block that it drags
         self._dragging = False
         self._centre, self._scale = np.zeros(3), 1.0
+        self._view = front_view(home.model.mesh.vertex)
         light(self._scene)
+        self._scene.on_click()(self._clicked)
 
     def place(self, point: Floats) -> Any:
         """Metres to the units of the drawing."""
@@ -84,7 +89,7 @@ class Stage:
 
     def show(self, snapshot: Snapshot) -> None:
         """Draw a snapshot."""
-        with self._lock, self._server.atomic():
+        with self._lock:
             first = self._snapshot is None
             self._snapshot, drawn = snapshot, picture(snapshot.result)
             if first:
@@ -93,28 +98,20 @@ class Stage:
             self._rest = drawn.mesh.vertex if drawn.rest is None else drawn.rest
             self._corner, face = triangles(drawn.mesh)
             self._owner = drawn.mesh.face_body[face]
-            self._redraw()
-            if self._gizmo is not None and not self._dragging:
-                self._handle()
+            self._draw([*self._bodies(), *self._others()])
 
     def look(self, look: Look) -> None:
         """Show other things of the same snapshot."""
-        with self._lock, self._server.atomic():
-            before, self._look = self._look, look
-            if self._drawn is None:
-                return
-            if before.scale != look.scale:
-                self._bodies()
-            if replace(before, scale=0.0, handle=False) != replace(look, scale=0.0, handle=False):
-                self._redraw()
-            if before.handle != look.handle:
-                self._handle()
+        with self._lock:
+            self._look = look
+            if self._drawn is not None:
+                self._draw([*self._bodies(), *self._others()])
 
     def pose_mechanism(self, share: float) -> None:
         """Draw the blocks at this share of the mechanism as it is scaled."""
-        with self._lock, self._server.atomic():
-            if self._drawn is not None and self._drawn.motion is not None:
-                self._bodies(share)
+        with self._lock:
+            if self.moves:
+                self._draw(self._bodies(share))
 
     @property
     def moves(self) -> bool:
@@ -129,56 +126,70 @@ class Stage:
 
     def choose(self, block: int | None) -> None:
         """Mark a block of the model."""
-        with self._lock, self._server.atomic():
+        with self._lock:
             self._block = block
-            self._mark()
-            self._handle()
+            self._draw([])
+
+    def _draw(self, sheets: list[Sheet]) -> None:
+        """Send what has changed; all in one, and nothing is worked out meanwhile, for it holds back all messages."""
+        with self._server.atomic():
+            for sheet in sheets:
+                self._sheets.put(sheet)
+            if self._drawn is not None:
+                self._details(self._drawn)
+            self._put_handle()
 
     def _frame(self, drawn: Picture) -> None:
         """Fit model and camera; only once, so that nothing jumps when a block goes."""
-        self._centre, self._scale = fit(replace(drawn, mesh=self._home.model.mesh))
-        shown = np.concatenate([self.place(self._home.model.mesh.vertex), self._gravity(drawn).reshape(-1, 3)])
-        camera(self._server.initial_camera, front_view(self._home.model.mesh.vertex), shown, NARROW)
-
-    def _gravity(self, drawn: Picture) -> Any:
-        """An arrow beside the blocks at home, so that it stays where it is while they move."""
         home = self._home.model.mesh
-        return gravity_arrow(replace(drawn, mesh=home), front_view(home.vertex), self.place)
+        self._centre, self._scale = fit(replace(drawn, mesh=home))
+        shown = np.concatenate([home.vertex, self._gravity(drawn).reshape(-1, 3)])
+        camera(self._server.initial_camera, self._view, self.place(shown), NARROW)
 
-    def _redraw(self) -> None:
-        drawn, snapshot, look = self._drawn, self._snapshot, self._look
+    def _gravity(self, drawn: Picture) -> Floats:
+        """(1, 2, 3) m: an arrow beside the blocks at home, so that it stays where it is while they move."""
+        arrow = gravity_arrow(replace(drawn, mesh=self._home.model.mesh), self._view, self.place)
+        return np.asarray(arrow, float) / self._scale + self._centre
+
+    def _others(self) -> list[Sheet]:
+        """What stands still while a mechanism moves."""
+        drawn, look, place = self._drawn, self._look, self.place
         assert drawn is not None
-        assert snapshot is not None
-        self._bodies()
-        scene = self._scene
         arrow = drawn.arrow if look.forces else drawn.arrow[:0]
-        self._put("/contact forces", arrow, lambda n, x: arrows(scene, n, x, FORCE, 0.006 * SPAN))
         rub = drawn.rub if look.points else drawn.rub[:0]
-        self._put("/friction", rub, lambda n, x: arrows(scene, n, x, RUB, 0.0035 * SPAN, 0.12))
-        press = drawn.press if look.points else drawn.press[:0]
-        self._put("/pressing points", press, lambda n, x: dots(scene, n, x, FORCE, 0.005 * SPAN))
-        self._put("/where it stands", drawn.ghost, lambda n, x: lines(scene, n, x, GHOST, 1.0))
-        joints = contact_sides(snapshot.result.contacts) if look.contacts else drawn.ghost[:0]
-        self._put("/contacts", joints, lambda n, x: lines(scene, n, x, FORCE, 2.4))
-        gravity = self._gravity(drawn)
-        self._put("/gravity", gravity, lambda n, _: arrows(scene, n, gravity, GRAVITY, 0.003 * SPAN))
-        self._labels()
-        self._mark()
+        return [
+            arrow_solids(arrow, place, "/contact forces", FORCE, 0.006 * SPAN),
+            arrow_solids(rub, place, "/friction", RUB, 0.0035 * SPAN, 0.12),
+            arrow_solids(self._gravity(drawn), place, "/gravity", GRAVITY, 0.003 * SPAN),
+            wires(once(self._ghost(drawn), TOUCHING / self._scale), place, "/where it stands", GHOST),
+        ]
 
-    def _bodies(self, share: float = 1.0) -> None:
+    def _ghost(self, drawn: Picture) -> Floats:
+        """(g, 2, 3) m: edges where blocks stand that move; of those that stay they would only hide the edges."""
+        if drawn.ghost.shape != drawn.edge.shape:
+            return drawn.ghost
+        way = np.abs(drawn.edge - drawn.ghost).max(axis=(1, 2), initial=0.0)
+        return np.asarray(drawn.ghost[way * self._scale > SEEN])
+
+    def _bodies(self, share: float = 1.0) -> list[Sheet]:
         """One mesh a colour class, and the edges, where the mechanism has them."""
         drawn, look = self._drawn, self._look
         assert drawn is not None
         vertex = self._at(share * look.scale)
         self._vertex = vertex
-        shown = self.place(vertex)
-        group = drawn.group[self._owner]
+        shown, body = self.place(vertex), drawn.mesh.vertex_body
+        of_corner = drawn.group[self._owner]
         through = THROUGH if look.forces and len(drawn.arrow) else None
+        sheets = []
         for k in CLASSES:
-            self._mesh(k, self._corner[group == k], shown, None if k == HELD else through)
+            mine = drawn.group[body] == k
+            local = (np.cumsum(mine) - 1)[self._corner[of_corner == k]].astype(np.uint32)
+            name = f"/blocks/{'supports' if k == HELD else 'no value' if k == UNKNOWN else k}"
+            sheets.append(Sheet(name, shown[mine], local, fill(k), None if k == HELD else through))
         edge = feature_edges(replace(drawn.mesh, vertex=vertex))
-        edge = edge if len(edge) <= EDGE_LIMIT else edge[:0]
-        self._put("/edges", edge, lambda n, x: lines(self._scene, n, x, INK, 1.2))
+        if not self.moves:
+            edge = once(edge, TOUCHING / self._scale)
+        return [*sheets, wires(edge if len(edge) <= EDGE_LIMIT else edge[:0], self.place, "/edges", INK)]
 
     def _at(self, share: float) -> Floats:
         """(V, 3) m: vertices after so much of the mechanism."""
@@ -191,35 +202,16 @@ class Stage:
         centroid = snapshot.result.assembly.mass.centroid
         return moved(self._rest, drawn.mesh.vertex_body, centroid, mechanism, share * drawn.motion.time)
 
-    def _mesh(self, group: int, corner: Ints, shown: Any, opacity: float | None) -> None:
-        """Draw one class; where only vertices have moved, only these are sent."""
-        name = f"/blocks/{'supports' if group == HELD else 'no value' if group == UNKNOWN else group}"
-        used, local = np.unique(corner, return_inverse=True)
-        key = local.astype(np.uint32).tobytes() + str(opacity).encode()
-        known = self._shapes.get(name)
-        if not len(used):
-            if known is not None:
-                known[1].remove()
-                del self._shapes[name]
-            return
-        vertex = shown[used]
-        if known is not None and known[0] == key:
-            if not np.array_equal(known[2], vertex):
-                known[1].vertices = vertex
-                self._shapes[name] = key, known[1], vertex
-            return
-        handle = self._scene.add_mesh_simple(
-            name,
-            vertex,
-            local.reshape(-1, 3),
-            color=rgb(fill(group)),
-            opacity=opacity,
-            flat_shading=True,
-            cast_shadow=False,
-            receive_shadow=False,
-        )
-        handle.on_click(self._clicked)
-        self._shapes[name] = key, handle, vertex
+    def _details(self, drawn: Picture) -> None:
+        """Points, outlines of contacts, names, the mark of the chosen block: few, or only where asked for."""
+        scene, look, snapshot = self._scene, self._look, self._snapshot
+        assert snapshot is not None
+        press = drawn.press if look.points else drawn.press[:0]
+        self._put("/pressing points", press, lambda n, x: dots(scene, n, x, FORCE, 0.005 * SPAN))
+        joints = contact_sides(snapshot.result.contacts) if look.contacts else drawn.ghost[:0]
+        self._put("/contacts", joints, lambda n, x: lines(scene, n, x, FORCE, 2.4))
+        self._labels()
+        self._mark()
 
     def _put(self, name: str, data: Any, make: Callable[[str, Any], Any]) -> None:
         """Draw a layer of these points (m) anew, leave it as it is, or take it away where it is empty."""
@@ -263,27 +255,33 @@ class Stage:
                 edge = feature_edges(pack([(self._vertex[low:high], block.faces)]))
         self._put("/chosen", edge, lambda n, x: lines(self._scene, n, x, CHOSEN, 3.0))
 
-    def _handle(self) -> None:
-        """Show the handle at the chosen block, or take it away."""
-        snapshot = self._snapshot
-        at = None if snapshot is None or self._block is None else snapshot.state.arrangement.place(self._block)
-        if self._gizmo is not None:
-            self._gizmo.remove()
-            self._gizmo = None
-        if snapshot is None or at is None or not self._look.handle or self._block is None:
+    def _put_handle(self) -> None:
+        """Show the handle at the chosen block, put it where the block is, or take it away."""
+        snapshot, block = self._snapshot, self._block
+        at = None if snapshot is None or block is None else snapshot.state.arrangement.place(block)
+        wanted = at is not None and self._look.handle
+        if self._handle is not None and (not wanted or self._handle[0] != block):
+            self._handle[1].remove()
+            self._handle, self._dragging = None, False
+        if snapshot is None or block is None or not wanted or self._dragging:
             return
-        block, arrangement = self._block, snapshot.state.arrangement
+        arrangement = snapshot.state.arrangement
         pose = arrangement.poses.get(block, Pose(np.eye(3), np.zeros(3)))
         home = arrangement.model.mass.centroid[block]
+        where, turn = self.place(home + pose.shift), _quaternion(pose.turn)
+        if self._handle is not None:
+            self._handle[1].position, self._handle[1].wxyz = where, turn
+            return
         volume = float(np.mean(np.abs(arrangement.model.mass.volume)))
-        self._gizmo = self._scene.add_transform_controls(
+        gizmo = self._scene.add_transform_controls(
             "/handle",
             scale=0.9 * self._scale * volume ** (1.0 / 3.0),
-            position=self.place(home + pose.shift),
-            wxyz=_quaternion(pose.turn),
+            position=where,
+            wxyz=turn,
             depth_test=False,
         )
-        self._follow(self._gizmo, block, home)
+        self._handle = block, gizmo
+        self._follow(gizmo, block, home)
 
     def _follow(self, gizmo: Any, block: int, home: Floats) -> None:
         """Move the block as its handle is dragged."""

@@ -1,0 +1,83 @@
+"""The thread that draws: always the newest snapshot, after its words have gone out, and the mechanism as it moves."""
+
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from cyclopean.view.studio.desk import Snapshot
+from cyclopean.view.studio.stage import Stage
+
+__all__ = ["Painter"]
+
+TURN = 1.6  # s that the mechanism takes there and back
+FRAMES = 12.0  # a second, of small models
+BUSY = 4e5  # triangles a second that are sent while a mechanism moves
+STILL = (
+    0.4  # s after a snapshot in which the mechanism does not move: while a slider does, frames go to what it changes
+)
+GLANCE = 0.2  # s between looks at whether a mechanism is to move
+AHEAD = 0.03  # s by which the words go before the drawing: two frames of the browser, in which it shows them
+
+
+class Painter:
+    """Draws snapshots one after the other, leaving out those that are outdated.
+
+    Parameters
+    ----------
+    stage : Stage
+        What it draws on.
+    moving : callable
+        Whether the mechanism is to move.
+    """
+
+    def __init__(self, stage: Stage, moving: Callable[[], bool]) -> None:
+        self._stage, self._moving = stage, moving
+        self._change = threading.Condition()
+        self._next: Snapshot | None = None
+        self._ended = False
+        self._thread = threading.Thread(target=self._run, name="painter", daemon=True)
+        self._thread.start()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw this soon, and none that came before."""
+        with self._change:
+            self._next = snapshot
+            self._change.notify()
+
+    def close(self) -> None:
+        """Draw no more."""
+        with self._change:
+            self._ended = True
+            self._change.notify()
+        self._thread.join()
+
+    def _run(self) -> None:
+        shown, moved = -np.inf, False
+        while True:
+            runs = self._moving() and self._stage.moves
+            snapshot = self._wait(self._pause(runs))
+            if self._ended:
+                return
+            if snapshot is not None:
+                time.sleep(AHEAD)
+                self._stage.show(snapshot)
+                shown, moved = time.monotonic(), False
+            elif runs and time.monotonic() - shown > STILL:
+                self._stage.pose_mechanism(0.5 - 0.5 * float(np.cos(2.0 * np.pi * time.monotonic() / TURN)))
+                moved = True
+            elif moved and not runs:
+                self._stage.pose_mechanism(1.0)
+                moved = False
+
+    def _pause(self, runs: bool) -> float:
+        """Seconds to the next frame: as many frames a second as the size of the model allows."""
+        rate = min(FRAMES, BUSY / max(self._stage.size, 1))
+        return 1.0 / max(rate, 0.2) if runs else GLANCE
+
+    def _wait(self, seconds: float) -> Snapshot | None:
+        with self._change:
+            self._change.wait_for(lambda: self._ended or self._next is not None, seconds)
+            snapshot, self._next = self._next, None
+            return snapshot

@@ -1,0 +1,166 @@
+"""Lines and arrows as plain meshes: one draw call each, however many there are.
+
+Viser's own fat lines and arrows are instanced, one instance a line or an arrow. Where no graphics card draws them, each
+instance costs as much as a draw call: 24,000 edges took a second a frame, as meshes they take a few hundredths.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats, Ints
+from cyclopean.view.colours import rgb
+
+__all__ = ["Sheet", "Sheets", "arrow_solids", "once", "wires"]
+
+SUN = np.array([-3.0, -6.0, 8.0])  # where light comes from: lines are turned towards it, so that all are equally dark
+THIN = 2e-5  # width of what stands for a line, in units of the drawing: far below a pixel, far above rounding
+MANY = 200  # arrows beyond which they are drawn with fewer sides
+HEAD, LONG = 2.6, 7.0  # radius and length of an arrow's head, in radii of its shaft
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sheet:
+    """One mesh as it is to be shown; without triangles it is not shown."""
+
+    name: str
+    vertex: Any  # (V, 3) float32, units of the drawing
+    face: Any  # (T, 3) uint32
+    colour: str  # #rrggbb
+    opacity: float | None = None
+    wire: bool = False  # draw the sides of the triangles only, one pixel wide
+
+
+class Sheets:
+    """What of a scene has been sent, so that only what has changed is sent again."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._handle: dict[str, Any] = {}
+        self._sent: dict[str, Sheet] = {}
+
+    def put(self, sheet: Sheet) -> None:
+        """Show a mesh in place of what had its name."""
+        handle, before = self._handle.get(sheet.name), self._sent.get(sheet.name)
+        if not len(sheet.face):
+            if handle is not None:
+                handle.visible = False  # cheaper than to take it away: it mostly comes back
+            return
+        if handle is None or before is None:
+            self._handle[sheet.name] = self._made(sheet)
+        else:
+            if not np.array_equal(before.face, sheet.face):
+                handle.faces = sheet.face
+            if not np.array_equal(before.vertex, sheet.vertex):
+                handle.vertices = sheet.vertex
+            handle.opacity = sheet.opacity
+            handle.visible = True
+        self._sent[sheet.name] = sheet
+
+    def _made(self, sheet: Sheet) -> Any:
+        return self._scene.add_mesh_simple(
+            sheet.name,
+            sheet.vertex,
+            sheet.face,
+            color=rgb(sheet.colour),
+            opacity=sheet.opacity,
+            wireframe=sheet.wire,
+            flat_shading=not sheet.wire,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+
+def wires(segment: Floats, place: Callable[[Floats], Any], name: str, colour: str) -> Sheet:
+    """Line segments as a wireframe of triangles that are too thin to see.
+
+    Parameters
+    ----------
+    segment : (e, 2, 3)
+        Line segments, m.
+    place : callable
+        Metres to the units of the drawing.
+    name, colour : str
+        As in `Sheet`.
+    """
+    end = place(segment).astype(float).reshape(-1, 2, 3)
+    along = end[:, 1] - end[:, 0]
+    aside = np.cross(np.broadcast_to(SUN, along.shape), along)
+    size = np.linalg.norm(aside, axis=1)
+    aside[size <= 1e-9] = [THIN, 0.0, 0.0]  # it points at the sun, or has no length
+    aside[size > 1e-9] *= THIN / size[size > 1e-9, None]
+    vertex = np.concatenate([end, end[:, :1] + aside[:, None]], 1).reshape(-1, 3).astype(np.float32)
+    return Sheet(name, vertex, np.arange(len(vertex), dtype=np.uint32).reshape(-1, 3), colour, wire=True)
+
+
+def once(segment: Floats, tolerance: float) -> Floats:
+    """Line segments (e, 2, 3) without those that lie on another; of a wall of bricks, a third of all edges.
+
+    Ends are compared by whole multiples of the tolerance, so that now and then one of two equal segments is kept.
+
+    Examples
+    --------
+    >>> up = np.array([[0.0, 0, 0], [0, 0, 1]])
+    >>> once(np.stack([up, up[::-1], up + [1, 0, 0]]), 1e-6).shape
+    (2, 2, 3)
+    """
+    end = np.rint(segment / tolerance).astype(np.int64)
+    weight = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+    mixed = (end.astype(np.uint64) * weight).sum(axis=2, dtype=np.uint64)  # modulo 2^64, as any hash
+    mixed ^= mixed >> np.uint64(31)
+    key = (mixed * weight[0]).sum(axis=1, dtype=np.uint64)  # the same for both directions
+    return segment[np.sort(np.unique(key, return_index=True)[1])]
+
+
+def arrow_solids(
+    arrow: Floats, place: Callable[[Floats], Any], name: str, colour: str, radius: float, slim: float = 0.05
+) -> Sheet:
+    """Arrows as one mesh of prisms with pyramids on them.
+
+    Parameters
+    ----------
+    arrow : (m, 2, 3)
+        Tail and tip, m.
+    place : callable
+        Metres to the units of the drawing.
+    name, colour : str
+        As in `Sheet`.
+    radius : float
+        Of the shafts, units of the drawing, at most.
+    slim : float
+        They are no thicker than this share of the median length either.
+    """
+    end = place(arrow).astype(float).reshape(-1, 2, 3)
+    along = end[:, 1] - end[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    shaft = min(radius, slim * float(np.median(length))) if len(length) else 0.0
+    towards = along / np.maximum(length, 1e-300)[:, None]
+    neck = end[:, 1] - np.minimum(LONG * shaft, length)[:, None] * towards
+    sides = 3 if len(arrow) > MANY else 8
+    one, two = _across(towards)
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    ring = np.cos(angle)[:, None] * one[:, None] + np.sin(angle)[:, None] * two[:, None]  # (m, sides, 3)
+    rings = [end[:, :1] + shaft * ring, neck[:, None] + shaft * ring, neck[:, None] + HEAD * shaft * ring, end[:, 1:]]
+    vertex = np.concatenate(rings, 1)
+    face = _arrow_faces(sides)[None] + vertex.shape[1] * np.arange(len(arrow))[:, None, None]
+    return Sheet(name, vertex.reshape(-1, 3).astype(np.float32), face.reshape(-1, 3).astype(np.uint32), colour)
+
+
+def _across(towards: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors (m, 3) that make a right-handed frame with each of these."""
+    helper = np.eye(3)[np.argmin(np.abs(towards), axis=1)]
+    one = np.cross(helper, towards)
+    one /= np.maximum(np.linalg.norm(one, axis=1), 1e-300)[:, None]
+    return one, np.cross(towards, one)
+
+
+def _arrow_faces(sides: int) -> Ints:
+    """Triangles of one arrow, outward: foot, shaft, underside of the head, head."""
+    here = np.arange(sides)
+    there = np.roll(here, -1)
+    fan = np.stack([np.zeros(sides - 2, int), here[2:], here[1:-1]], 1)
+    shaft = [np.stack([here, there, there + sides], 1), np.stack([here, there + sides, here + sides], 1)]
+    head = np.stack([here + 2 * sides, there + 2 * sides, np.full(sides, 3 * sides)], 1)
+    return np.concatenate([fan, *shaft, fan + 2 * sides, head])
