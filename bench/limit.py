@@ -1,7 +1,8 @@
 """Limit analysis, timed and checked: both bounds of walls, vaults and domes; and random models, each proved exactly.
 
-Run `python bench/limit.py [--sizes 100,1000,10000] [--families wall,vault,dome] [--reference]` for one row a model and
-direction of push: both bounds, their gap, factorisations and seconds, and Clarabel's where asked for; or
+Run `python bench/limit.py [--sizes 100,1000,10000] [--families wall,vault,dome] [--push x,y] [--seconds S]
+[--reference]` for one row a model and direction of push: both bounds, their gap, factorisations, seconds of solving and
+of the exact check, then processor seconds of all of it, and Clarabel's where asked for; or
 `python bench/limit.py --random 1000` for as many random assemblies pushed in a random direction: how many are bounded
 within 1e-6 on both sides by a certificate that the exact checker has passed, and what became of the others.
 
@@ -11,7 +12,7 @@ One thread: set RAYON_NUM_THREADS=1 and OMP_NUM_THREADS=1 before.
 import argparse
 from collections import Counter
 from collections.abc import Callable
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 
@@ -60,13 +61,15 @@ def random_assembly(rng: np.random.Generator) -> Assembly:
     return dome(int(rng.integers(2, 5)), int(rng.integers(6, 10)), thickness=float(rng.uniform(0.08, 0.3)))
 
 
-def row(family: str, blocks: int, push: tuple[float, float, float], solver: str) -> str:
+def row(family: str, blocks: int, push: tuple[float, float, float], solver: str, seconds: float | None) -> str:
     """One model by one solver."""
     model = FAMILIES[family](blocks)
-    found = limit(model, Live(push=push), Settings(mu=MU), solver=solver)
+    worked = process_time()
+    found = limit(model, Live(push=push), Settings(mu=MU), solver=solver, seconds=seconds)
+    worked = process_time() - worked
     low = float("nan") if found.lower is None else found.lower
     high = float("nan") if found.upper is None else found.upper
-    times = f"{found.seconds['solve']:>8.2f} {found.seconds['verify']:>8.2f}"
+    times = f"{found.seconds['solve']:>8.2f} {found.seconds['verify']:>8.2f} {worked:>8.2f}"
     steps = "+".join(str(t["factorisations"]) for t in found.provenance["tried"])
     heading = "x" if push[0] else "y"
     return (
@@ -97,6 +100,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", default="100,1000,10000")
     parser.add_argument("--families", default="wall,vault,dome")
+    parser.add_argument("--push", default="x,y")
+    parser.add_argument("--seconds", type=float)
     parser.add_argument("--reference", action="store_true")
     parser.add_argument("--random", type=int, default=0)
     chosen = parser.parse_args()
@@ -106,14 +111,15 @@ def main() -> None:
         return
     print(
         f"{'':>5} {'blocks':>6} {'to':>2} {'solver':>9} {'found':>9} {'lower':>12} {'upper':>12} {'gap':>8}"
-        f" {'factors':>14} {'solve s':>8} {'verify s':>8}"
+        f" {'factors':>14} {'solve s':>8} {'verify s':>8} {'cpu s':>8}"
     )
     for blocks in (int(n) for n in chosen.sizes.split(",")):
         for family in chosen.families.split(","):
-            for push in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
-                print(row(family, blocks, push, "auto"), flush=True)
+            for heading in chosen.push.split(","):
+                push = (float(heading == "x"), float(heading == "y"), 0.0)
+                print(row(family, blocks, push, "auto", chosen.seconds), flush=True)
                 if chosen.reference:
-                    print(row(family, blocks, push, "clarabel"), flush=True)
+                    print(row(family, blocks, push, "clarabel", chosen.seconds), flush=True)
 
 
 if __name__ == "__main__":

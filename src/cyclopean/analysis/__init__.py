@@ -12,6 +12,7 @@ from cyclopean.analysis.limits.live import Live, LiveLoad
 from cyclopean.analysis.limits.polar import Polar, polar_tilt
 from cyclopean.analysis.limits.pushover import Pushover, PushoverStep, pushover
 from cyclopean.analysis.limits.result import LimitResult
+from cyclopean.analysis.limits.subsidence import Subsidence, SubsidenceStep, subsidence
 from cyclopean.analysis.posing import PosedModel, pose
 from cyclopean.analysis.proving import Judge
 from cyclopean.analysis.reserves import Margins, margins
@@ -61,6 +62,8 @@ __all__ = [
     "Sensitivity",
     "Settings",
     "Settled",
+    "Subsidence",
+    "SubsidenceStep",
     "Word",
     "check",
     "collapse_bound",
@@ -88,5 +91,6 @@ __all__ = [
     "solve_cra",
     "solve_program",
     "solve_rbe",
+    "subsidence",
     "tension",
 ]

@@ -23,13 +23,14 @@ from cyclopean.cli.model_options import (
     Units,
 )
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned, seen_from
+from cyclopean.cli.subsiding import Steps, followed, path_lines
 from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.cli.values import case_factors, choice, optional_number, settlements, tilt, vector, weights, whole
 from cyclopean.cli.vary import Cluster, Samples, Seed, Vary, Workers, asked, sensitivity_lines, vary
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
-    from cyclopean.analysis import Margins, Result, Sensitivity, Settings
+    from cyclopean.analysis import Margins, Result, Sensitivity, Settings, Subsidence
     from cyclopean.assembly import Assembly
 
 __all__ = ["check", "verdict_lines", "write_result"]
@@ -66,6 +67,7 @@ def check(
     tension: Tension = None,
     cohesion: Cohesion = None,
     settle: Settle = None,
+    steps: Steps = None,
     cone: Annotated[
         str, typer.Option(metavar="C", help="Friction cone: exact, inscribed:K or circumscribed:K.")
     ] = "exact",
@@ -135,10 +137,12 @@ def check(
         "nodes": whole("--nodes", nodes) if nodes is not None else None,
     }
     wanted |= {name: value for name, value in search.items() if value is not None}
+    course = None if steps is None else whole("--steps", steps)
     variation = asked(varies, samples, seed, workers, cluster)
     files = planned({"--json": json, "--certificate": certificate, "--report": report}, keep=model)
-    if all_combinations and (combination or files or json or variation is not None):
+    if all_combinations and (combination or files or json or variation is not None or course is not None):
         given = "--combination" if combination else "--vary" if variation is not None else next(iter(files), "--json")
+        given = given if course is None else "--steps"
         raise InputError(f"--all-combinations prints a table and nothing else; leave out {given}")
 
     from cyclopean import analysis, io
@@ -156,7 +160,7 @@ def check(
             warnings = (*warnings, *said)
         if all_combinations:
             return _every_combination(model, assembly, settings, warnings, stage)
-        result = analysis.check(assembly, settings, stage)
+        result, path = followed(assembly, settings, analysis.check(assembly, settings, stage), course, stage)
         margins = _margins(assembly, settings, result, spare, stage)
         sensitivity = None if variation is None else vary(assembly, settings, variation, stage)
     result = replace(
@@ -166,12 +170,15 @@ def check(
     )
     for warning in result.warnings:
         warn(warning)
-    data = write_result(result, files, model, margins, sensitivity)
+    data = write_result(result, files, model, margins, sensitivity, path)
     if json == STANDARD_OUTPUT:
         say_json(data)
     else:
         more = [] if sensitivity is None else sensitivity_lines(sensitivity)
-        say("\n".join([*verdict_lines(result, data, files), *_margin_lines(margins, result), *more]))
+        told = [*verdict_lines(result, data, files), *_margin_lines(margins, result)]
+        if path is not None:  # what opens in a small settlement is not what opens in this one
+            told = [*(line for line in told if not line.startswith("  opened")), *path_lines(path, result)]
+        say("\n".join([*told, *more]))
     return STATUS[result.verdict]
 
 
@@ -252,6 +259,7 @@ def write_result(
     model: str,
     margins: "Margins | None" = None,
     sensitivity: "Sensitivity | None" = None,
+    path: "Subsidence | None" = None,
 ) -> dict[str, Any]:
     """Write the files that were asked for, once all of them are composed; return the result as data.
 
@@ -267,6 +275,8 @@ def write_result(
         What the model has to spare.
     sensitivity : Sensitivity, optional
         What became of samples, where some were drawn.
+    path : Subsidence, optional
+        The steps of a settlement, where it was followed.
     """
     from cyclopean import io
 
@@ -276,11 +286,14 @@ def write_result(
         data["margins"] = io.margins_dict(margins, result)
     if sensitivity is not None:
         data["sensitivity"] = io.sensitivity_dict(sensitivity)
+    if path is not None:
+        data["path"] = io.subsidence_dict(path, result)
     page = None
     if "--report" in files:
         from cyclopean.view import report_html
         from cyclopean.view.margins_table import margins_section
         from cyclopean.view.sensitivity_chart import sensitivity_section
+        from cyclopean.view.subsidence_table import subsidence_section
 
         there = files["--report"]
         page = report_html(
@@ -288,6 +301,7 @@ def write_result(
             certificate_file=seen_from(there, proof),
             model_file=seen_from(there, Path(model)),
             sections=(
+                "" if path is None else subsidence_section(path, result),
                 "" if margins is None else margins_section(margins, result),
                 "" if sensitivity is None else sensitivity_section(sensitivity),
             ),

@@ -82,7 +82,10 @@ def limit(
         str, typer.Option(metavar="|".join(METHODS), help="cra also brackets the limit without dilatancy.")
     ] = "rbe",
     solver: Annotated[str, typer.Option(metavar="NAME", help="auto, interior or clarabel.")] = "auto",
-    seconds: Annotated[str | None, typer.Option(metavar="S", help="cra: time for each trial [60].")] = None,
+    seconds: Annotated[
+        str | None,
+        typer.Option(metavar="S", help="Time for both bounds and their proof; cra: for each trial as well [60]."),
+    ] = None,
     polar: Annotated[
         str | None, typer.Option(metavar="N", help="With --tilt: towards N azimuths; the least is answered.")
     ] = None,
@@ -115,8 +118,9 @@ def limit(
         "tension": optional_number("--tension", tension, above=0.0),
         "cohesion": optional_number("--cohesion", cohesion, above=0.0),
     }
-    if seconds is not None:
-        wanted["seconds"] = optional_number("--seconds", seconds, above=0.0)
+    budget = optional_number("--seconds", seconds, above=0.0)
+    if budget is not None:
+        wanted["seconds"] = budget
     _one_of(push, tilt, load)
     azimuths = None if polar is None else _azimuths(polar, tilt)
     course = _reach(pushover, steps)
@@ -126,8 +130,6 @@ def limit(
 
     live = _live(push, tilt, load)
     settings = analysis.Settings(**wanted)
-    if seconds is not None and method == "rbe":
-        warn("--seconds: no effect, for only coupled analysis has it (--method cra)")
     with long_work(f"limit of {model}") as stage:
         started = time.perf_counter()
         assembly, warnings = io.read_model(model, units)
@@ -135,17 +137,30 @@ def limit(
         around = None
         if azimuths is not None and live.tilt is not None:
             around = analysis.polar_tilt(
-                assembly, settings, count=azimuths, first=live.tilt, solver=solver, progress=stage
+                assembly,
+                settings,
+                count=azimuths,
+                first=live.tilt,
+                solver=solver,
+                seconds=_left(budget, began),
+                progress=stage,
             )
             result = around.least
         else:
-            result = analysis.limit(assembly, live, settings, stage, solver=solver)
+            result = analysis.limit(assembly, live, settings, stage, solver=solver, seconds=_left(budget, began))
         coupled = analysis.coupled_bracket(assembly, result, settings, progress=stage) if method == "cra" else None
         curve = None
         if course is not None:
             reach, unit, count = course
             curve = analysis.pushover(
-                assembly, result.live, settings, reach=reach, unit=unit, steps=count, progress=stage
+                assembly,
+                result.live,
+                settings,
+                reach=reach,
+                unit=unit,
+                steps=count,
+                seconds=_left(budget, began),
+                progress=stage,
             )
     result = replace(
         result,
@@ -160,6 +175,11 @@ def limit(
     else:
         say("\n".join(_lines(result, coupled, around, curve, files)))
     return 0
+
+
+def _left(budget: float | None, began: float) -> float | None:
+    """What is left of the time given; never nothing at all."""
+    return None if budget is None else max(budget - (time.perf_counter() - began), 1e-3)
 
 
 def _one_of(push: str | None, tilt: str | None, load: list[str] | None) -> None:

@@ -5,7 +5,7 @@ import typing
 from cyclopean.io.files import json_text, write_json, write_text
 from cyclopean.io.limits import limit_dict
 from cyclopean.io.models import MESH_SUFFIXES, file_format, read_model, write_mesh, write_model
-from cyclopean.io.results import margins_dict, result_dict, sensitivity_dict
+from cyclopean.io.results import margins_dict, result_dict, sensitivity_dict, subsidence_dict
 from cyclopean.io.sequences import sequence_dict
 
 if typing.TYPE_CHECKING:
@@ -30,6 +30,7 @@ __all__ = [
     "result_dict",
     "sensitivity_dict",
     "sequence_dict",
+    "subsidence_dict",
     "write_exchange",
     "write_json",
     "write_mesh",

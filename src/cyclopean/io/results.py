@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 from cyclopean import __version__
 
 if TYPE_CHECKING:  # only a name here: converting a file must not load the solvers
-    from cyclopean.analysis import Margins, Result, Sensitivity
+    from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
     from cyclopean.analysis.reserves import Bracket
 
-__all__ = ["margins_dict", "result_dict", "sensitivity_dict"]
+__all__ = ["margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
 
 SCHEMA = "cyclopean.result/1"
 
@@ -113,6 +113,28 @@ def sensitivity_dict(found: "Sensitivity") -> dict[str, Any]:
         "seconds": found.seconds,
     }
     return {key: _plain(value) for key, value in document.items()}
+
+
+def subsidence_dict(found: "Subsidence", result: "Result") -> dict[str, Any]:
+    """The path of a settlement that is not small (m): the part `path` of a result file."""
+    ids, a, b = [block.id for block in result.assembly.blocks], found.contacts.a, found.contacts.b
+    return {
+        "reached": found.reached,
+        "share": found.share,
+        "ended": found.ended,
+        "proved": found.proved,
+        "steps": [
+            {
+                "share": step.share,
+                "settlement": step.settlement,
+                "word": step.word,
+                "opening": step.opening,
+                "joint": None if step.joint < 0 else [ids[a[step.joint]], ids[b[step.joint]]],
+                "touching": step.touching,
+            }
+            for step in found.steps
+        ],
+    }
 
 
 def _settlement(result: "Result", ids: list[str]) -> dict[str, Any]:

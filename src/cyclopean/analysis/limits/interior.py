@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from cyclopean.analysis.limits.budget import UNLIMITED, Budget
 from cyclopean.analysis.limits.pencil import Pencil
 from cyclopean.analysis.quadratic_cones import (
     REFLECT,
@@ -22,13 +23,14 @@ from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.statics import Schur
 
-__all__ = ["SCALE", "SMALLEST_MU", "LimitPoint", "limit_interior"]
+__all__ = ["SCALE", "SMALLEST_MU", "LimitPoint", "Start", "limit_interior"]
 
 SMALLEST_MU = 1e-6  # below this the cone is too thin for the scaling x = (mu fn, ft); the conic solver takes it
 PATIENCE = 4  # iterations without gain after which rounding has the upper hand
 CORRECTORS = 3  # at most: each costs two solves, and a factorisation costs more
 SLOW = 1e-2  # velocities to begin with: q'y = 1 makes those of many blocks small
 SCALE = 1e-3  # multiplier below which the gap is absolute
+REFINED = 4  # rounds of refinement of a solve, at most
 SHIFT = 1e-13  # of the largest entry of D: S is singular where few contacts are engaged
 
 
@@ -43,6 +45,18 @@ class LimitPoint:
     residual: float  # max |A f + p0 + s q|
     gap: float  # |s + p0'y|, relative
     steps: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """Points well inside both cones to begin with; None where there is none, or none was found.
+
+    From there on equilibrium and compatibility hold throughout, so that every iterate is a pair of proved bounds: the
+    search may stop anywhere. Without them they hold in the limit only.
+    """
+
+    f: Floats | None = None  # (q, 3) inside K, balances p0
+    y: Floats | None = None  # (6 m,) A'y inside K*
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,6 +119,8 @@ def limit_interior(
     proves: Callable[[Floats], float] | None = None,
     cap: int = 100,
     gap: float = 1e-7,
+    start: Start = Start(),
+    budget: Budget = UNLIMITED,
 ) -> LimitPoint:
     """Max s subject to A f = -(p0 + s q), f in K, by an interior point on its homogeneous embedding.
 
@@ -124,11 +140,16 @@ def limit_interior(
     schur : Schur
         S of the same system.
     proves : callable, optional
-        Gives the multiplier from which a motion proves collapse; asked when all else says that the gap is closed.
+        Gives the multiplier from which a motion proves collapse; asked when all else says that the gap is closed,
+        and at the end.
     cap : int
         Most factorisations.
     gap : float
         Relative distance of s from what the motion proves at which to stop.
+    start : Start
+        Where to begin.
+    budget : Budget
+        When to stop whatever the gap.
 
     References
     ----------
@@ -144,13 +165,16 @@ def limit_interior(
     if loads.system.points and loads.system.mu.min() < SMALLEST_MU:
         raise SolverError(f"the interior point needs mu >= {SMALLEST_MU:g}")
     task = _Task(loads, schur)
-    at = _first(task)
+    at = _first(task, start)
+    compatible = start.y is not None
     best, least, idle = _told(task, at, at.y, 0), np.inf, 0
     for step in range(1, cap + 1):
+        if budget.over:
+            break
         off = task.off(at)
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                at, exact = _iterate(task, at, off)
+                at, exact = _iterate(task, at, off, compatible)
         except (SolverError, np.linalg.LinAlgError):  # rounding has won: the best so far stands
             break
         if not np.isfinite(at.tau + at.kappa + at.s):
@@ -194,21 +218,31 @@ def _diverged(task: _Task, at: _Point, step: int) -> LimitPoint | None:
     return None
 
 
-def _first(task: _Task) -> _Point:
-    """The least-norm solution of A x = -p0, lifted into the cones; z on their axes."""
-    D = np.zeros((task.system.points, 3, 3))
-    D[:, range(3), range(3)] = 1.0
-    y = task.schur.factor(D * task.scale, 1e-9).solve(-task.system.p)
-    z = np.zeros((task.system.points, 3))
-    z[:, 0] = SLOW
-    return _Point(lifted(task.pull(y)), z, np.zeros(len(y)), 0.0, 1.0, SLOW)
+def _first(task: _Task, start: Start) -> _Point:
+    """What there is to start from; else the least-norm solution of A x = -p0, lifted into the cones, and z on axes."""
+    if start.f is None:
+        D = np.zeros((task.system.points, 3, 3))
+        D[:, range(3), range(3)] = 1.0
+        y = task.schur.factor(D * task.scale, 1e-9).solve(-task.system.p)
+        x = lifted(task.pull(y))
+    else:
+        x = start.f / task.stretch
+    if start.y is None:
+        y, z = np.zeros(task.schur.size), np.zeros((task.system.points, 3))
+        z[:, 0] = SLOW
+    else:
+        y = SLOW * start.y
+        z = task.pull(y)
+    kappa = SLOW if start.f is None else float(np.sum(x * z)) / len(x)
+    return _Point(x, z, y, 0.0, 1.0, kappa)
 
 
-def _iterate(task: _Task, at: _Point, off: _Off) -> tuple[_Point, Floats]:
+def _iterate(task: _Task, at: _Point, off: _Off, compatible: bool) -> tuple[_Point, Floats]:
     """One predictor and corrector on one factorisation; and y made a mechanism, as far as that goes.
 
-    The last is the step dy that brings A'(y + dy) nearest to z in the metric of D: contacts that are engaged, of which
-    z is near its cone's side, get their z exactly, and what is left goes to those that part.
+    Where it is none yet (not `compatible`) the last is the step dy that brings A'(y + dy) nearest to z in the metric of
+    D: contacts that are engaged, of which z is near its cone's side, get their z exactly, and what is left goes to
+    those that part.
     """
     x, z, tau, kappa = at.x, at.z, at.tau, at.kappa
     p0, q = task.system.p, task.loads.q
@@ -222,14 +256,16 @@ def _iterate(task: _Task, at: _Point, off: _Off) -> tuple[_Point, Floats]:
     def solved(rhs: Floats) -> Floats:
         y = factor.solve(rhs)
         enough = 1e-13 * (1e-3 + float(np.max(np.abs(rhs), initial=0.0)))
-        for _ in range(4):
+        least = np.inf
+        for _ in range(REFINED):
             left = rhs - task.push(apply(D, task.pull(y)))
-            if float(np.max(np.abs(left), initial=0.0)) <= enough:
+            worst = float(np.max(np.abs(left), initial=0.0))
+            if worst <= enough or not (worst < 0.5 * least):
                 break
-            y = y + factor.solve(left)
+            y, least = y + factor.solve(left), worst
         return y
 
-    exact = at.y - solved(task.push(apply(D, off.motion)))
+    exact = None if compatible else at.y - solved(task.push(apply(D, off.motion)))
     along_q, along_p = solved(q), solved(p0)
     # unknowns ds, dtau: the power and the gap equations once dy is eliminated
     corner_matrix = np.array(
@@ -262,7 +298,8 @@ def _iterate(task: _Task, at: _Point, off: _Off) -> tuple[_Point, Floats]:
         if not (room > 1.05 * reach):
             break
         best, reach = d, room
-    return at.moved(best, reach), exact
+    there = at.moved(best, reach)
+    return there, there.y if exact is None else exact
 
 
 def _room(at: _Point, d: _Point) -> float:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cyclopean.analysis.limits.budget import UNLIMITED, Budget
 from cyclopean.analysis.limits.joints import moving_joints
 from cyclopean.analysis.limits.live import Live, live_loads
 from cyclopean.analysis.limits.pencil import Pencil, pencil
@@ -33,6 +34,7 @@ def limit(
     progress: Callable[[str], None] = lambda _: None,
     *,
     solver: str = "auto",
+    seconds: float | None = None,
 ) -> LimitResult:
     """By how much may these loads grow before a mechanism forms?
 
@@ -52,6 +54,8 @@ def limit(
         Is told the name of each stage as it begins.
     solver : {"auto", "interior", "clarabel"}
         The structured interior point, the conic solver, or the second after the first.
+    seconds : float, optional
+        When to stop, proof and all: the best bounds that are proved by then are answered, however far apart.
 
     Raises
     ------
@@ -65,33 +69,40 @@ def limit(
        complementarity constraints. Int. J. Mech. Sci. 43.
     """
     settings = Settings() if settings is None else settings
+    if seconds is not None and not (0.0 < seconds < np.inf):
+        raise InputError(f"--seconds {seconds:g}: expected a positive number")
+    budget = UNLIMITED if seconds is None else Budget(seconds)
     clock = {"start": time.perf_counter()}
     model = pose(assembly, settings, clock, progress)
-    result = limit_of(model, live, solver, progress)
+    result = limit_of(model, live, solver, progress, budget)
     contacts = {"contacts": clock["contacts"] - clock["margin"]}
     return replace(result, seconds=contacts | result.seconds | {"total": time.perf_counter() - clock["start"]})
 
 
 def limit_of(
-    model: PosedModel, live: Live, solver: str = "auto", progress: Callable[[str], None] = lambda _: None
+    model: PosedModel,
+    live: Live,
+    solver: str = "auto",
+    progress: Callable[[str], None] = lambda _: None,
+    budget: Budget = UNLIMITED,
 ) -> LimitResult:
     """Do the same for a model that is ready for analysis; its `seconds` are those of the solution and of the proof."""
     clock = {"start": time.perf_counter()}
     progress("solving")
-    found = find_limit(model, live, solver)
+    found = find_limit(model, live, solver, budget.before_proof(len(model.contacts.point)))
     clock["solved"] = time.perf_counter()
     progress("verifying")
-    proved = prove_bounds(found.model, found.system, found.gravity, found.loads, found.outcome)
+    proved = prove_bounds(found.model, found.system, found.gravity, found.loads, found.outcome, budget)
     clock["verified"] = time.perf_counter()
     seconds = {"solve": clock["solved"] - clock["start"], "verify": clock["verified"] - clock["solved"]}
     return replace(_result(model, live, found, proved), seconds=seconds)
 
 
-def find_limit(model: PosedModel, live: Live, solver: str = "auto") -> "Found":
+def find_limit(model: PosedModel, live: Live, solver: str = "auto", budget: Budget = UNLIMITED) -> "Found":
     """What the solvers find, before anything is proved."""
     if live.tilt is not None and _turns_unevenly(model, live.tilt):
-        return _turned(model, live.tilt, solver)
-    return _grown(model, live, solver)
+        return _turned(model, live.tilt, solver, budget)
+    return _grown(model, live, solver, budget)
 
 
 def live_pencil(model: PosedModel, system: EquilibriumSystem, gravity: Floats, loads: tuple[Load, ...]) -> Pencil:
@@ -149,12 +160,12 @@ class Found:
     angle: tuple[float | None, float | None] | None = None  # radians at multipliers 0 and 1, where they stand for that
 
 
-def _grown(model: PosedModel, live: Live, solver: str) -> Found:
+def _grown(model: PosedModel, live: Live, solver: str, budget: Budget) -> Found:
     """Loads on a line."""
     gravity, loads = live_loads(model.assembly, live, model.gravity)
     system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
     grown = live_pencil(model, system, gravity, loads)
-    return Found(model, system, gravity, loads, in_users_units(solve_limit(grown, solver), grown.unit))
+    return Found(model, system, gravity, loads, in_users_units(solve_limit(grown, solver, budget), grown.unit))
 
 
 def _turns_unevenly(model: PosedModel, azimuth: float) -> bool:
@@ -164,7 +175,7 @@ def _turns_unevenly(model: PosedModel, azimuth: float) -> bool:
     return given or bool(np.linalg.norm(along) > 1e-9 * np.linalg.norm(model.gravity))
 
 
-def _turned(model: PosedModel, azimuth: float, solver: str) -> Found:
+def _turned(model: PosedModel, azimuth: float, solver: str, budget: Budget) -> Found:
     """A tilt of a model with loads that do not turn."""
 
     def at(gravity: Floats, live: Floats) -> Pencil:
@@ -172,7 +183,7 @@ def _turned(model: PosedModel, azimuth: float, solver: str) -> Found:
         system = equilibrium_system(model.assembly, model.contacts, model.fixed, gravity, model.density)
         return live_pencil(posed, system, live, ()) if live.any() else pencil(system, np.zeros(len(system.p)))
 
-    turn = solve_turning(at, model.gravity, azimuth, solver)
+    turn = solve_turning(at, model.gravity, azimuth, solver, budget)
     start = 0.0 if turn.low is None else turn.low
     first = turned_gravity(model.gravity, float(np.rad2deg(start)), azimuth)
     last = first if turn.high is None else turned_gravity(model.gravity, float(np.rad2deg(turn.high)), azimuth)

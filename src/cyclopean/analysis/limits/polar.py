@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cyclopean.analysis.limits.budget import UNLIMITED, Budget
 from cyclopean.analysis.limits.limit import limit
 from cyclopean.analysis.limits.live import Live
 from cyclopean.analysis.limits.result import LimitResult
@@ -34,14 +35,17 @@ def polar_tilt(
     count: int,
     first: float = 0.0,
     solver: str = "auto",
+    seconds: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Polar:
-    """Limit analysis of tilts towards `count` azimuths, evenly spread from `first` (degrees)."""
+    """Limit analysis of tilts towards `count` azimuths, evenly spread from `first` (degrees), `seconds` for all."""
+    budget = UNLIMITED if seconds is None else Budget(seconds)
     results: list[LimitResult] = []
-    for azimuth in first + 360.0 * np.arange(count) / count:
+    for done, azimuth in enumerate(first + 360.0 * np.arange(count) / count):
         progress(f"tilt towards {azimuth:g} degrees")
         heading = float(azimuth % 360.0)
-        result = limit(assembly, Live(tilt=heading), settings, solver=solver)
+        share = max(budget.left / (count - done), 1e-3) if budget.limited else None
+        result = limit(assembly, Live(tilt=heading), settings, solver=solver, seconds=share)
         if assembly.contacts is None:  # found once
             assembly = replace(assembly, contacts=result.contacts)
         results.append(result)

@@ -4,15 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cyclopean.analysis.limits.budget import UNLIMITED, Budget
 from cyclopean.analysis.limits.pencil import Pencil, proving_multiplier
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.solvers import Factor
 from cyclopean.statics import Schur, cone_jacobian, project_cones
 
-__all__ = ["Bracket", "opened", "opening", "polished", "rebalanced"]
+__all__ = ["Bracket", "opened", "polished", "rebalanced"]
 
 BALANCE = 2e-10  # of the total load: five times below what a certificate allows
+EXACT = 1e-13  # likewise: better need not be
 SHIFT = 1e-9
 
 
@@ -48,7 +50,15 @@ class Bracket:
 
 
 def polished(
-    loads: Pencil, schur: Schur, f: Floats, y: Floats, s: float, bracket: Bracket, wanted: float, scale: float
+    loads: Pencil,
+    schur: Schur,
+    f: Floats,
+    y: Floats,
+    s: float,
+    bracket: Bracket,
+    wanted: float,
+    scale: float,
+    budget: Budget = UNLIMITED,
 ) -> Bracket:
     """Proximal method of multipliers from a solution that is nearly one.
 
@@ -74,6 +84,8 @@ def polished(
         Gap at which to stop.
     scale : float
         Multiplier below which the gap counts absolutely.
+    budget : Budget
+        When to stop whatever the gap.
 
     References
     ----------
@@ -88,9 +100,11 @@ def polished(
     f = project_cones(f, system.mu)
     size = float(np.linalg.norm(f)) / max(float(np.linalg.norm(system.gap(y))), 1e-300)
     for factor in (10.0, 100.0, 1e3, 1e4, 1e5):
+        if budget.over:
+            break
         sigma = max(size * factor, 1e-12)
         try:
-            f, y, s, solved = _step(loads, schur, f, y, s, sigma)
+            f, y, s, solved = _step(loads, schur, f, y, s, sigma, budget)
         except SolverError:
             break
         bracket.best, bracket.near = y, (f, s)
@@ -102,7 +116,7 @@ def polished(
 
 
 def _step(
-    loads: Pencil, schur: Schur, f_k: Floats, y: Floats, s: float, sigma: float, cap: int = 25
+    loads: Pencil, schur: Schur, f_k: Floats, y: Floats, s: float, sigma: float, budget: Budget, cap: int = 25
 ) -> tuple[Floats, Floats, float, bool]:
     """One outer step: minimise phi(y) = ||P_K(f_k - sigma A'y)||^2 / (2 sigma) - p0'y on the plane q'y = 1."""
     system, p0, q = loads.system, loads.system.p, loads.q
@@ -123,7 +137,7 @@ def _step(
             least, best = worst, (f, y, s)
         else:
             idle += 1
-        if worst <= enough or idle > 4:
+        if worst <= enough or idle > 4 or budget.over:
             break
         d = d / sigma
         slope, length = float(g0 @ d), 1.0
@@ -179,35 +193,35 @@ def _factor(schur: Schur, D: Floats, shift: float) -> Factor:
     raise SolverError("the polish of a limit could not be factorised")
 
 
-def rebalanced(loads: Pencil, schur: Schur, f: Floats, s: float, rounds: int = 4) -> Floats:
-    """Restore A f = -p(s) by moves f -= D A'(A D A')^-1 r with D the inverse Hessian of the cone's barrier at f.
+def rebalanced(loads: Pencil, schur: Schur, f: Floats, s: float, rounds: int = 4) -> tuple[Floats, float]:
+    """Restore A f = -p(s) by the least move of f and s in the metric of D^-1, D that of the cones' barrier at f.
 
-    In x = (mu fn, fu, fv) that is D = 2 x x' - det(x) J: points at the apex stay there, and others move little across
-    their cone's side. What still leaves a cone is projected back, and the best state met is returned.
+    In x = (mu fn, fu, fv), D = 2 x x' - det(x) J, its inverse Hessian: points at the apex stay, others move little
+    across their cone's side. What still leaves a cone is projected back, and the best state met is returned. At the
+    limit S = A D A' is nearly singular along the mechanism, in which the live loads do work: that is why s moves too,
+    by next to nothing.
     """
-    system, p = loads.system, loads.loads(s)
+    system = loads.system
     stretch = np.ones_like(f)
     stretch[:, 0] = 1.0 / np.maximum(system.mu, 1e-9)
     scale = stretch[:, :, None] * stretch[:, None, :]
     f = project_cones(f, system.mu)
-    best, balance = f, loads.balance(f, s)
+    best, balance = (f, s), loads.balance(f, s)
     for _ in range(rounds):
-        if balance <= 1e-13:
+        if balance <= EXACT:
             break
         x = f / stretch
         det = np.maximum(x[:, 0] ** 2 - x[:, 1] ** 2 - x[:, 2] ** 2, 0.0)
         D = (2.0 * x[:, :, None] * x[:, None, :] - det[:, None, None] * np.diag([1.0, -1.0, -1.0])) * scale
-        off = np.asarray(system.A @ f.ravel()) + p
+        off = np.asarray(system.A @ f.ravel()) + loads.loads(s)
         try:
-            factor = _factor(schur, D, 1e-13)
-            y = factor.solve(off)
-            y = y + factor.solve(off - np.asarray(system.A @ np.einsum("qij,qj->qi", D, system.gap(y)).ravel()))
+            y, more = _bordered(loads, _factor(schur, D, 1e-13), D, off, 0.0)
         except SolverError:
             break
-        f = project_cones(f - np.einsum("qij,qj->qi", D, system.gap(y)), system.mu)
+        f, s = project_cones(f - np.einsum("qij,qj->qi", D, system.gap(y)), system.mu), s + more
         if not (found := loads.balance(f, s)) < balance:
             break
-        best, balance = f, found
+        best, balance = (f, s), found
     return best
 
 
@@ -221,33 +235,3 @@ def opened(loads: Pencil, y: Floats, wide: Floats) -> Floats:
     needed = 2.0 * float(np.max(f[:, 0] + system.mu * np.hypot(f[:, 1], f[:, 2]), initial=0.0))
     rounding = 4e-15 * (1.0 + float(np.max(system.mu))) * float(np.max(np.abs(y), initial=0.0))
     return y + (needed * (1.0 + 1e-6) + rounding) * wide
-
-
-def opening(loads: Pencil, schur: Schur, cap: int = 40) -> Floats | None:
-    """A motion in which every joint opens, A'y - (1/2, 0, 0) in K* at every point; None where there is none.
-
-    Semismooth Newton on 1/2 ||P_K(e - A'y)||^2 with e = (1, 0, 0). Blocks that others hold between them (a key, a
-    wedge under friction) have no such motion.
-    """
-    system = loads.system
-    axis = np.zeros((system.points, 3))
-    axis[:, 0] = 1.0
-    y = np.zeros(len(system.p))
-    shift = 1e-6
-    for _ in range(cap):
-        x = axis - system.gap(y)
-        f = project_cones(x, system.mu)
-        if not float(np.max(np.abs(project_cones(0.5 * axis - system.gap(y), system.mu)), initial=0.0)) > 0.0:
-            return y
-        merit = float(np.sum(f * f))
-        d = _factor(schur, cone_jacobian(x, system.mu), shift).solve(np.asarray(system.A @ f.ravel()))
-        length = 1.0
-        for _ in range(20):
-            new = project_cones(axis - system.gap(y + length * d), system.mu)
-            if float(np.sum(new * new)) < (1.0 - 1e-4 * length) * merit:
-                break
-            length *= 0.5
-        else:
-            return None
-        y = y + length * d
-    return None

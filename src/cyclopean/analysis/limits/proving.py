@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis.certificates import certify, inner_forces, world_forces
+from cyclopean.analysis.limits.budget import UNLIMITED, Budget
 from cyclopean.analysis.limits.solving import LimitOutcome
 from cyclopean.analysis.posing import PosedModel
 from cyclopean.arrays import Floats
@@ -32,7 +33,12 @@ class Proved:
 
 
 def prove_bounds(
-    model: PosedModel, system: EquilibriumSystem, gravity: Floats, loads: tuple[Load, ...], outcome: LimitOutcome
+    model: PosedModel,
+    system: EquilibriumSystem,
+    gravity: Floats,
+    loads: tuple[Load, ...],
+    outcome: LimitOutcome,
+    budget: Budget = UNLIMITED,
 ) -> Proved:
     """Write the certificate of an outcome, have it checked, and keep what was proved.
 
@@ -48,7 +54,10 @@ def prove_bounds(
         Live.
     outcome : LimitOutcome
         In the user's multipliers.
+    budget : Budget
+        Where no time is left for a proof, nothing is proved.
     """
+    nothing = Proved(None, None, None, None, None, None)
     sides: dict[str, Any] = {}
     force = motion = None
     if outcome.f is not None and np.isfinite(outcome.lower):
@@ -59,9 +68,11 @@ def prove_bounds(
         motion[:, 3:] /= system.length_unit
         motion /= max(float(np.max(np.abs(motion), initial=0.0)), 1e-300)
         sides |= {"upper": outcome.upper, "motion": motion}
-    if not sides:
-        return Proved(None, None, None, None, None, None)
+    if not sides or not budget.allows_proof(len(model.contacts.point)):
+        return nothing
     certificate, report = _checked(model, system, gravity, loads, sides)
+    if not report.proved and budget.over:
+        return replace(nothing, report=report)
     if not report.proved and len(sides) == 4:  # one side may stand without the other
         found = [_alone(model, system, gravity, loads, sides, keys) for keys in _SIDES]
         kept = {key: value for part in found for key, value in part.items()}
@@ -72,7 +83,7 @@ def prove_bounds(
         if kept:
             certificate, report, sides = *_checked(model, system, gravity, loads, kept), kept
     if not report.proved:
-        return Proved(None, None, None, None, None, report)
+        return replace(nothing, report=report)
     return Proved(
         sides.get("lower"),
         sides.get("upper"),

@@ -45,7 +45,8 @@ def reason_for_limit(
         parts.append(f"it stands at {_said(live, lower)}")
     if upper is not None:
         parts.append(f"a mechanism exists from {_said(live, upper)} on")
-    return f"The limit was not closed in on: {', and '.join(parts) or 'neither bound was proved'}."
+    why = "Time ran out before the limit was closed in on" if outcome.late else "The limit was not closed in on"
+    return f"{why}: {', and '.join(parts) or 'neither bound was proved'}."
 
 
 def _said(live: Live, multiplier: float | None) -> str:

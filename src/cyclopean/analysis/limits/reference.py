@@ -1,14 +1,18 @@
 """Limit analysis as one second-order cone programme: reference and fallback of the fast path."""
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 
 from cyclopean.analysis.limits.interior import LimitPoint
 from cyclopean.analysis.limits.pencil import Pencil
-from cyclopean.analysis.rigid.reference import solve_program
-from cyclopean.solvers import ConicProgram
+from cyclopean.analysis.rigid.reference import BIG, solve_program
+from cyclopean.solvers import ConicProgram, solve
 
 __all__ = ["limit_by_clarabel", "limit_program"]
+
+CLOSE = 1e-9  # tolerance of the one attempt that a deadline leaves
 
 
 def limit_program(loads: Pencil) -> ConicProgram:
@@ -24,10 +28,15 @@ def limit_program(loads: Pencil) -> ConicProgram:
     )
 
 
-def limit_by_clarabel(loads: Pencil) -> LimitPoint:
-    """Solve by Clarabel; the word is ours to check."""
+def limit_by_clarabel(loads: Pencil, seconds: float = np.inf) -> LimitPoint:
+    """Solve by Clarabel; the word is ours to check. With a deadline it has one attempt, as far as that gets."""
     system = loads.system
-    answer = solve_program(limit_program(loads), system.blocks)
+    if seconds < np.inf:
+        options: dict[str, Any] = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), CLOSE)
+        options["direct_solve_method"] = "faer" if system.blocks > BIG else "qdldl"
+        answer = solve(limit_program(loads), max_iter=200, time_limit=seconds, **options)
+    else:
+        answer = solve_program(limit_program(loads), system.blocks)
     f, s, y = answer.x[:-1].reshape(-1, 3), float(answer.x[-1]), answer.z[: len(system.p)]
     if answer.word == "infeasible":
         power = float(system.p @ y)

@@ -5,12 +5,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cyclopean.analysis.limits.interior import SCALE, SMALLEST_MU, LimitPoint, limit_interior
+from cyclopean.analysis.limits.budget import UNLIMITED, Budget
+from cyclopean.analysis.limits.interior import SCALE, SMALLEST_MU, LimitPoint, Start, limit_interior
 from cyclopean.analysis.limits.pencil import Pencil, total
-from cyclopean.analysis.limits.polish import Bracket, opened, opening, polished, rebalanced
+from cyclopean.analysis.limits.polish import Bracket, opened, polished, rebalanced
 from cyclopean.analysis.limits.reference import limit_by_clarabel
+from cyclopean.analysis.limits.starting import opening, pressing
 from cyclopean.analysis.rigid.newton import collapse_bound
 from cyclopean.analysis.rigid.rbe import COLLAPSE, solve_rbe
+from cyclopean.analysis.rigid.reference import BIG
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.statics import Schur, project_cones
@@ -20,6 +23,7 @@ __all__ = ["CLOSED", "SOLVERS", "LimitOutcome", "solve_limit"]
 SOLVERS = ("auto", "interior", "clarabel")
 WANTED = 1e-7  # relative gap at which polishing stops
 CLOSED = 1e-6  # ... and at which both bounds count as one
+MENDING = 0.1  # of the time: what putting forces back into balance takes where the search is stopped
 SANE = 1e3  # multiplier up to which a motion has to refute all
 HEAVY = 1e3  # live load in dead load that is proved where there is no limit
 
@@ -39,10 +43,11 @@ class LimitOutcome:
     least: float = -np.inf
     f: Floats | None = None  # (q, 3) at lower
     y: Floats | None = None  # (6 m,)
+    late: bool = False  # whether time ran out
     provenance: dict[str, Any] = field(default_factory=dict)
 
 
-def solve_limit(loads: Pencil, solver: str = "auto") -> LimitOutcome:
+def solve_limit(loads: Pencil, solver: str = "auto", budget: Budget = UNLIMITED) -> LimitOutcome:
     """Find the largest s with A f = -(p0 + s q), f in K.
 
     "auto" takes the structured interior point, and Clarabel where that does not close the gap; what either finds is
@@ -54,6 +59,8 @@ def solve_limit(loads: Pencil, solver: str = "auto") -> LimitOutcome:
         Dead and live loads.
     solver : {"auto", "interior", "clarabel"}
         One of them alone, or both.
+    budget : Budget
+        When to stop; both bounds are then as far apart as they are.
     """
     tried: list[dict[str, Any]] = []
     rest = solve_rbe(loads.system)
@@ -63,12 +70,12 @@ def solve_limit(loads: Pencil, solver: str = "auto") -> LimitOutcome:
         return _settled(_fallen(loads, rest.y), tried)
     if loads.system.points == 0:
         return LimitOutcome("undecided", provenance={"solver": "none", "tried": tried})
-    outcome = _bounded(loads, solver, rest.f if rest.word == "balanced" else None, tried)
+    outcome = _bounded(loads, solver, rest.f if rest.word == "balanced" else None, tried, budget)
     if rest.word != "collapse":
         return _settled(outcome, tried)
     if outcome.word == "falls" or outcome.y is None:  # no multiplier at all was found
         return _settled(_fallen(loads, outcome.y if outcome.word == "falls" else rest.y), tried)
-    back = _bounded(loads.turned(), solver, None, tried)
+    back = _bounded(loads.turned(), solver, None, tried, budget)
     least = -back.lower if back.word in ("limit", "undecided") else -np.inf
     return _settled(replace(outcome, word="falls", least=least), tried)
 
@@ -91,56 +98,80 @@ def _fallen(loads: Pencil, y: Floats | None) -> LimitOutcome:
     return LimitOutcome("falls", upper=upper, y=y)
 
 
-def _bounded(loads: Pencil, solver: str, f0: Floats | None, tried: list[dict[str, Any]]) -> LimitOutcome:
+def _bounded(
+    loads: Pencil, solver: str, f0: Floats | None, tried: list[dict[str, Any]], budget: Budget
+) -> LimitOutcome:
     """Both bounds of the largest s; `f0` are forces at s = 0, where there are any."""
     chain = ("interior", "clarabel") if solver == "auto" else (solver,)
     schur = Schur(loads.system)
     bracket = Bracket()
-    cut = _Cut(loads, schur, bracket)
+    if f0 is not None:
+        bracket.raise_lower(loads, f0, 0.0)
+    cut = _Cut(loads, schur, bracket, budget)
     for name in chain:
         if name == "interior" and loads.system.mu.min() < SMALLEST_MU:
             continue
+        if budget.limited and (budget.over or (name == "clarabel" and loads.system.blocks > BIG)):
+            continue
         before = schur.factorisations
         try:
-            point = limit_interior(loads, schur, cut) if name == "interior" else limit_by_clarabel(loads)
+            point = _by_interior(cut, f0) if name == "interior" else limit_by_clarabel(loads, max(budget.left, 1e-3))
         except SolverError as fault:
             tried.append({"solver": name, "word": str(fault), "factorisations": schur.factorisations - before})
             continue
         spent = schur.factorisations - before if name == "interior" else point.steps
-        if point.word == "infeasible":
-            spent = schur.factorisations - before if name == "interior" else point.steps
-            refuting = cut.refuting(point.y)
-            tried.append({"solver": name, "word": point.word, "factorisations": spent})
-            if refuting is not None:
-                return LimitOutcome("falls", y=refuting)
-            continue
-        if point.word == "unbounded":
-            found = _unbounded(loads, point, f0)
-            tried.append({"solver": name, "word": point.word, "factorisations": spent})
-            if found is not None:
+        entry: dict[str, Any] = {"solver": name, "word": point.word, "factorisations": spent}
+        if point.word in ("infeasible", "unbounded"):
+            tried.append(entry)
+            if (found := _without_end(cut, point, f0)) is not None:
                 return found
             continue
         before = schur.factorisations
-        cut(point.y)
-        _raise(loads, schur, bracket, point.f, point.s, f0)
-        if not (bracket.gap(SCALE) <= CLOSED / 3.0):
-            polished(loads, schur, point.f, point.y, point.s, bracket, WANTED, SCALE)
-            if bracket.best is not None and bracket.near is not None:
-                cut(bracket.best)
-                _raise(loads, schur, bracket, *bracket.near, f0)
-        spent += schur.factorisations - before
-        tried.append({"solver": name, "word": point.word, "factorisations": spent, "gap": bracket.gap(SCALE)})
+        _closed(cut, point, f0)
+        entry["factorisations"] += schur.factorisations - before
+        tried.append(entry | {"gap": bracket.gap(SCALE)})
         if bracket.gap(SCALE) <= CLOSED:
             break
     word: Literal["limit", "undecided"] = "limit" if bracket.gap(SCALE) <= CLOSED else "undecided"
-    return LimitOutcome(word, bracket.lower, bracket.upper, -np.inf, bracket.f, bracket.y)
+    late = budget.over and word == "undecided"
+    return LimitOutcome(word, bracket.lower, bracket.upper, -np.inf, bracket.f, bracket.y, late)
+
+
+def _by_interior(cut: "_Cut", f0: Floats | None) -> LimitPoint:
+    """The structured interior point, from inside both cones where there is such a start."""
+    loads, schur, budget = cut.loads, cut.schur, cut.budget
+    inside = Start(pressing(loads, schur) if f0 is not None else None, cut.opening())
+    cut(loads.q)  # a poor bound that costs nothing: every block as its live load pushes it, and every joint opened
+    point = limit_interior(loads, schur, cut, start=inside, budget=budget.before(MENDING))
+    cut(point.y)
+    return point
+
+
+def _without_end(cut: "_Cut", point: LimitPoint, f0: Floats | None) -> LimitOutcome | None:
+    """No multiplier, or all of them, once that has been measured."""
+    if point.word == "unbounded":
+        return _unbounded(cut.loads, point, f0)
+    refuting = cut.refuting(point.y)
+    return None if refuting is None else LimitOutcome("falls", y=refuting)
+
+
+def _closed(cut: "_Cut", point: LimitPoint, f0: Floats | None) -> None:
+    """Mend both sides of a solver's answer, as far as that goes."""
+    loads, schur, bracket = cut.loads, cut.schur, cut.bracket
+    cut(point.y)
+    _raise(cut, point.f, point.s, f0)
+    if not (bracket.gap(SCALE) <= CLOSED / 3.0) and not cut.budget.over:
+        polished(loads, schur, point.f, point.y, point.s, bracket, WANTED, SCALE, cut.budget)
+        if bracket.best is not None and bracket.near is not None:
+            cut(bracket.best)
+            _raise(cut, *bracket.near, f0)
 
 
 class _Cut:
     """Takes motions as upper bounds, helped by one that opens every joint where they need help."""
 
-    def __init__(self, loads: Pencil, schur: Schur, bracket: Bracket) -> None:
-        self.loads, self.schur, self.bracket = loads, schur, bracket
+    def __init__(self, loads: Pencil, schur: Schur, bracket: Bracket, budget: Budget) -> None:
+        self.loads, self.schur, self.bracket, self.budget = loads, schur, bracket, budget
         self.wide: Floats | None = None
         self.sought = False
 
@@ -154,7 +185,7 @@ class _Cut:
         bracket.cut_upper(loads, y)
         if bracket.upper + float(loads.system.p @ y) <= 0.1 * WANTED * (SCALE + abs(bracket.upper)):
             return bracket.upper
-        wide = self._opening()
+        wide = self.opening()
         if wide is not None:
             bracket.cut_upper(loads, opened(loads, y, wide))
         return bracket.upper
@@ -164,36 +195,34 @@ class _Cut:
 
         Displaced structures may stand at one multiplier only; to an interior point that looks almost like none.
         """
-        wide = self._opening()
+        wide = self.opening()
         y = y if wide is None else opened(self.loads, y, wide)
         bounds = [collapse_bound(self.loads.at(s), y) for s in (0.0, SANE, -SANE)]
         return y if min(bounds) >= COLLAPSE else None
 
-    def _opening(self) -> Floats | None:
+    def opening(self) -> Floats | None:
+        """A motion that opens every joint, sought once."""
         if not self.sought:
             self.sought = True
-            try:
-                self.wide = opening(self.loads, self.schur)
-            except SolverError:
-                self.wide = None
+            self.wide = opening(self.loads, self.schur, self.budget)
         return self.wide
 
 
-def _raise(loads: Pencil, schur: Schur, bracket: Bracket, f: Floats, s: float, f0: Floats | None) -> None:
+def _raise(cut: _Cut, f: Floats, s: float, f0: Floats | None) -> None:
     """Take forces as a lower bound, put back into balance; a little of those at s = 0 gives them room in their cones.
 
     Where the loads of the limit vanish altogether, no force is exact: `f0` fades instead.
     """
+    loads, bracket = cut.loads, cut.bracket
     none = -float(loads.q @ loads.system.p) / float(loads.q @ loads.q)
     if abs(none - s) <= 1e-6 * abs(s) and np.linalg.norm(loads.loads(none)) <= 1e-12 * np.linalg.norm(loads.system.p):
         f, s = np.zeros_like(f), none
-    if f0 is not None:
-        bracket.raise_lower(loads, f0, 0.0)
-    for share in (0.0, 1e-8, 5e-8, 2e-7, 5e-7, 1e-5, 1e-3) if f0 is not None and s > 0.0 else (0.0,):
+    shares = (0.0, 1e-8, 5e-8, 2e-7, 5e-7, 1e-5, 1e-3, 0.1) if f0 is not None and s > 0.0 else (0.0,)
+    for share in shares:
         mixed, at = (f, s) if f0 is None else ((1.0 - share) * f + share * f0, (1.0 - share) * s)
-        if not (at > bracket.lower):
+        if not (at > bracket.lower) or (share and cut.budget.over):
             return
-        if bracket.raise_lower(loads, rebalanced(loads, schur, mixed, at), at):
+        if bracket.raise_lower(loads, *rebalanced(loads, cut.schur, mixed, at)):
             return
 
 

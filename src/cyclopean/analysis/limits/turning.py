@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from cyclopean.analysis.limits.budget import UNLIMITED, Budget
 from cyclopean.analysis.limits.live import sideways
 from cyclopean.analysis.limits.pencil import Pencil
 from cyclopean.analysis.limits.solving import LimitOutcome, solve_limit
@@ -15,6 +16,7 @@ from cyclopean.statics import turned_gravity
 __all__ = ["Turn", "solve_turning"]
 
 ROUNDS = 20
+LAST_ROUND = 0.4  # of the time: is kept for the forces just below the angle found
 NEAR = 2e-7  # rad: how far below the mechanism's angle forces are looked for
 LAST = np.pi / 2 - 1e-6  # rad: tilts beyond a right angle are another question
 
@@ -28,7 +30,13 @@ class Turn:
     outcome: LimitOutcome  # between gravity at `low` (multiplier 0) and at `high` (multiplier 1), as far as they exist
 
 
-def solve_turning(at: Callable[[Floats, Floats], Pencil], gravity: Floats, azimuth: float, solver: str) -> Turn:
+def solve_turning(
+    at: Callable[[Floats, Floats], Pencil],
+    gravity: Floats,
+    azimuth: float,
+    solver: str,
+    budget: Budget = UNLIMITED,
+) -> Turn:
     """Find the least tilt towards `azimuth` at which no forces balance weight and given loads.
 
     Newton's method along the curve p(theta) = c + a cos(theta) + b sin(theta): at each angle a limit problem along p'
@@ -44,6 +52,8 @@ def solve_turning(at: Callable[[Floats, Floats], Pencil], gravity: Floats, azimu
         Degrees from +x to +y.
     solver : str
         As for `solve_limit`.
+    budget : Budget
+        When to stop.
     """
     turned = sideways(gravity, azimuth)
 
@@ -57,7 +67,7 @@ def solve_turning(at: Callable[[Floats, Floats], Pencil], gravity: Floats, azimu
     outcome = LimitOutcome("undecided")
     for _ in range(ROUNDS):
         loads = at(pull(theta), along(theta))
-        outcome = solve_limit(loads, solver)
+        outcome = solve_limit(loads, solver, budget.before(LAST_ROUND))
         if theta == 0.0 and outcome.word == "falls":
             return Turn(None, 0.0 if outcome.upper <= 0.0 else None, outcome)
         if outcome.y is None:
@@ -65,13 +75,16 @@ def solve_turning(at: Callable[[Floats, Floats], Pencil], gravity: Floats, azimu
         found = _first(at, pull, outcome.y, theta)
         if found < high:
             high, y_high = found, outcome.y
-        if not (found < LAST) or abs(found - theta) <= 1e-3 * NEAR:
+        if not (found < LAST) or abs(found - theta) <= 1e-3 * NEAR or outcome.late:
             break
         theta = found
     if y_high is None or not (high < LAST):
-        return _standing(at, pull, along, LAST, solver)
-    low = _standing(at, pull, along, max(high - NEAR, 0.0), solver)
-    both = replace(low.outcome, word="limit" if low.low is not None else "undecided", upper=1.0, y=y_high)
+        return _standing(at, pull, along, LAST, solver, budget)
+    low = _standing(at, pull, along, max(high - NEAR, 0.0), solver, budget)
+    word: Literal["limit", "undecided"] = "limit" if low.low is not None else "undecided"
+    if low.low is None and outcome.late:  # nothing is known but what stood without a tilt
+        low = _standing(at, pull, along, 0.0, solver, budget)
+    both = replace(low.outcome, word=word, upper=1.0, y=y_high, late=outcome.late)
     return Turn(low.low, high + 1e-9 * high, both)
 
 
@@ -101,11 +114,12 @@ def _standing(
     along: Callable[[float], Floats],
     theta: float,
     solver: str,
+    budget: Budget,
 ) -> Turn:
     """Forces at one angle, between those furthest along the tangent both ways."""
     loads = at(pull(theta), along(theta))
-    ahead = solve_limit(loads, solver)
-    behind = solve_limit(loads.turned(), solver)
+    ahead = solve_limit(loads, solver, budget.before(LAST_ROUND / 2.0))
+    behind = solve_limit(loads.turned(), solver, budget)
     none = LimitOutcome("undecided", provenance=ahead.provenance)
     if ahead.f is None or behind.f is None or not (ahead.lower >= 0.0 and behind.lower >= 0.0):
         return Turn(None, None, none)

@@ -37,7 +37,7 @@ from cyclopean.errors import SolverError
 from cyclopean.solvers import ConicProgram, solve
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
 
-__all__ = ["SettledOutcome", "settle", "support_gap"]
+__all__ = ["SettledOutcome", "follow", "settle", "support_gap"]
 
 SHUT = 1e-6  # of the largest settlement: gaps below it are those of a hinge
 TOLERANCES = (1e-10, 1e-8)  # of the conic solver, one after the other
@@ -51,7 +51,7 @@ class SettledOutcome:
 
     word: Literal["settled", "sliding", "locked", "collapse", "undecided"]
     f: Floats | None = None  # (q, 3)
-    y: Floats | None = None  # (6 m,) displacement of the free blocks; of a collapse its mechanism
+    y: Floats | None = None  # (6 m,) displacement of the free blocks, sliding or not; of a collapse its mechanism
     gap: Floats | None = None  # (q, 3) dd
     balance: float = np.inf
     bound: float = 0.0
@@ -82,13 +82,28 @@ def settle(system: EquilibriumSystem, gap: Floats) -> SettledOutcome:
     if rigid.word != "balanced" or rigid.f is None:
         word: Literal["collapse", "undecided"] = "collapse" if rigid.word == "collapse" else "undecided"
         return SettledOutcome(word, None, rigid.y, None, rigid.balance, rigid.bound, np.inf, rigid.provenance)
+    return follow(system, gap)
+
+
+def follow(system: EquilibriumSystem, gap: Floats) -> SettledOutcome:
+    """Do the same for a model of which nothing is known; "collapse" then is what the conic solver says, unproved.
+
+    Parameters
+    ----------
+    system : EquilibriumSystem
+        Scaled.
+    gap : (q, 3)
+        dd0 of each point: what the ground does to it, and how far it is open already.
+    """
     tried: list[dict[str, Any]] = []
-    slides = False
+    slides: SettledOutcome | None = None
     for tolerance in TOLERANCES:
         answer = solve(_program(system, gap), **_options(system, tolerance))
         tried.append({"solver": "clarabel", "word": answer.status, "factorisations": answer.iterations})
         if _locked(system, gap, answer.x):
             return SettledOutcome("locked", provenance=_told(tried))
+        if answer.word == "infeasible":
+            return SettledOutcome("collapse", provenance=_told(tried))
         if answer.word != "solved":
             continue
         y = system.still(answer.z[: len(system.p)])
@@ -96,8 +111,11 @@ def settle(system: EquilibriumSystem, gap: Floats) -> SettledOutcome:
             off, hanging = missed(system, found), hangs(system, found)
             if found.balance <= BALANCE and off <= GOOD and hanging <= GOOD:
                 return replace(found, missed=max(off, hanging))
-            slides |= found.balance <= BALANCE and off <= GOOD
-    return SettledOutcome("sliding" if slides else "undecided", provenance=_told(tried))
+            if slides is None and found.balance <= BALANCE and off <= GOOD:
+                slides = found
+    if slides is not None:
+        return replace(slides, word="sliding", f=None, provenance=_told(tried))
+    return SettledOutcome("undecided", provenance=_told(tried))
 
 
 def missed(system: EquilibriumSystem, found: SettledOutcome) -> float:
