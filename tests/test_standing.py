@@ -113,3 +113,30 @@ def test_what_touches_nothing_does_not_stand():
     surface, mass = slab((1.0, 1.0, 1.0), (0.0, 0.0, 0.5))
     assert structure.held((structure.fresh(mass, surface, ()),)) is None
     assert structure.held((Fresh(mass, surface, ()),)) is None
+
+
+def test_the_way_of_gravity_that_is_tried_first_changes_nothing():
+    """Leaning to one side a cube tips off another: whichever way is tried first, it falls, and that way is told."""
+    for first in range(4):
+        for out, stands in ((0.35, True), (0.47, False)):  # tan 4 degrees of half a metre is 0.035
+            structure = Structure(ground(), 1e-3, 0.6, 4.0)
+            assert laid(structure, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+            structure.worst = first
+            assert laid(structure, (1.0, 1.0, 1.0), (out, 0.0, 1.0)) == stands
+            if stands:
+                assert leftover_of_all(structure) < 1e-6
+            else:
+                assert structure.down[structure.worst][0] > 0.0
+
+
+def leftover_of_all(structure):
+    """Largest sum of forces that is not the weight, over all ways of gravity."""
+    worst = 0.0
+    for k, down in enumerate(structure.down):
+        over = np.array([mass.weight * down for mass in structure.mass])
+        for (stone, i), force in structure.force.items():
+            over[stone] += force[k].sum(axis=0)
+            if structure.joints[stone][i].below >= 0:
+                over[structure.joints[stone][i].below] -= force[k].sum(axis=0)
+        worst = max(worst, float(np.abs(over).max()))
+    return worst

@@ -36,7 +36,17 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import box_pairs, frames_from_normals, triangles
 from cyclopean.geometry.box_join import meeting_boxes
 
-__all__ = ["Meeting", "Patch", "Surface", "gathered", "meeting", "patch_notes", "rough_contacts", "usual_band"]
+__all__ = [
+    "Meeting",
+    "Patch",
+    "Surface",
+    "gathered",
+    "meeting",
+    "meetings",
+    "patch_notes",
+    "rough_contacts",
+    "usual_band",
+]
 
 BAND = 0.005  # of the cube root of the median block's volume: 2 mm for stones of 0.4 m
 ALIGNED = 0.955  # least cosine between a contact's normal and those of the faces it lies on; the checker has 0.95
@@ -48,6 +58,7 @@ SPECK = 1e-9  # of the band squared: area below which two triangles only graze e
 SEEDS = 24  # largest parts that are tried as the beginning of a patch
 TURNS = 3  # rounds in which a patch settles on its normal
 TOLD = 5  # contacts whose misfit is told
+ROUNDED = 1.0 + 1e-9  # bands: so that rounding loses nothing that touches
 BATCH = 1 << 18  # pairs of triangles cut at a time
 
 
@@ -167,6 +178,12 @@ class Surface:
         unit = double / np.where(length > 0.0, length, 1.0)[:, None]
         return cls(corner, unit, corner.min(axis=1), corner.max(axis=1))
 
+    @classmethod
+    def joined(cls, parts: Sequence["Surface"]) -> "Surface":
+        """The triangles of several blocks, one after the other."""
+        none = cls(np.zeros((0, 3, 3)), *(np.zeros((0, 3)) for _ in range(3)))
+        return cls(*(np.concatenate([getattr(part, name) for part in (none, *parts)]) for name in cls.__slots__))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meeting:
@@ -203,19 +220,48 @@ def _pairs(surfaces: Sequence[Surface], band: float, pairs: Sequence[tuple[int, 
 
 def meeting(a: Surface, b: Surface, band: float) -> list[Meeting]:
     """Patches of two blocks, largest first."""
-    i, j = meeting_boxes(a.low, a.high, b.low, b.high, band)
-    opposed = -np.einsum("ki,ki->k", a.normal[i], b.normal[j])
-    facing = opposed >= FACING
-    pieces = _pieces(a, b, i[facing], j[facing], band)
+    return meetings([a], b, band)[0]
+
+
+def meetings(others: Sequence[Surface], b: Surface, band: float) -> list[list[Meeting]]:
+    """Patches of each of some blocks with block b, whose side they are not on, largest first; all cut out together."""
+    near = [meeting_boxes(a.low, a.high, b.low, b.high, band) for a in others]
+    first = np.cumsum([0, *(len(a.corner) for a in others)])
+    i = np.concatenate([np.zeros(0, np.int64), *(i + k for (i, _), k in zip(near, first[:-1], strict=True))])
+    j = np.concatenate([np.zeros(0, np.int64), *(j for _, j in near)])
+    every = others[0] if len(others) == 1 else Surface.joined(others)
+    opposed = -np.einsum("ki,ki->k", every.normal[i], b.normal[j])
+    facing = np.flatnonzero(opposed >= FACING)
+    facing = facing[_near(every, b, i[facing], j[facing], band)]
+    pieces, source = _pieces(every, b, i[facing], j[facing], band)
+    owner = np.searchsorted(first, i[facing[source]], side="right") - 1
+    steep, whose = (opposed > 0.0) & (opposed < FACING), np.searchsorted(first, i, side="right") - 1
+    found = []
+    for k in range(len(others)):
+        parts = _parts(pieces, owner == k, band)
+        edge = np.flatnonzero(steep & (whose == k)) if not parts else ()
+        found.append(parts or _steep(every, b, i[edge], j[edge], band) if len(edge) else parts)
+    return found
+
+
+def _near(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> Bools:
+    """(k,) pairs of triangles of which neither lies wholly farther than the band from the plane of the other."""
+    near = np.ones(len(i), bool)
+    for one, two, x, y in ((a, b, i, j), (b, a, j, i)):
+        height = np.einsum("kci,ki->kc", one.corner[x] - two.corner[y, :1], two.normal[y])
+        near &= (height.min(axis=1) <= band * ROUNDED) & (height.max(axis=1) >= -band * ROUNDED)
+    return near
+
+
+def _parts(pieces: "_Pieces", left: Bools, band: float) -> list[Meeting]:
+    """Patches of some of the pieces, largest first."""
     parts: list[Meeting] = []
-    left = np.ones(len(pieces.area), bool)
     while left.any():
         members, normal = _largest(pieces, left, band)
         parts.append(_part(pieces, members, normal, band))
         left[members] = False
     parts.sort(key=lambda part: -part.touching)
-    steep = ~facing & (opposed > 0.0)
-    return parts or _steep(a, b, i[steep], j[steep], band)
+    return parts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -231,13 +277,15 @@ class _Pieces:
     normal_b: Floats  # (k, 3)
 
 
-def _pieces(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> _Pieces:
-    """Cut the parts of triangles i and j out that lie within the band of each other."""
-    batches = [_cut(a, b, i[k : k + BATCH], j[k : k + BATCH], band) for k in range(0, max(len(i), 1), BATCH)]
-    return _Pieces(*(np.concatenate([getattr(part, name) for part in batches]) for name in _Pieces.__slots__))
+def _pieces(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> tuple[_Pieces, Ints]:
+    """Cut the parts of triangles i and j out that lie within the band of each other; and of which pair each is."""
+    start = range(0, max(len(i), 1), BATCH)
+    batches = [_cut(a, b, i[k : k + BATCH], j[k : k + BATCH], band) for k in start]
+    pieces = _Pieces(*(np.concatenate([getattr(part, name) for part, _ in batches]) for name in _Pieces.__slots__))
+    return pieces, np.concatenate([kept + k for (_, kept), k in zip(batches, start, strict=True)])
 
 
-def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> _Pieces:
+def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> tuple[_Pieces, Ints]:
     """Triangle i, seen along the mean normal, clipped by the sides of triangle j and by gaps of -band and band."""
     normal_a, normal_b = a.normal[i], b.normal[j]
     mean = normal_a - normal_b
@@ -263,7 +311,7 @@ def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> _Pieces:
     point = np.einsum("kmf,kfi->kmi", local, frame) + origin[:, None]
     used = np.arange(ring.shape[1])[None, :] < count[:, None]
     middle = np.where(used[:, :, None], point, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
-    return _Pieces(point, above - below, area[kept], middle, frame[:, 0], normal_a[kept], normal_b[kept])
+    return _Pieces(point, above - below, area[kept], middle, frame[:, 0], normal_a[kept], normal_b[kept]), kept
 
 
 def _height(normal: Floats, frame: Floats, point: Floats) -> tuple[Floats, Floats]:
@@ -306,7 +354,10 @@ def _largest(pieces: _Pieces, left: Bools, band: float) -> tuple[Ints, Floats]:
     """Members and normal of the patch of most area among the pieces that are left."""
     rows = np.flatnonzero(left)
     best: tuple[float, Ints, Floats] = (-1.0, rows[:0], np.zeros(3))
-    for seed in rows[np.argsort(-pieces.area[rows], kind="stable")[:SEEDS]]:
+    seen = np.zeros(len(left), bool)
+    for seed in rows[np.argsort(-pieces.area[rows], kind="stable")[:SEEDS]].tolist():
+        if seen[seed]:
+            continue  # it is in a patch already that began at a larger one
         normal, middle = pieces.normal[seed], pieces.middle[seed]
         members = _members(pieces, rows, normal, middle, band)
         for _ in range(TURNS):
@@ -317,6 +368,7 @@ def _largest(pieces: _Pieces, left: Bools, band: float) -> tuple[Ints, Floats]:
             if pieces.area[grown].sum() < weight.sum():
                 break
             members, normal = grown, mean
+        seen[members] = True
         total = float(pieces.area[members].sum())
         if total > best[0]:
             best = (total, members, normal)
@@ -393,7 +445,7 @@ def _steep(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> list[Meetin
     """One entry for blocks that touch with steep faces only, in a corner or along an edge; none where they do not."""
     if not len(i):
         return []
-    pieces = _pieces(a, b, i, j, band)
+    pieces, _ = _pieces(a, b, i, j, band)
     if not len(pieces.area):
         return []
     mean = pieces.area @ pieces.normal

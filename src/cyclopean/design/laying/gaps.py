@@ -25,7 +25,8 @@ __all__ = ["Balls", "Body", "Features", "Gaps", "NearPairs", "Surroundings", "bo
 
 FLAT = 1e-6  # sine of the bend below which an edge counts as straight
 PARALLEL = 1e-3  # sine of the angle of two edges that count as parallel: vertices and faces tell of those
-AGREEING = 0.3  # cosine of outward directions beyond which two features do not look at each other
+ASKEW = 0.1  # radians by which two features may look past each other and yet touch
+WIDEST = 1.8  # radians: features that look farther past each other never touch
 CONE = 0.02  # sine by which a direction may leave the normal cone of an edge
 APART = 1e-9  # unit lengths: nearer, two points give no direction
 LENIENCE = 0.25  # of the reach: how far beyond a side over which the surface does not fall away a face is looked at
@@ -40,6 +41,7 @@ class Features:
 
     point: Floats  # (k, 3)
     point_outward: Floats  # (k, 3) unit, mean of the normals of the faces there
+    point_spread: Floats  # (k,) radians: largest angle of these normals with their mean
     point_body: Ints  # (k,)
     plane: Floats  # (m, 4, 3) unit normals: of the face, and in it, out of its three sides
     offset: Floats  # (m, 4)
@@ -51,6 +53,7 @@ class Features:
     run: Floats  # (e, 3)
     inward: Floats  # (e, 2, 3) unit, in either face, at right angles to the edge
     outward: Floats  # (e, 3) unit, mean of the two faces' normals
+    edge_spread: Floats  # (e,) radians: half of the angle between them
     edge_body: Ints  # (e,)
 
     def scaled(self, scale: float, rotation: Floats, shift: Floats) -> "Features":
@@ -81,6 +84,7 @@ class Features:
         return Features(
             self.point[k],
             self.point_outward[k],
+            self.point_spread[k],
             np.full(len(k), number),
             self.plane[m],
             self.offset[m],
@@ -92,15 +96,16 @@ class Features:
             self.run[e],
             self.inward[e],
             self.outward[e],
+            self.edge_spread[e],
             np.full(len(e), number),
         )
 
     @classmethod
     def joined(cls, parts: Sequence["Features"]) -> "Features":
         """All of them in one."""
-        none, index = np.zeros((0, 3)), np.zeros(0, np.int64)
-        faces = np.zeros((0, 4, 3)), np.zeros((0, 4)), np.zeros((0, 3), np.bool_), none, np.zeros(0), index
-        empty = cls(none, none, index, *faces, none, none, np.zeros((0, 2, 3)), none, index)
+        none, index, size = np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(0)
+        faces = np.zeros((0, 4, 3)), np.zeros((0, 4)), np.zeros((0, 3), np.bool_), none, size, index
+        empty = cls(none, none, size, index, *faces, none, none, np.zeros((0, 2, 3)), none, size, index)
         return cls(*(np.concatenate([getattr(p, name) for p in (empty, *parts)]) for name in cls.__slots__))
 
 
@@ -160,12 +165,17 @@ def _features(point: Floats, corner: Ints, name: str) -> Features:
     unit, first, second = _unit(run), normal[face[:, 0]], normal[face[:, 1]]
     convex = np.einsum("ei,ei->e", np.cross(first, second), unit) > FLAT
     outer = np.unique(edge[convex])
-    outward = np.stack([np.bincount(corner.reshape(-1), np.repeat(n, 3), len(point)) for n in normal.T], 1)
+    outward: Floats = np.stack([np.bincount(corner.reshape(-1), np.repeat(n, 3), len(point)) for n in normal.T], 1)
     inward = np.stack([np.cross(first, unit), -np.cross(second, unit)], axis=1)
     middle = (p.min(axis=1) + p.max(axis=1)) / 2.0
+    mean = _unit(outward)
+    lean = _angle(np.einsum("tci,ti->tc", mean[corner], normal))
+    spread = np.zeros(len(point))
+    np.maximum.at(spread, corner, lean)
     return Features(
         point[outer],
-        _unit(outward[outer]),
+        mean[outer],
+        spread[outer],
         np.zeros(len(outer), np.int64),
         plane,
         np.einsum("mki,mki->mk", plane, np.concatenate([p[:, :1], p], axis=1)),
@@ -177,8 +187,14 @@ def _features(point: Floats, corner: Ints, name: str) -> Features:
         run[convex],
         inward[convex],
         _unit(first + second)[convex],
+        _angle(np.einsum("ei,ei->e", first, second)[convex]) / 2.0,
         np.zeros(int(convex.sum()), np.int64),
     )
+
+
+def _angle(cosine: Floats) -> Floats:
+    """Radians."""
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def _unit(vector: Floats) -> Floats:
@@ -244,12 +260,19 @@ def _close(a: Floats, a_radius: Floats, b: Floats, b_radius: Floats, zone: float
     if not (len(a) and len(b)):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     origin = b.mean(axis=0)
-    p, q = (a - origin).astype(np.float32), (b - origin).astype(np.float32)
-    apart = np.einsum("ki,ki->k", p, p)[:, None] + np.einsum("ki,ki->k", q, q) - np.float32(2.0) * (p @ q.T)
-    reach = (a_radius + zone).astype(np.float32)[:, None] + b_radius.astype(np.float32)
-    slack = np.float32(ROUNDING * float(max(np.abs(p).max(), np.abs(q).max())) ** 2)
-    i, j = np.nonzero(apart <= reach * reach + slack)
-    return i, j
+    p, q = a - origin, b - origin
+    one, two = np.ones((len(p), 1)), np.ones((len(q), 1))
+    r, s = a_radius[:, None] + zone, b_radius[:, None]
+    left = np.hstack([-2.0 * p, _square(p) - r * r, one, -2.0 * r])  # of |p - q|^2 - (r + s)^2, one matrix product
+    right = np.hstack([q, two, _square(q) - s * s, s])
+    slack = np.float32(ROUNDING * max(float(np.abs(left[:, 3]).max()), float(np.abs(right[:, 4]).max())))
+    near = np.flatnonzero(left.astype(np.float32) @ right.astype(np.float32).T <= slack)
+    return near // len(q), near % len(q)
+
+
+def _square(vector: Floats) -> Floats:
+    """(n, 1) squares of the lengths of vectors (n, 3)."""
+    return np.asarray(np.einsum("ki,ki->k", vector, vector)[:, None])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -303,22 +326,38 @@ class Surroundings:
 
 
 def near_pairs(
-    stone: Features, rotation: Floats, shift: Floats, scene: Features, around: Surroundings, zone: float
+    stone: Features, rotation: Floats, shift: Floats, scene: Features, around: Surroundings, zone: float, turn: float
 ) -> NearPairs:
-    """Pairs that look at each other and come within `zone` of each other, with the stone at rotation x + shift."""
+    """Pairs that can meet before the stone has moved by `zone` or turned by `turn` (rad) from rotation x + shift."""
     here = stone.scaled(1.0, rotation, shift)
     near = Surroundings.of(here)
+    point, face, edge = (
+        (here.point_outward, here.point_spread),
+        (here.plane[:, 0], None),
+        (here.outward, here.edge_spread),
+    )
+    to_point, to_face = (scene.point_outward, scene.point_spread), (scene.plane[:, 0], None)
+    to_edge = scene.outward, scene.edge_spread
     return NearPairs(
-        _facing(near.points.near(around.faces, zone), here.point_outward, scene.plane[:, 0]),
-        _facing(near.faces.near(around.points, zone), here.plane[:, 0], scene.point_outward),
-        _facing(near.edges.near(around.edges, zone), here.outward, scene.outward),
+        _facing(near.points.near(around.faces, zone), point, to_face, turn),
+        _facing(near.faces.near(around.points, zone), face, to_point, turn),
+        _facing(near.edges.near(around.edges, zone), edge, to_edge, turn),
     )
 
 
-def _facing(pairs: tuple[Ints, Ints], a: Floats, b: Floats) -> tuple[Ints, Ints]:
-    """Pairs whose outward directions do not agree."""
+Cones = tuple[Floats, Floats | None]  # outward directions (n, 3), and how far normals spread about each; None = not
+
+
+def _cones(of: Features) -> tuple[Cones, Cones, Cones]:
+    """Normal cones of points, faces and edges."""
+    return (of.point_outward, of.point_spread), (of.plane[:, 0], None), (of.outward, of.edge_spread)
+
+
+def _facing(pairs: tuple[Ints, Ints], a: Cones, b: Cones, turn: float) -> tuple[Ints, Ints]:
+    """Pairs with a normal of the one opposite to one of the other, or nearly."""
     i, j = pairs
-    kept = np.einsum("ki,ki->k", a[i], b[j]) < AGREEING
+    spread = sum((s[k] for (_, s), k in ((a, i), (b, j)) if s is not None), np.full(len(i), turn + ASKEW))
+    kept = -np.einsum("ki,ki->k", a[0][i], b[0][j]) > np.cos(np.minimum(spread, WIDEST))
     return i[kept], j[kept]
 
 

@@ -26,7 +26,7 @@ from cyclopean.design.laying.height_map import Raster, edges_of, rasters, window
 from cyclopean.design.options import not_negative
 from cyclopean.design.stones.stone import Stone
 
-__all__ = ["Bedded", "Place", "Slot", "Weights", "assessed", "bedded", "ranked"]
+__all__ = ["Bedded", "Looked", "Place", "Slot", "Weights", "assessed", "bedded", "ranked"]
 
 DIRECTIONS = 16  # in which the hull of what touches is felt
 NEAR = 0.25  # of a mean length: head joints farther from each other than that are bonded
@@ -35,6 +35,8 @@ ABOVE = 0.75  # of its thickness that a stone may rise above the level of its co
 TIPPED = 0.35  # slope beyond which a stone that tips falls
 OUTERMOST = 0.85  # centre term beyond which hardly a stone comes to stand
 NEARLY = 0.5  # cells: gap at which a stone nearly touches
+AHEAD = 4  # cells to either side that are looked at together, as the next slots will ask for them
+BESIDE = 24.0  # cells: what is laid farther away along the wall than that changes nothing
 EACH = 4  # places of one stone in one orientation that are looked at closely
 
 
@@ -182,17 +184,84 @@ def _yaw(angle: float) -> Floats:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+Felt = tuple[float, float, float]  # share that nearly touches, centre term, tilt term
+
+
+class Looked:
+    """What was found out about places, as long as nothing is laid near them; x in cells."""
+
+    def __init__(self) -> None:
+        self._felt: dict[tuple[int, int, int], tuple[Bedded, Felt]] = {}
+        self._fits: dict[tuple[int, int, int], tuple[Bedded, int, Floats, Floats]] = {}
+        self._failed: dict[tuple[int, int, int], Bedded] = {}
+
+    def felt(
+        self, ground: Floats, lying: Bedded, at: tuple[int, int], rest: float, cell: float
+    ) -> tuple[float, float, float]:
+        """What `assessed` says."""
+        key = (id(lying), *at)
+        if key not in self._felt:
+            self._felt[key] = lying, assessed(ground, lying, at, rest, cell)
+        return self._felt[key][1]
+
+    def fits(self, ground: Floats, lying: Bedded, x: tuple[int, int], y: tuple[int, int]) -> tuple[Floats, Floats]:
+        """Rest heights and mean gaps (sx, sy) of places from cell x[0] to x[1] along, y[0] to y[1] across."""
+        key = (id(lying), *y)
+        known = self._fits.get(key)
+        if known is None or x[0] < known[1] or x[1] >= known[1] + len(known[2]):
+            w = lying.raster.low.shape[0]
+            start, end = max(x[0] - AHEAD, 0), min(x[1] + AHEAD, ground.shape[0] - w)
+            known = self._fits[key] = lying, start, *_fits(ground, lying, (start, end), y)
+        _, start, rest, hollow = known
+        here = slice(x[0] - start, x[1] - start + 1)
+        return rest[here], hollow[here]
+
+    def fail(self, place: "Place") -> None:
+        """A stone was tried there in vain."""
+        self._failed[id(place.lying), *place.cell] = place.lying
+
+    def failed(self, place: "Place") -> bool:
+        """Whether it was."""
+        return (id(place.lying), *place.cell) in self._failed
+
+    def forget(self, low: float, high: float) -> None:
+        """Something is laid from x = low to high (cells)."""
+        near, far = low - BESIDE, high + BESIDE
+
+        def beyond(start: int, end: int) -> bool:
+            return end < near or start > far
+
+        self._felt = {
+            key: known for key, known in self._felt.items() if beyond(key[1], key[1] + known[0].raster.low.shape[0])
+        }
+        self._failed = {
+            key: lying for key, lying in self._failed.items() if beyond(key[1], key[1] + lying.raster.low.shape[0])
+        }
+        self._fits = {
+            key: known
+            for key, known in self._fits.items()
+            if beyond(known[1], known[1] + len(known[2]) + known[0].raster.low.shape[0])
+        }
+
+
 def ranked(
-    ground: Floats, stones: Sequence[Bedded], slot: Slot, weights: Weights, cell: float, close: int
+    ground: Floats,
+    stones: Sequence[Bedded],
+    slot: Slot,
+    weights: Weights,
+    cell: float,
+    close: int,
+    looked: Looked | None = None,
 ) -> list[Place]:
     """The best places of some stones in a slot, best first.
 
     All places are ranked by what is quickly known (void, height, bond, face); of the best `close` of them, support and
-    centre are felt cell by cell.
+    centre are felt cell by cell. What was found out before is taken from `looked`.
     """
+    looked = Looked() if looked is None else looked
     rough: list[tuple[float, int, int, int, float]] = []
     for k, lying in enumerate(stones):
-        cost, rest, corner = _quick(ground, lying, slot, weights, cell)
+        cost, rest, corner = _quick(ground, lying, slot, weights, cell, looked)
         flat = cost.reshape(-1)
         for at in np.argsort(flat, kind="stable")[:EACH].tolist():
             if flat[at] < np.inf:
@@ -201,7 +270,7 @@ def ranked(
     rough.sort()
     found = []
     for cost_so_far, k, i, j, z in rough[:close]:
-        support, centre, tilt = assessed(ground, stones[k], (i, j), z, cell)
+        support, centre, tilt = looked.felt(ground, stones[k], (i, j), z, cell)
         if not (tilt < 1.0 and centre <= OUTERMOST):
             continue  # it falls over, or is about to
         cost_now = cost_so_far + weights.support * (1.0 - support) + weights.centre * centre + weights.tilt * tilt
@@ -210,21 +279,16 @@ def ranked(
 
 
 def _quick(
-    ground: Floats, lying: Bedded, slot: Slot, weights: Weights, cell: float
+    ground: Floats, lying: Bedded, slot: Slot, weights: Weights, cell: float, looked: Looked
 ) -> tuple[Floats, Floats, tuple[int, int]]:
     """Cost so far (sx, sy) of every place of a slot, rest heights, and the place that (0, 0) stands for."""
     (x0, x1), (y0, y1) = _range(lying, slot)
     if x1 < x0 or y1 < y0:
         return np.zeros((0, 1)), np.zeros((0, 1)), (0, 0)
-    low, high = lying.raster.low, lying.raster.high
-    w, d = low.shape
-    area = windows(ground[x0 : x1 + w, y0 : y1 + d], low.shape)
-    space = low - area  # under the stone, were its centre of mass at height 0
-    rest = -space.min(axis=(2, 3))
+    w, d = lying.raster.low.shape
     thick = lying.thickness
-    share = (low < np.inf) / (lying.raster.covered * thick)
-    hollow = np.einsum("ijkl,kl->ij", np.minimum(space + rest[:, :, None, None], thick), share)
-    top = rest + high.max()
+    rest, hollow = looked.fits(ground, lying, (x0, x1), (y0, y1))
+    top = rest + float(lying.raster.high.max())
     start: Floats = (x0 + np.arange(x1 - x0 + 1, dtype=float)) * cell
     costs = weights.void * (hollow + _lost(start, lying, slot, cell)[:, None])
     costs = costs + weights.height * np.abs(top - slot.level) / thick
@@ -232,6 +296,17 @@ def _quick(
     costs = costs + weights.face * _off_face(y0 + np.arange(y1 - y0 + 1), d, slot)
     refused = (hollow > HOLLOW) | (top > slot.level + ABOVE * thick) | (top > slot.limit + 1e-9)
     return np.where(refused, np.inf, costs), rest, (x0, y0)
+
+
+def _fits(ground: Floats, lying: Bedded, x: tuple[int, int], y: tuple[int, int]) -> tuple[Floats, Floats]:
+    """Rest heights and mean gaps over the thickness (sx, sy) of places x[0]..x[1] along, y[0]..y[1] across."""
+    low = lying.raster.low
+    w, d = low.shape
+    space = low - windows(ground[x[0] : x[1] + w, y[0] : y[1] + d], low.shape)  # were its centre of mass at height 0
+    rest = -space.min(axis=(2, 3))
+    thick = lying.thickness
+    share = (low < np.inf) / (lying.raster.covered * thick)
+    return rest, np.einsum("ijkl,kl->ij", np.minimum(space + rest[:, :, None, None], thick), share)
 
 
 def _range(lying: Bedded, slot: Slot) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -283,9 +358,7 @@ def _off_face(start: Ints, width: int, slot: Slot) -> Floats:
     return off
 
 
-def assessed(
-    ground: Floats, lying: Bedded, at: tuple[int, int], rest: float, cell: float
-) -> tuple[float, float, float]:
+def assessed(ground: Floats, lying: Bedded, at: tuple[int, int], rest: float, cell: float) -> Felt:
     """Support (share of the plan that nearly touches), the centre term and the tilt term of a place.
 
     Let go at rest height, a stone tips until it lies on three points: on that facet of the upper hull of what is below,

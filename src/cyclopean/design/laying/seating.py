@@ -63,14 +63,14 @@ CLEARANCE = 1e-5  # left between the stone and what it lies on: a few micrometre
 GRIP = 0.6
 TWIST = 0.3  # lever at which turning about the vertical slides
 TOUCH = 5e-4  # gap up to which two points count as touching
-FIRST = 0.03  # trust region at the start: 1.5 cm for a stone of half a metre
-WIDEST = 0.06  # trust region at most
+FIRST = 0.05  # trust region at the start: 1.5 cm for a stone of half a metre
+WIDEST = 0.1  # trust region at most
 SMALL = 0.002  # trust region below which short steps do not make it smaller
 LAST = 2e-6  # trust region at which we stop
 GAIN = 1e-7  # predicted descent at which we stop
 ARM = 0.8  # lever at which a rotation counts as much as a translation
 REACH = 1.5  # trust regions within which gaps are looked at: what a point moves by in a step, but for rare ones
-ZONE = 2.5  # reaches from which pairs are gathered, so that they serve for several steps
+ZONE, TURNED = 0.3, 0.25  # distance and radians within which pairs are gathered, so that they serve for several steps
 FALL = 4.0  # times `travel`: how far a stone may sink
 ALL_WAYS = np.array([1.0, 1.0, 1.0, 1.0 / ARM, 1.0 / ARM, 1.0 / ARM])
 STEPS = 80
@@ -96,7 +96,7 @@ class Seat:
     bodies: Ints  # (n,) index of the placed body touched; -1 = ground
     margin: float  # m: centre of mass inside the border of the hull of its bearing contacts; negative outside
     lift: float  # m that it was raised by at the end, as exact solids found an overlap
-    overlap: float  # largest volume shared with one placed body, over its own
+    overlap: float  # largest volume shared with one placed body, over its own; NaN where it was given up
     slid: bool  # it came to the end of its travel, or of the steps allowed, and not to rest
     steps: int  # linear programmes solved
 
@@ -111,6 +111,7 @@ def seat(
     travel: float = TRAVEL,
     turn: float = TURN,
     grip: float = GRIP,
+    give_up: bool = False,
 ) -> Seat:
     """Let one stone find its rest on stones already placed, and on the ground.
 
@@ -130,6 +131,8 @@ def seat(
         How far it may turn about each axis (radians).
     grip : float
         Slope below which a stone does not slide, from nearly 0 to 1.
+    give_up : bool
+        Leave a stone that slid off where it does not stand, without a look at what it shares with others.
 
     Returns
     -------
@@ -156,15 +159,24 @@ def seat(
     spin = frame.T @ rest.rotation @ frame @ spin
     settled = centre + unit * (frame.T @ rest.shift)
     there = settled - spin @ body.centroid
-    lift, overlap = _lifted(body.moved(spin, there), [placed[k] for k in which], unit)
-    there = there + np.array([0.0, 0.0, lift])
-    touched, force = _touching(rest, lift / unit)
-    points = centre + unit * (touched.point @ frame) + np.array([0.0, 0.0, lift])
-    normals = touched.normal @ frame
-    bearing = normals[:, 2] >= BEARING
-    margin = heyman_margin(points[bearing], spin @ body.centroid + there)
+    lift, overlap = 0.0, np.nan
+    if not (give_up and rest.slid) or _borne(rest, 0.0, unit, frame, centre, settled)[2] > 0.0:
+        lift, overlap = _lifted(body.moved(spin, there), [placed[k] for k in which], unit)
+    up = np.array([0.0, 0.0, lift])
+    there = there + up
+    touched, force, margin = _borne(rest, lift / unit, unit, frame, centre, settled)
+    points, normals = centre + unit * (touched.point @ frame) + up, touched.normal @ frame
     index = np.array([*which, -1], np.int64)[touched.body]
     return Seat(spin, there, points, normals, force, index, margin, lift, overlap, rest.slid, rest.steps)
+
+
+def _borne(
+    rest: "_Rest", lift: float, unit: float, frame: Floats, centre: Floats, settled: Floats
+) -> tuple[Gaps, Floats, float]:
+    """What touches or carries, its forces, and the margin (m)."""
+    touched, force = _touching(rest, lift)
+    bearing = (touched.normal @ frame)[:, 2] >= BEARING
+    return touched, force, heyman_margin((centre + unit * (touched.point @ frame))[bearing], settled)
 
 
 def _pose(rotation: ArrayLike, shift: ArrayLike) -> tuple[Floats, Floats]:
@@ -227,20 +239,21 @@ class _Rest:
 
 
 class _Neighbourhood:
-    """Gaps of a stone at a pose; the list of pairs is made anew only after the stone has left its zone."""
+    """Gaps of a stone at a pose; the list of pairs is made anew only once the stone may have left it behind."""
 
     def __init__(self, stone: Features, scene: Features, ground: float | None) -> None:
         self.stone, self.scene, self.ground = stone, scene, ground
         self.pairs: NearPairs | None = None
-        self.zone, self.at = 0.0, (np.eye(3), np.zeros(3))
+        self.at = np.eye(3), np.zeros(3)
         self.radius = _radius(stone)
         self.around = Surroundings.of(scene)
 
     def gaps(self, rotation: Floats, shift: Floats, reach: float) -> Gaps:
-        moved = float(np.linalg.norm(shift - self.at[1]) + self.radius * np.linalg.norm(rotation - self.at[0]))
-        if self.pairs is None or moved + reach > self.zone or self.zone > 10.0 * reach:
-            self.zone, self.at = ZONE * reach, (rotation, shift)
-            self.pairs = near_pairs(self.stone, rotation, shift, self.scene, self.around, self.zone)
+        turned = float(np.linalg.norm(rotation - self.at[0])) / np.sqrt(2.0)
+        moved = float(np.linalg.norm(shift - self.at[1])) + self.radius * turned
+        if self.pairs is None or moved + reach > ZONE or turned > TURNED:
+            self.at = rotation, shift
+            self.pairs = near_pairs(self.stone, rotation, shift, self.scene, self.around, ZONE, TURNED)
         return gaps_between(self.stone, rotation, shift, self.scene, self.pairs, reach, self.ground)
 
 
@@ -251,7 +264,7 @@ def _rest(stone: Features, scene: Features, ground: float | None, limit: Floats,
     trust, steps = FIRST, 0
     below = np.array([0.0, 0.0, float(stone.point[:, 2].min())])  # of the centroid
     price = np.array([grip, grip, 0.0, SLIDE, SLIDE, max(SLIDE, TWIST * grip)])
-    gaps = near.gaps(rotation, shift, REACH * trust)
+    gaps = near.gaps(rotation, shift, _reach(trust))
     rows, room = _rows(gaps, shift + below)
     missed_rows, missed_room = rows[:0], room[:0]
     force = np.zeros(len(room))
@@ -270,7 +283,7 @@ def _rest(stone: Features, scene: Features, ground: float | None, limit: Floats,
             continue
         spin = _turn(step[3:])
         turned, there = spin @ rotation, shift + step[:3] + below - spin @ below
-        found = near.gaps(turned, there, REACH * trust)
+        found = near.gaps(turned, there, _reach(trust))
         new_rows, new_room = _rows(found, there + below)
         share = (_merit(0.0, room) - _merit(there[2] - shift[2], new_room)) / gain
         if share >= AGREED:
@@ -279,9 +292,6 @@ def _rest(stone: Features, scene: Features, ground: float | None, limit: Floats,
             missed_rows, missed_room = rows[:0], room[:0]
             if share >= WELL and np.any(np.abs(step) >= box * (1.0 - 1e-9)):
                 trust = min(2.0 * trust, WIDEST)
-                gaps = near.gaps(rotation, shift, REACH * trust)
-                rows, room = _rows(gaps, shift + below)
-                force = np.zeros(len(room))
             else:
                 trust = max(min(trust, 2.0 * float(np.max(np.abs(step / ALL_WAYS)))), min(trust, SMALL))
             continue
@@ -293,6 +303,11 @@ def _rest(stone: Features, scene: Features, ground: float | None, limit: Floats,
     if not slid and not force.any():  # it stopped for want of steps, or of room to make them
         force = _programme(rows, room, -SMALL * ALL_WAYS, SMALL * ALL_WAYS, price)[1]
     return _Rest(rotation, shift, gaps, force, slid, steps)
+
+
+def _reach(trust: float) -> float:
+    """Distance within which gaps are looked at: so that the next step may be twice as long."""
+    return REACH * min(2.0 * trust, WIDEST)
 
 
 def _rows(gaps: Gaps, centre: Floats) -> tuple[Floats, Floats]:

@@ -17,13 +17,14 @@ convexity it then stands in all that is between them, straight down too.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from cyclopean.analysis.rigid.newton import newton
-from cyclopean.arrays import Floats
-from cyclopean.assembly.patches import Meeting, Surface, meeting
+from cyclopean.arrays import Floats, Ints
+from cyclopean.assembly.patches import Meeting, Surface, meetings
 from cyclopean.errors import SolverError
 from cyclopean.geometry import frames_from_normals
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
@@ -35,6 +36,8 @@ GRAVITY = 9.80665
 BEARING = 0.25  # least upward component of the normal of a contact that bears a stone
 BALANCED = 1e-9  # of the weight: what forces may leave over
 CAP = 12  # factorisations: a wall that stands well needs two to six
+WEDGED = 0.8  # of all loads together: where forces must be larger, stones only hold by wedging (upright walls: 0.5)
+DENSE = 1 << 18  # entries up to which a matrix is kept whole
 GROUND = -1
 
 
@@ -94,13 +97,15 @@ class Structure:
         self.joints: list[tuple[Joint, ...]] = []
         self.force: dict[tuple[int, int], Floats] = {}  # (c, q, 3) N
         self.above: list[list[tuple[int, int]]] = []  # joints of later stones with each stone
+        self.worst = 0  # way of gravity in which a wall failed to stand last
 
     def fresh(self, mass: Mass, surface: Surface, near: Sequence[int], others: Sequence[Surface] = ()) -> Fresh:
         """A new stone with all its joints: with the ground, those of `near`, and others that are laid with it."""
         beside = {GROUND: self.ground, **{k: self.surface[k] for k in near}}
         beside |= {len(self.surface) + i: other for i, other in enumerate(others)}
-        met = {k: tuple(meeting(other, surface, self.band)) for k, other in beside.items()}
-        return Fresh(mass, surface, tuple(Joint(k, parts) for k, parts in met.items() if parts))
+        met = meetings(list(beside.values()), surface, self.band)
+        joints = (Joint(k, tuple(parts)) for k, parts in zip(beside, met, strict=True) if parts)
+        return Fresh(mass, surface, tuple(joints))
 
     def held(self, fresh: Sequence[Fresh]) -> State | None:
         """Forces that hold one or more new stones and all that stands; None where none were found."""
@@ -164,8 +169,10 @@ class Structure:
         ends = [(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()]
         system = _system(masses, load[0], list(found.values()), ends, self.friction)
         scale = 1.0 if system is None else system.length_unit
-        f = None if system is None else _forces(system, load / [1.0, 1.0, 1.0, scale, scale, scale])
-        if system is None or f is None:
+        if system is None:
+            return None
+        f, self.worst = _forces(system, load / [1.0, 1.0, 1.0, scale, scale, scale], self.worst)
+        if f is None:
             return None
         world = np.einsum("cqf,qfi->cqi", f * system.force_unit, system.frame)
         last = np.cumsum([len(_points(joint)) for joint in found.values()])
@@ -215,15 +222,7 @@ def _system(
     arm = (point[:, None] - centre[rows]) / length  # (q, 2, 3)
     wrench = load / unit
     wrench[:, 3:] /= length
-    cell, value = [], []
-    for side, sign in ((0, -1.0), (1, 1.0)):
-        kept = np.flatnonzero(rows[:, side] >= 0)
-        turn = np.cross(arm[kept, side][:, None], frame[kept])
-        value.append(sign * np.concatenate([frame[kept], turn], axis=2).ravel())
-        i = 6 * rows[kept, side][:, None, None] + np.arange(6)
-        j = 3 * kept[:, None, None] + np.arange(3)[:, None]
-        cell.append(np.stack([np.broadcast_to(x, (len(kept), 3, 6)).ravel() for x in (i, j)]))
-    matrix = sp.csr_matrix((np.concatenate(value), np.concatenate(cell, axis=1)), shape=(6 * len(masses), 3 * total))
+    matrix = _matrix(rows, arm, frame, len(masses))
     return EquilibriumSystem(
         np.arange(len(masses)),
         np.arange(total),
@@ -240,19 +239,40 @@ def _system(
     )
 
 
-def _forces(system: EquilibriumSystem, loads: Floats) -> Floats | None:
-    """(c, q, 3) scaled forces that balance each of some loads (c, b, 6), in their cones; None where one has none."""
-    schur, found, start = Schur(system, threads=1), [], None
-    for load in loads:
-        posed = replace(system, p=load.ravel() / system.force_unit)
+def _matrix(rows: Ints, arm: Floats, frame: Floats, stones: int) -> Any:
+    """A (6 b, 3 q) of points with frames (q, 3, 3) between stones `rows` (q, 2), -1 = ground; whole where small."""
+    total, cell, value = len(rows), [], []
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        kept = np.flatnonzero(rows[:, side] >= 0)
+        turn = np.cross(arm[kept, side][:, None], frame[kept])
+        value.append(sign * np.concatenate([frame[kept], turn], axis=2).ravel())
+        i = 6 * rows[kept, side][:, None, None] + np.arange(6)
+        j = 3 * kept[:, None, None] + np.arange(3)[:, None]
+        cell.append(np.stack([np.broadcast_to(x, (len(kept), 3, 6)).ravel() for x in (i, j)]))
+    at, entry, shape = np.concatenate(cell, axis=1), np.concatenate(value), (6 * stones, 3 * total)
+    if shape[0] * shape[1] > DENSE:
+        return sp.csr_matrix((entry, at), shape=shape)
+    matrix = np.zeros(shape)
+    matrix[at[0], at[1]] = entry  # no entry is there twice
+    return matrix
+
+
+def _forces(system: EquilibriumSystem, loads: Floats, first: int) -> tuple[Floats | None, int]:
+    """(c, q, 3) scaled forces that balance each of some loads (c, b, 6), in their cones, from the `first` of them on.
+
+    None where one has none; and which one that is.
+    """
+    schur, start = Schur(system, threads=1), None
+    found = np.zeros((len(loads), system.points, 3))
+    for k in (first, *(k for k in range(len(loads)) if k != first)):
+        posed = replace(system, p=loads[k].ravel() / system.force_unit)
         try:
-            answer = newton(posed, schur, start=start, cap=CAP)
+            answer = newton(posed, schur, start=start, cap=CAP, lost=WEDGED)
         except (SolverError, np.linalg.LinAlgError):
-            return None
-        f = project_cones(answer.f, system.mu)
-        off = float(np.abs(posed.residual(f)).max(initial=0.0))
+            return None, k
+        found[k] = project_cones(answer.f, system.mu)
+        off = float(np.abs(posed.residual(found[k])).max(initial=0.0))
         if answer.word != "balanced" or not off <= BALANCED * system.blocks:
-            return None
-        found.append(f)
+            return None, k
         start = answer.y
-    return np.array(found)
+    return found, first
