@@ -116,6 +116,8 @@ def test_limit_takes_each_kind_of_load() -> None:
     assert cyclopean.limit(block, loads={name: (1.0, 0.0, 0.0)}, mu=0.5).value == pytest.approx(0.5 * weight, rel=1e-5)
     live = Live(loads=(LiveLoad(name, (1.0, 0.0, 0.0)),))
     assert cyclopean.limit(block, live, mu=0.5).value == pytest.approx(0.5 * weight, rel=1e-5)
+    with pytest.raises(cyclopean.InputError, match="seconds -1: expected a positive number"):
+        cyclopean.limit(block, push=(1.0, 0.0, 0.0), seconds=-1.0)
     with pytest.raises(cyclopean.InputError, match="exactly one"):
         cyclopean.limit(block, push=(1.0, 0.0, 0.0), tilt=0.0)
     with pytest.raises(cyclopean.InputError, match="live: says what grows"):

@@ -34,6 +34,7 @@ def limit(
     gravity: Vector | None = None,
     tolerance: float | None = None,
     solver: Literal["auto", "interior", "clarabel"] = "auto",
+    seconds: float | None = None,
     units: str | None = None,
 ) -> "LimitResult":
     """By how much may loads grow before a structure falls, by rigid-block equilibrium?
@@ -60,6 +61,8 @@ def limit(
         As for `check`.
     solver : {"auto", "interior", "clarabel"}
         Who looks for the bounds; both are checked by another program.
+    seconds : float, optional
+        Time after which what is proved by then is told: bounds that are further apart.
 
     Returns
     -------
@@ -98,5 +101,5 @@ def limit(
             gravity=gravity,
             tolerance=tolerance,
         )
-        found = analysis.limit(assembly, grows, chosen, progress, solver=solver)
+        found = analysis.limit(assembly, grows, chosen, progress, solver=solver, seconds=seconds)
     return replace(found, warnings=(*assumed, *found.warnings)) if assumed else found

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from cyclopean.errors import InputError
-from cyclopean.service.components.checking import DENSITY, FRICTION, force_lines, settings_of
+from cyclopean.service.components.checking import DENSITY, FRICTION, SHARE, force_lines, settings_of
 from cyclopean.service.meshes import BLOCKS, contact_curves, model_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
@@ -19,10 +19,11 @@ def _limit(given: Mapping[str, Any], context: Context) -> Answer:
     from cyclopean.analysis import limit
     from cyclopean.io import json_text
 
-    settings = settings_of({**given, "Method": "rbe"}, context.seconds)
+    budget = SHARE * context.seconds
+    settings = settings_of({**given, "Method": "rbe"}, budget)
     live = _live(given)
     assembly, said = model_of(given)
-    found = limit(assembly, live, settings)
+    found = limit(assembly, live, settings, seconds=budget)
     ids = [block.id for block in found.assembly.blocks]
     at = found.governing
     ends = [] if at is None else [ids[int(found.contacts.a[at])], ids[int(found.contacts.b[at])]]
