@@ -101,7 +101,7 @@ BAD_MODELS = {
     "two coordinates": (text_of("[1.0, 1.0, 1.0]", "[1.0, 1.0]"), "block 'g': vertices[6]"),
     "face index": (pair({"faces": [[0, 3, 2, 99], *FACES[1:]]}), "block 'b': faces[0] names vertex 99"),
     "negative index": (pair({"faces": [[0, 3, 2, -1], *FACES[1:]]}), "block 'b': faces[0] names vertex -1"),
-    "open mesh": (pair({"faces": FACES[1:]}), "block 'b' is open"),
+    "open mesh": (pair({"faces": FACES[1:]}), "m.json: block 'b' is open"),
     "inside out": (pair({"faces": [f[::-1] for f in FACES]}), "block 'b' is inside out"),
     "one face inverted": (pair({"faces": [FACES[0][::-1], *FACES[1:]]}), "block 'b' has faces that disagree"),
     "no volume": (pair(block("b", (0, 0, 1), (1, 1, 0))), "block 'b' has zero volume"),

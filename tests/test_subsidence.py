@@ -16,8 +16,8 @@ import pytest
 
 from coupled_cases import beams, prism
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.limits.displaced import rotations
-from cyclopean.analysis.limits.subsidence import HALVINGS, _Path, subsidence
+from cyclopean.analysis.displaced.places import rotations
+from cyclopean.analysis.displaced.subsidence import HALVINGS, _Path, subsidence
 from cyclopean.analysis.posing import pose
 from cyclopean.assembly import Assembly, Load, Settlement
 from cyclopean.design import arch, stack, wall

@@ -3,6 +3,8 @@
 from cyclopean.analysis.checking import check
 from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
+from cyclopean.analysis.displaced.pushover import Pushover, PushoverStep, pushover
+from cyclopean.analysis.displaced.subsidence import Subsidence, SubsidenceStep, subsidence
 from cyclopean.analysis.grown.deferred import Deferred
 from cyclopean.analysis.grown.recheck import CONTINUED, Known, mobile, recheck
 from cyclopean.analysis.limits.bracket import CoupledBracket, coupled_bracket
@@ -10,9 +12,7 @@ from cyclopean.analysis.limits.joints import MovingJoint, moving_joints
 from cyclopean.analysis.limits.limit import limit
 from cyclopean.analysis.limits.live import Live, LiveLoad
 from cyclopean.analysis.limits.polar import Polar, polar_tilt
-from cyclopean.analysis.limits.pushover import Pushover, PushoverStep, pushover
 from cyclopean.analysis.limits.result import LimitResult
-from cyclopean.analysis.limits.subsidence import Subsidence, SubsidenceStep, subsidence
 from cyclopean.analysis.posing import PosedModel, pose
 from cyclopean.analysis.proving import Judge
 from cyclopean.analysis.reserves import Margins, margins

@@ -24,7 +24,7 @@ from cyclopean.cli.model_options import (
 )
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned, seen_from
 from cyclopean.cli.subsiding import Steps, followed, path_lines
-from cyclopean.cli.terminal import long_work, say, say_json, warn
+from cyclopean.cli.terminal import long_work, of_file, say, say_json, warn
 from cyclopean.cli.values import case_factors, choice, optional_number, settlements, tilt, vector, weights, whole
 from cyclopean.cli.vary import Cluster, Samples, Seed, Vary, Workers, asked, sensitivity_lines, vary
 from cyclopean.errors import InputError
@@ -151,7 +151,7 @@ def check(
     idle = tuple(f"--{name.replace('_', '-')}" for name, value in search.items() if value is not None)
     if idle and settings.chosen_method() == "rbe":
         warn(f"{', '.join(idle)}: no effect, for only coupled analysis has it (--method cra)")
-    with long_work(f"checking {model}") as stage:
+    with long_work(f"checking {model}") as stage, of_file(model):
         started = time.perf_counter()
         assembly, warnings = io.read_model(model, units)
         read = time.perf_counter() - started

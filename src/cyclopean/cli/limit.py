@@ -22,7 +22,7 @@ from cyclopean.cli.model_options import (
 )
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned, seen_from
 from cyclopean.cli.plain import PlainCommand
-from cyclopean.cli.terminal import long_work, say, say_json, warn
+from cyclopean.cli.terminal import long_work, of_file, say, say_json, warn
 from cyclopean.cli.values import case_factors, choice, number, optional_number, vector, whole
 from cyclopean.errors import InputError
 
@@ -130,7 +130,7 @@ def limit(
 
     live = _live(push, tilt, load)
     settings = analysis.Settings(**wanted)
-    with long_work(f"limit of {model}") as stage:
+    with long_work(f"limit of {model}") as stage, of_file(model):
         started = time.perf_counter()
         assembly, warnings = io.read_model(model, units)
         read = time.perf_counter() - started

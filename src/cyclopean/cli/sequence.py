@@ -6,7 +6,7 @@ import typer
 
 from cyclopean.cli.model_options import Density, Gravity, ModelFile, Mu, Supports, Tolerance, Units
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
-from cyclopean.cli.terminal import long_work, say, say_json, warn
+from cyclopean.cli.terminal import long_work, of_file, say, say_json, warn
 from cyclopean.cli.values import choice, optional_number, vector, whole
 from cyclopean.cli.workers import MOST, beside
 from cyclopean.errors import InputError
@@ -85,7 +85,7 @@ def sequence(
     count = whole("--workers", workers) if workers is not None else 2 if len(assembly) > MANY else 1
     if not 1 <= count <= MOST:
         raise InputError(f"--workers: {count} is not between 1 and {MOST}")
-    with beside(count - 1) as checkers, long_work(f"sequencing {model}") as stage:
+    with beside(count - 1) as checkers, long_work(f"sequencing {model}") as stage, of_file(model):
         found = build_sequence(assembly, settings, **options, progress=stage, executor=checkers)
     for warning in (*warnings, *found.warnings):
         warn(warning)

@@ -10,7 +10,7 @@ import typer
 
 from cyclopean.cli.model_options import Density, Gravity, ModelFile, Mu, Supports, Tolerance, Units
 from cyclopean.cli.outputs import folder
-from cyclopean.cli.terminal import long_work, say, warn
+from cyclopean.cli.terminal import long_work, of_file, say, warn
 from cyclopean.cli.values import choice, optional_number, tilt, vector, whole
 from cyclopean.errors import InputError
 
@@ -63,7 +63,7 @@ def studio(
 
     settings = analysis.Settings(**wanted)
     with ExitStack() as open_things:
-        with long_work(f"opening {model}"):
+        with long_work(f"opening {model}"), of_file(model):
             assembly, warnings = io.read_model(model, units)
             from cyclopean.view.studio.panel import studio as serve
 

@@ -7,7 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-__all__ = ["ClosedPipeError", "complain", "long_work", "one_line", "say", "say_json", "warn"]
+from cyclopean.errors import InputError
+
+__all__ = ["ClosedPipeError", "complain", "long_work", "of_file", "one_line", "say", "say_json", "warn"]
 
 PATIENCE = 1.0  # s without a sign of life that a person takes for granted
 
@@ -31,6 +33,17 @@ def say_json(data: object) -> None:
     from cyclopean.io import json_text
 
     say(json_text(data).rstrip())
+
+
+@contextmanager
+def of_file(path: str) -> Iterator[None]:
+    """Refusals of a block or a contact name the file that it is in, too."""
+    try:
+        yield
+    except InputError as error:
+        if not str(error).startswith(("block ", "contact ")):
+            raise
+        raise InputError(f"{path}: {error}") from None
 
 
 def warn(text: str) -> None:

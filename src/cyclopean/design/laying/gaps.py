@@ -348,11 +348,6 @@ def near_pairs(
 Cones = tuple[Floats, Floats | None]  # outward directions (n, 3), and how far normals spread about each; None = not
 
 
-def _cones(of: Features) -> tuple[Cones, Cones, Cones]:
-    """Normal cones of points, faces and edges."""
-    return (of.point_outward, of.point_spread), (of.plane[:, 0], None), (of.outward, of.edge_spread)
-
-
 def _facing(pairs: tuple[Ints, Ints], a: Cones, b: Cones, turn: float) -> tuple[Ints, Ints]:
     """Pairs with a normal of the one opposite to one of the other, or nearly."""
     i, j = pairs

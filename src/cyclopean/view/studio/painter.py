@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cyclopean.view.studio.desk import Snapshot
+from cyclopean.view.studio.newest import Newest
 from cyclopean.view.studio.stage import Stage
 
 __all__ = ["Painter"]
@@ -34,31 +35,25 @@ class Painter:
 
     def __init__(self, stage: Stage, moving: Callable[[], bool]) -> None:
         self._stage, self._moving = stage, moving
-        self._change = threading.Condition()
-        self._next: Snapshot | None = None
-        self._ended = False
+        self._box: Newest[Snapshot] = Newest()
         self._thread = threading.Thread(target=self._run, name="painter", daemon=True)
         self._thread.start()
 
     def show(self, snapshot: Snapshot) -> None:
         """Draw this soon, and none that came before."""
-        with self._change:
-            self._next = snapshot
-            self._change.notify()
+        self._box.put(snapshot)
 
     def close(self) -> None:
         """Draw no more."""
-        with self._change:
-            self._ended = True
-            self._change.notify()
+        self._box.end()
         self._thread.join()
 
     def _run(self) -> None:
         shown, moved = -np.inf, False
         while True:
             runs = self._moving() and self._stage.moves
-            snapshot = self._wait(self._pause(runs))
-            if self._ended:
+            snapshot = self._box.take(self._pause(runs))
+            if self._box.ended:
                 return
             if snapshot is not None:
                 time.sleep(AHEAD)
@@ -75,9 +70,3 @@ class Painter:
         """Seconds to the next frame: as many frames a second as the size of the model allows."""
         rate = min(FRAMES, BUSY / max(self._stage.size, 1))
         return 1.0 / max(rate, 0.2) if runs else GLANCE
-
-    def _wait(self, seconds: float) -> Snapshot | None:
-        with self._change:
-            self._change.wait_for(lambda: self._ended or self._next is not None, seconds)
-            snapshot, self._next = self._next, None
-            return snapshot

@@ -19,6 +19,7 @@ from cyclopean.analysis.live import confirmed
 from cyclopean.analysis.proving import Claim
 from cyclopean.assembly import Assembly
 from cyclopean.errors import CyclopeanError
+from cyclopean.view.studio.newest import Newest
 
 __all__ = ["Prover", "Question", "Reach"]
 
@@ -61,9 +62,7 @@ class Prover:
 
     def __init__(self, answered: Callable[[int, Result | Reach | str], None], behind: bool = False) -> None:
         self._answered, self._behind = answered, behind
-        self._change = threading.Condition()
-        self._next: Question | None = None
-        self._ended = False
+        self._box: Newest[Question] = Newest()
         self._child: Any = None
         self._line: Connection | None = None
         self._thread = threading.Thread(target=self._run, name="prover", daemon=True)
@@ -71,32 +70,22 @@ class Prover:
 
     def ask(self, question: Question) -> None:
         """Ask this, and forget what was asked before."""
-        with self._change:
-            self._next = question
-            self._change.notify()
+        self._box.put(question)
 
     def close(self) -> None:
         """End the child process."""
-        with self._change:
-            self._ended = True
-            self._change.notify()
+        self._box.end()
         self._thread.join()
 
     def _run(self) -> None:
         try:
             self._start()  # it takes a second to load: before anybody asks
-            while (question := self._wait()) is not None:
+            while (question := self._box.take()) is not None:
                 answer = self._put(question)
                 if answer is not None:
                     self._answered(question.ticket, answer)
         finally:
             self._stop()
-
-    def _wait(self) -> Question | None:
-        with self._change:
-            self._change.wait_for(lambda: self._ended or self._next is not None)
-            question, self._next = self._next, None
-            return None if self._ended else question
 
     def _put(self, question: Question) -> Result | Reach | str | None:
         """Ask the child; None where the question was outdated before it was answered."""
@@ -107,7 +96,7 @@ class Prover:
         try:
             self._line.send(question)
             while not self._line.poll(GLANCE):
-                outdated = self._ended or (self._next is not None and time.monotonic() - began > PATIENCE)
+                outdated = self._box.ended or (self._box.waiting and time.monotonic() - began > PATIENCE)
                 if outdated:
                     self._stop()
                     return None
@@ -115,7 +104,7 @@ class Prover:
         except (EOFError, OSError):
             self._stop()
             return "the process that proves has ended; move a slider to try again"
-        return answer if self._next is None else None
+        return None if self._box.waiting else answer
 
     def _start(self) -> None:
         way = multiprocessing.get_context("spawn")

@@ -30,7 +30,7 @@ from typing import Literal
 import numpy as np
 
 from cyclopean.analysis.checking import check
-from cyclopean.analysis.limits.displaced import TOUCHES, Displaced, Place, rotations
+from cyclopean.analysis.displaced.places import TOUCHES, Displaced, Place, rotations
 from cyclopean.analysis.posing import PosedModel, pose
 from cyclopean.analysis.rigid.rbe import solve_rbe
 from cyclopean.analysis.rigid.settling import follow

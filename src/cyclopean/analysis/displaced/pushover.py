@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cyclopean.analysis.displaced.places import TOUCHES, Displaced, Place, degrees
 from cyclopean.analysis.limits.budget import UNLIMITED, Budget
-from cyclopean.analysis.limits.displaced import TOUCHES, Displaced, Place, degrees
 from cyclopean.analysis.limits.live import Live, live_loads
 from cyclopean.analysis.limits.pencil import Pencil, pencil
 from cyclopean.analysis.limits.solving import LimitOutcome, solve_limit
