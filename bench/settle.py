@@ -1,6 +1,6 @@
 """Rubble walls: look-ahead against input order, and how long it takes.
 
-Run `python bench/settle.py [--stones DIR] [--only scans,200,1000] [--look-ahead 8] [--detail 2] [--seeds 10]`.
+Run `python bench/settle.py [--stones DIR] [--only scans,200,1000] [--look-ahead 8] [--lean 4] [--detail 2] [--seeds 10]`.
 
 Inventories: real scans (`--stones` or CYCLOPEAN_STONES names their folder), and 200 and 1,000 stones of the synthetic
 quarry. For each, one line with a look-ahead and one in the order of the inventory: stones laid, their share of all,
@@ -54,6 +54,7 @@ def main() -> None:
     parser.add_argument("--only", default="scans,200,1000")
     parser.add_argument("--look-ahead", type=int, default=8)
     parser.add_argument("--detail", type=int, default=2)
+    parser.add_argument("--lean", type=float, default=SettleSettings().lean, help="degrees by which gravity may lean")
     parser.add_argument("--chinking", action="store_true")
     parser.add_argument("--seeds", type=int, default=0)
     asked = parser.parse_args()
@@ -64,7 +65,7 @@ def main() -> None:
             continue
         for ahead in (asked.look_ahead, 0):
             began, worked = perf_counter(), process_time()
-            wall = settle(stones, SettleSettings(look_ahead=ahead, chinking=asked.chinking))
+            wall = settle(stones, SettleSettings(look_ahead=ahead, lean=asked.lean, chinking=asked.chinking))
             seconds, core = perf_counter() - began, process_time() - worked
             m = wall.measures
             print(

@@ -31,6 +31,7 @@ from cyclopean.proof import verify
 from cyclopean.view.studio import desk as desk_module
 from cyclopean.view.studio import solids
 from cyclopean.view.studio.desk import Desk, State
+from cyclopean.view.studio.newest import Newest
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.panel import studio
 from cyclopean.view.studio.saving import free_name, save, written
@@ -276,6 +277,19 @@ def test_only_what_has_changed_is_sent():
     assert scene.take() == [("visible", False)]
     sheets.put(Sheet("a", 2.0 * vertex, face, "#000000", 0.5))
     assert scene.take() == [("opacity", 0.5), ("visible", True)]
+
+
+def test_the_box_holds_the_newest_and_nothing_once_all_has_ended():
+    box = Newest()
+    assert box.take(0.0) is None
+    box.put(1)
+    box.put(2)
+    assert box.waiting
+    assert box.take() == 2
+    assert box.take(0.0) is None
+    box.put(3)
+    box.end()
+    assert box.take() is None
 
 
 def test_the_painter_leaves_out_what_is_outdated():
