@@ -1,6 +1,7 @@
 """Rubble walls: look-ahead against input order, and how long it takes.
 
-Run `python bench/settle.py [--stones DIR] [--only scans,200,1000] [--look-ahead 8] [--lean 4] [--detail 2] [--seeds 10]`.
+Run `python bench/settle.py [--stones DIR] [--only scans,200,1000] [--look-ahead 8] [--lean 4] [--detail 2]
+[--seeds 10]`.
 
 Inventories: real scans (`--stones` or CYCLOPEAN_STONES names their folder), and 200 and 1,000 stones of the synthetic
 quarry. For each, one line with a look-ahead and one in the order of the inventory: stones laid, their share of all,
