@@ -16,21 +16,21 @@ By hand: a box of 2 x 1 cells and height 3 has low 0 and high 3 in two cells; on
 first two cells; a stone that is hollow by 1 over the second one rests there at 0.
 
 >>> import numpy as np
->>> rest_heights(np.array([[0.0], [1.0], [0.0]]), np.array([[0.0], [0.0]])).ravel().tolist()
-[1.0, 1.0]
->>> rest_heights(np.array([[0.0], [1.0], [0.0]]), np.array([[0.0], [1.0]])).ravel().tolist()
+>>> rest, gap = rest_heights(np.array([[0.0], [1.0], [0.0]]), np.array([[0.0], [0.0]]), 9.0)
+>>> rest.ravel().tolist(), gap.ravel().tolist()
+([1.0, 1.0], [0.5, 0.5])
+>>> rest_heights(np.array([[0.0], [1.0], [0.0]]), np.array([[0.0], [1.0]]), 9.0)[0].ravel().tolist()
 [0.0, 1.0]
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.errors import InputError
 
-__all__ = ["MOST_CELLS", "Raster", "edges_of", "rasters", "rest_heights", "windows"]
+__all__ = ["MOST_CELLS", "Raster", "edges_of", "rasters", "rest_heights"]
 
 INSET = 1e-7  # share by which a mesh is narrowed, so that a side in a line of the grid does not cover the next cell
 SLIVER = 1e-6  # of a cell: a mesh that reaches no farther into one does not cover it
@@ -188,12 +188,32 @@ def _expanded(count: Ints) -> tuple[Ints, Ints]:
     return which, np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
 
 
-def windows(ground: Floats, shape: tuple[int, ...]) -> Any:
-    """Views (sx, sy, w, d) of a map at every shift by whole cells at which a grid of the shape w x d lies within it."""
-    return np.lib.stride_tricks.sliding_window_view(ground, shape)
+def rest_heights(ground: Floats, low: Floats, most: float) -> tuple[Floats, Floats]:
+    """Where a surface comes to rest on a map, at every shift by whole cells; in single precision.
 
+    Parameters
+    ----------
+    ground : (n, m) array
+        Heights of the map (m).
+    low : (w, d) array
+        Underside of what is dropped; +inf where there is nothing.
+    most : float
+        A gap under it is counted for no more than that (m).
 
-def rest_heights(ground: Floats, low: Floats) -> Floats:
-    """Height (m) at which a surface comes to rest on a map, at every shift (sx, sy) by whole cells."""
-    rest: Floats = (windows(ground, low.shape) - low).max(axis=(2, 3))
-    return rest
+    Returns
+    -------
+    rest : (n - w + 1, m - d + 1) array
+        By how much it is raised (m).
+    gap : array of the same shape
+        Mean gap (m) that is then left under it.
+    """
+    shape = (ground.shape[1] - low.shape[1] + 1, ground.shape[0] - low.shape[0] + 1)
+    under = low.T.astype(np.float32)
+    # x comes last, so that what runs in one sweep is as long as can be
+    view = np.lib.stride_tricks.sliding_window_view(np.ascontiguousarray(ground.T, np.float32), shape)
+    space = (under[:, :, None, None] - view).reshape(under.size, -1)
+    rest = -space.min(axis=0)
+    space += rest
+    np.minimum(space, np.float32(most), out=space)
+    share = (under < np.inf).ravel().astype(np.float32) / np.float32(np.count_nonzero(under < np.inf))
+    return rest.reshape(shape).T.astype(float), (share @ space).reshape(shape).T.astype(float)

@@ -22,7 +22,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.design.laying.dual_simplex import least
-from cyclopean.design.laying.height_map import Raster, edges_of, rasters, windows
+from cyclopean.design.laying.height_map import Raster, edges_of, rasters, rest_heights
 from cyclopean.design.options import not_negative
 from cyclopean.design.stones.stone import Stone
 
@@ -37,6 +37,8 @@ OUTERMOST = 0.85  # centre term beyond which hardly a stone comes to stand
 NEARLY = 0.5  # cells: gap at which a stone nearly touches
 AHEAD = 4  # cells to either side that are looked at together, as the next slots will ask for them
 BESIDE = 24.0  # cells: what is laid farther away along the wall than that changes nothing
+DIGITS = 5  # of a mean gap: so that two places that are alike are so on any machine
+LEVEL = 1e-5  # of a thickness: what heights of places are good to
 EACH = 4  # places of one stone in one orientation that are looked at closely
 
 
@@ -294,19 +296,15 @@ def _quick(
     costs = costs + weights.height * np.abs(top - slot.level) / thick
     costs = costs + weights.bond * _unbonded(start, w * cell, slot)[:, None]
     costs = costs + weights.face * _off_face(y0 + np.arange(y1 - y0 + 1), d, slot)
-    refused = (hollow > HOLLOW) | (top > slot.level + ABOVE * thick) | (top > slot.limit + 1e-9)
+    refused = (hollow > HOLLOW) | (top > slot.level + ABOVE * thick) | (top > slot.limit + LEVEL * thick)
     return np.where(refused, np.inf, costs), rest, (x0, y0)
 
 
 def _fits(ground: Floats, lying: Bedded, x: tuple[int, int], y: tuple[int, int]) -> tuple[Floats, Floats]:
     """Rest heights and mean gaps over the thickness (sx, sy) of places x[0]..x[1] along, y[0]..y[1] across."""
-    low = lying.raster.low
-    w, d = low.shape
-    space = low - windows(ground[x[0] : x[1] + w, y[0] : y[1] + d], low.shape)  # were its centre of mass at height 0
-    rest = -space.min(axis=(2, 3))
-    thick = lying.thickness
-    share = (low < np.inf) / (lying.raster.covered * thick)
-    return rest, np.einsum("ijkl,kl->ij", np.minimum(space + rest[:, :, None, None], thick), share)
+    w, d = lying.raster.low.shape
+    rest, gap = rest_heights(ground[x[0] : x[1] + w, y[0] : y[1] + d], lying.raster.low, lying.thickness)
+    return rest, np.round(gap / lying.thickness, DIGITS)
 
 
 def _range(lying: Bedded, slot: Slot) -> tuple[tuple[int, int], tuple[int, int]]:
