@@ -83,13 +83,15 @@ def test_rest_heights_are_those_of_the_plain_definition():
     draw = np.random.default_rng(2)
     ground, low = draw.random((9, 7)), draw.random((3, 2))
     low[1, 1] = np.inf
-    found = rest_heights(ground, low)
-    assert found.shape == (7, 6)
+    rest, gap = rest_heights(ground, low, 0.4)
+    assert rest.shape == gap.shape == (7, 6)
+    covered = [(a, b) for a in range(3) for b in range(2) if low[a, b] < np.inf]
     for i in range(7):
         for j in range(6):
-            assert found[i, j] == max(
-                ground[i + a, j + b] - low[a, b] for a in range(3) for b in range(2) if low[a, b] < np.inf
-            )
+            high = max(ground[i + a, j + b] - low[a, b] for a, b in covered)
+            assert rest[i, j] == pytest.approx(high, abs=1e-6)
+            left = [min(high + low[a, b] - ground[i + a, j + b], 0.4) for a, b in covered]
+            assert gap[i, j] == pytest.approx(sum(left) / len(left), abs=1e-6)
 
 
 def test_a_grid_too_fine_is_refused():

@@ -38,7 +38,7 @@ def laid(structure, size, at):
 def leftover(structure):
     """Largest force or moment that all known forces leave over on any stone, by sums over the joints."""
     over = np.zeros((len(structure.mass), 6))
-    over[:, 2] = [-mass.weight for mass in structure.mass]
+    over[:, 2] = [-mass.weight for mass in structure.mass.values()]
     for (k, i), force in structure.force.items():
         joint = structure.joints[k][i]
         point = np.concatenate([part.polygon for part in joint.parts if len(part.polygon)])
@@ -84,7 +84,7 @@ def test_known_forces_balance_a_whole_wall():
     assert len(structure.mass) > 15
     assert leftover(structure) < 1e-6
     total = sum(force[0, :, 2].sum() for (k, i), force in structure.force.items() if structure.joints[k][i].below < 0)
-    assert total == pytest.approx(sum(mass.weight for mass in structure.mass))
+    assert total == pytest.approx(sum(mass.weight for mass in structure.mass.values()))
 
 
 def test_less_friction_holds_less():
@@ -133,7 +133,7 @@ def leftover_of_all(structure):
     """Largest sum of forces that is not the weight, over all ways of gravity."""
     worst = 0.0
     for k, down in enumerate(structure.down):
-        over = np.array([mass.weight * down for mass in structure.mass])
+        over = np.array([mass.weight * down for mass in structure.mass.values()])
         for (stone, i), force in structure.force.items():
             over[stone] += force[k].sum(axis=0)
             if structure.joints[stone][i].below >= 0:

@@ -19,9 +19,9 @@ __all__ = ["finished", "largest_overlap"]
 def finished(site: Site, inventory: Inventory, began: float) -> RubbleWall:
     """The wall as a model with contacts, and its measures."""
     bare = _assembly(site, inventory)
-    wedge = np.array([isinstance(what, Wedge) for what in site.kind])
-    number = np.where(wedge, len(site.laid) + np.cumsum(wedge), np.cumsum(~wedge))
-    contacts, patches = gathered(site.structure.meetings(number.tolist()))
+    wedge = np.array([isinstance(what, Wedge) for what in site.kind.values()])
+    block = np.where(wedge, len(site.laid) + np.cumsum(wedge), np.cumsum(~wedge))
+    contacts, patches = gathered(site.structure.meetings(dict(zip(site.kind, block.tolist(), strict=True))))
     whole = Assembly(bare.blocks, contacts, (), bare.name)
     return RubbleWall(
         tuple(site.laid),
@@ -30,7 +30,7 @@ def finished(site: Site, inventory: Inventory, began: float) -> RubbleWall:
         _measures(site, perf_counter() - began),
         whole,
         patches,
-        sum(isinstance(what, Wedge) for what in site.kind),
+        int(np.count_nonzero(wedge)),
     )
 
 
@@ -39,7 +39,8 @@ def _assembly(site: Site, inventory: Inventory) -> Assembly:
     names = {s.id for s in inventory.stones} | {site.ground.id}
     stones: list[Block] = [site.ground]
     wedges: list[Block] = []
-    for what, mesh in zip(site.kind, site.stood, strict=True):
+    for number, what in site.kind.items():
+        mesh = site.stood[number]
         faces = tuple(map(tuple, mesh.triangles.tolist()))
         if isinstance(what, Wedge):
             name = free_name(f"wedge-{len(wedges) + 1}", names)
@@ -59,7 +60,7 @@ def _measures(site: Site, seconds: float) -> Measures:
         1.0 - volume / (float(site.map.sum()) * site.cell**2),
         sum(laid.stable for laid in site.laid) / len(site.stones),
         1 + max(laid.course for laid in site.laid),
-        float(max(high[2] for high in site.highs)),
+        float(site.boxes[:, 1, 2].max()),
         *site.size,
         site.overlap,
         seconds,

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.design.laying.dual_simplex import least
 from cyclopean.design.laying.height_map import Raster, edges_of, rasters, rest_heights
+from cyclopean.design.laying.tipping import left_under, tipped
 from cyclopean.design.options import not_negative
 from cyclopean.design.stones.stone import Stone
 
@@ -186,7 +186,7 @@ def _yaw(angle: float) -> Floats:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-Felt = tuple[float, float, float]  # share that nearly touches, centre term, tilt term
+Felt = tuple[float, float, float, float]  # share that nearly touches, centre term, tilt term, rest height (m)
 
 
 class Looked:
@@ -197,14 +197,12 @@ class Looked:
         self._fits: dict[tuple[int, int, int], tuple[Bedded, int, Floats, Floats]] = {}
         self._failed: dict[tuple[int, int, int], Bedded] = {}
 
-    def felt(
-        self, ground: Floats, lying: Bedded, at: tuple[int, int], rest: float, cell: float
-    ) -> tuple[float, float, float]:
-        """What `assessed` says."""
-        key = (id(lying), *at)
-        if key not in self._felt:
-            self._felt[key] = lying, assessed(ground, lying, at, rest, cell)
-        return self._felt[key][1]
+    def felt(self, ground: Floats, places: Sequence[tuple[Bedded, tuple[int, int]]], cell: float) -> list[Felt]:
+        """What `assessed` says of each place."""
+        fresh = [place for place in places if (id(place[0]), *place[1]) not in self._felt]
+        for place, felt in zip(fresh, assessed(ground, fresh, cell) if fresh else (), strict=True):
+            self._felt[id(place[0]), *place[1]] = place[0], felt
+        return [self._felt[id(lying), *at][1] for lying, at in places]
 
     def fits(self, ground: Floats, lying: Bedded, x: tuple[int, int], y: tuple[int, int]) -> tuple[Floats, Floats]:
         """Rest heights and mean gaps (sx, sy) of places from cell x[0] to x[1] along, y[0] to y[1] across."""
@@ -261,32 +259,32 @@ def ranked(
     centre are felt cell by cell. What was found out before is taken from `looked`.
     """
     looked = Looked() if looked is None else looked
-    rough: list[tuple[float, int, int, int, float]] = []
+    rough: list[tuple[float, int, int, int]] = []
     for k, lying in enumerate(stones):
-        cost, rest, corner = _quick(ground, lying, slot, weights, cell, looked)
+        cost, corner = _quick(ground, lying, slot, weights, cell, looked)
         flat = cost.reshape(-1)
         for at in np.argsort(flat, kind="stable")[:EACH].tolist():
             if flat[at] < np.inf:
                 i, j = divmod(at, cost.shape[1])
-                rough.append((float(flat[at]), k, int(corner[0]) + i, int(corner[1]) + j, float(rest[i, j])))
-    rough.sort()
+                rough.append((float(flat[at]), k, int(corner[0]) + i, int(corner[1]) + j))
+    rough = sorted(rough)[:close]
     found = []
-    for cost_so_far, k, i, j, z in rough[:close]:
-        support, centre, tilt = looked.felt(ground, stones[k], (i, j), z, cell)
+    felt = looked.felt(ground, [(stones[k], (i, j)) for _, k, i, j in rough], cell)
+    for (cost_so_far, k, i, j), (support, centre, tilt, rest) in zip(rough, felt, strict=True):
         if not (tilt < 1.0 and centre <= OUTERMOST):
             continue  # it falls over, or is about to
         cost_now = cost_so_far + weights.support * (1.0 - support) + weights.centre * centre + weights.tilt * tilt
-        found.append(Place(stones[k], (i, j), z, cost_now))
+        found.append(Place(stones[k], (i, j), rest, cost_now))
     return sorted(found, key=lambda place: place.cost)
 
 
 def _quick(
     ground: Floats, lying: Bedded, slot: Slot, weights: Weights, cell: float, looked: Looked
-) -> tuple[Floats, Floats, tuple[int, int]]:
-    """Cost so far (sx, sy) of every place of a slot, rest heights, and the place that (0, 0) stands for."""
+) -> tuple[Floats, tuple[int, int]]:
+    """Cost so far (sx, sy) of every place of a slot, and the place that (0, 0) stands for."""
     (x0, x1), (y0, y1) = _range(lying, slot)
     if x1 < x0 or y1 < y0:
-        return np.zeros((0, 1)), np.zeros((0, 1)), (0, 0)
+        return np.zeros((0, 1)), (0, 0)
     w, d = lying.raster.low.shape
     thick = lying.thickness
     rest, hollow = looked.fits(ground, lying, (x0, x1), (y0, y1))
@@ -297,7 +295,7 @@ def _quick(
     costs = costs + weights.bond * _unbonded(start, w * cell, slot)[:, None]
     costs = costs + weights.face * _off_face(y0 + np.arange(y1 - y0 + 1), d, slot)
     refused = (hollow > HOLLOW) | (top > slot.level + ABOVE * thick) | (top > slot.limit + LEVEL * thick)
-    return np.where(refused, np.inf, costs), rest, (x0, y0)
+    return np.where(refused, np.inf, costs), (x0, y0)
 
 
 def _fits(ground: Floats, lying: Bedded, x: tuple[int, int], y: tuple[int, int]) -> tuple[Floats, Floats]:
@@ -356,26 +354,25 @@ def _off_face(start: Ints, width: int, slot: Slot) -> Floats:
     return off
 
 
-def assessed(ground: Floats, lying: Bedded, at: tuple[int, int], rest: float, cell: float) -> Felt:
-    """Support (share of the plan that nearly touches), the centre term and the tilt term of a place.
+def assessed(ground: Floats, places: Sequence[tuple[Bedded, tuple[int, int]]], cell: float) -> list[Felt]:
+    """Support (share of the plan that nearly touches), centre and tilt terms, and the rest height (m) of some places.
 
-    Let go at rest height, a stone tips until it lies on three points: on that facet of the upper hull of what is below,
-    measured from its underside, that is under its centre of mass. With a motion a + b x + c y of its underside that is
-
-        minimise a     subject to  a + b x + c y >= ground - low   at every cell of its plan.
+    Let go at rest height, a stone tips until it lies on three points (`tipping`).
     """
-    low = lying.raster.low
-    w, d = low.shape
-    i, j = np.nonzero(low < np.inf)
-    need = (ground[at[0] : at[0] + w, at[1] : at[1] + d] - low)[i, j] - rest
-    plan = np.column_stack([i, j]) * cell + lying.raster.corner + cell / 2.0  # about the centre of mass
-    span = float(np.abs(plan).sum(axis=1).max()) * TIPPED
-    rows = np.column_stack([np.ones(len(i)), plan])
-    bound = np.array([float(-need.min()) + 2.0 * span, TIPPED, TIPPED])
-    motion, _ = least(np.array([1.0, 0.0, 0.0]), rows, -need, -bound, bound)
-    touching = plan[rows @ motion - need <= NEARLY * cell]
+    size = [lying.raster.low.shape for lying, _ in places]
+    need = np.full((len(places), max(w for w, _ in size), max(d for _, d in size)), -np.inf)
+    for k, ((lying, (i, j)), (w, d)) in enumerate(zip(places, size, strict=True)):
+        need[k, :w, :d] = ground[i : i + w, j : j + d] - lying.raster.low
+    rest = need.max(axis=(1, 2))
+    need -= rest[:, None, None]
+    corner = np.array([lying.raster.corner for lying, _ in places])  # about the centre of mass
+    x, y = (corner[:, axis, None] + cell * (np.arange(need.shape[1 + axis]) + 0.5) for axis in (0, 1))
+    motion = tipped(need, x, y, TIPPED)
+    touching = left_under(need, x, y, motion) <= NEARLY * cell
     angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    reach = (touching @ np.stack([np.cos(angle), np.sin(angle)])).max(axis=0)
-    well = 0.5 * min(w, d) * cell
-    tilt = float(np.hypot(motion[1], motion[2])) / TIPPED
-    return len(touching) / lying.raster.covered, float(np.clip(1.0 - reach.min() / well, 0.0, 2.0)), tilt
+    out = x[:, :, None, None] * np.cos(angle) + y[:, None, :, None] * np.sin(angle)
+    reach = np.where(touching[..., None], out, -np.inf).max(axis=(1, 2)).min(axis=1)
+    centre = np.clip(1.0 - reach / (0.5 * cell * np.array(size).min(axis=1)), 0.0, 2.0)
+    support = touching.sum(axis=(1, 2)) / np.isfinite(need).sum(axis=(1, 2))
+    tilt = np.hypot(motion[:, 1], motion[:, 2]) / TIPPED
+    return list(zip(support.tolist(), centre.tolist(), tilt.tolist(), rest.tolist(), strict=True))

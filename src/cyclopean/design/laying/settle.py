@@ -12,12 +12,14 @@ to it (`places`), dropped onto the map, and, once a place is chosen, adjusted on
 So the wall stands when it is done, and at every stage before. Where none of some stones at some places does all that, a
 gap is left; a stone that is tried in vain too often is put aside, and tried again in the next course and at the end.
 
-A course is laid from both ends towards its middle: left, right, left ... Where a wall has two wythes, the front one of
-a course is laid first, then the rear one. Which stone comes next: of all that are left, the largest; `look_ahead` of
+A course is laid from both ends towards its middle: left, right, left ... A long one is begun by two gangs, one from
+either end, each with half of the stones. Where a wall has two wythes, the front one of a course is laid first, then the
+rear one. Which stone comes next: of all that are left, the largest; `look_ahead` of
 them compete for every place. With a look-ahead of 0, stones are laid in the order of the inventory, the next one always
 at the first place where it stands. Nothing is drawn at random.
 """
 
+from concurrent.futures import Executor
 from time import perf_counter
 
 from cyclopean.design.laying.building import build
@@ -31,7 +33,10 @@ __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "largest_overlap",
 
 
 def settle(
-    inventory: Inventory, settings: SettleSettings | None = None, progress: Progress | None = None
+    inventory: Inventory,
+    settings: SettleSettings | None = None,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
 ) -> RubbleWall:
     """Lay a wall of found stones.
 
@@ -43,6 +48,8 @@ def settle(
         How.
     progress : callable, optional
         Told what goes on.
+    executor : concurrent.futures.Executor, optional
+        Has one process do half of a long wall. The wall is the same without it.
 
     Returns
     -------
@@ -59,7 +66,7 @@ def settle(
         raise InputError(f"{inventory.source}: there are no stones to lay")
     full = filled_in(inventory.stones, settings or SettleSettings())
     site = Site(inventory.stones, full, say)
-    build(site)
+    build(site, executor)
     if not site.laid:
         raise InputError(
             f"{inventory.source}: none of {len(inventory)} stones fits into a wall {full.length:.3g} m long and"

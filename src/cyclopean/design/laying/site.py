@@ -40,12 +40,21 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Turn:
+    """A stone that was laid."""
+
+    number: int  # in the structure, of the first of what was laid with it
+    course: int
+    wythe: int
+    trial: "Trial"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Trial:
     """A stone, seated; with a wedge under it where it needs one."""
 
-    place: Place
+    stone: int  # in the inventory
     seat: Seat
-    body: Body  # where it lies
     fresh: tuple[Fresh, ...]  # the stone, after its wedge
     margin: float  # m: of the centre of mass inside the hull of what bears it
     state: State | None  # forces that hold all; None: it does not stand
@@ -65,10 +74,10 @@ class Site:
         self.aside: list[int] = []  # stones that fit nowhere
         self.laid: list[Laid] = []
         self.bodies = _Bodies(stones)
-        self.stood: list[Body] = []  # stones and wedges, in the order in which they were laid
-        self.kind: list[Laid | Wedge] = []
-        self.lows: list[Floats] = []  # corners of the boxes of what stands
-        self.highs: list[Floats] = []
+        self.stood: dict[int, Body] = {}  # stones and wedges, by their numbers in the structure
+        self.kind: dict[int, Laid | Wedge] = {}
+        self.boxes = np.zeros((0, 2, 3))  # lowest and highest corners of what stands, in the same order
+        self.turns: list[Turn] = []
         self.overlap = 0.0
         self.known: dict[tuple[int, int], list[Bedded]] = {}
         self.joints: dict[int, list[float]] = {}
@@ -82,6 +91,7 @@ class Site:
         self.vain: Counter[int] = Counter()  # times that each stone was seated in vain in this course
         self.worn: Counter[int] = Counter()  # ... in all
         self.looked = Looked()
+        self.between = -np.inf, np.inf  # m along the wall: where stones may be laid
 
     def _sort_stones(self) -> None:
         """Those for the courses, and those that are kept for the hollows; the largest first, or as they come."""
@@ -117,11 +127,16 @@ class Site:
 
     def near(self, point: Floats, reach: float) -> list[int]:
         """Stones of the wall whose boxes come near the box of some points."""
-        if not self.stood:
-            return []
         low, high = point.min(axis=0) - reach, point.max(axis=0) + reach
-        near: Bools = ((np.array(self.lows) <= high) & (np.array(self.highs) >= low)).all(axis=1)
-        return np.flatnonzero(near).tolist()
+        near: Bools = ((self.boxes[:, 0] <= high) & (self.boxes[:, 1] >= low)).all(axis=1)
+        if not near.any():
+            return []
+        number = np.fromiter(self.stood, np.int64, len(self.stood))
+        return sorted(number[near].tolist())
+
+    def lying(self, trial: Trial) -> Body:
+        """The stone where it was seated."""
+        return self.bodies[trial.stone].moved(trial.seat.rotation, trial.seat.shift)
 
     def first(self, places: Sequence[Place], rocking: list[Trial]) -> Trial | None:
         """The first of these places where a stone stands; what rocks is told."""
@@ -155,23 +170,28 @@ class Site:
         if rocks and not self.settings.chinking:
             return None
         body = stone.moved(found.rotation, found.shift)
+        if not (self.between[0] <= body.low[0] and body.high[0] <= self.between[1]):
+            return None
         mass = mass_of(body, self.stones[place.lying.stone].density or DENSITY)
         fresh = self.structure.fresh(mass, surface_of(body), self.near(body.vertices, self.structure.band))
         margin = heyman_margin(fresh.bearing, body.centroid)
         inside = margin > 0.0 and margin >= wanted and not rocks
-        return Trial(place, found, body, (fresh,), margin, self.structure.held((fresh,)) if inside else None)
+        state = self.structure.held((fresh,)) if inside else None
+        return Trial(place.lying.stone, found, (fresh,), margin, state)
 
     def take(self, trial: Trial, course: int, wythe: int) -> None:
         """Lay the stone, and raise the map by it."""
         assert trial.state is not None
-        number, body, found = trial.place.lying.stone, trial.body, trial.seat
+        number, body, found = trial.stone, self.lying(trial), trial.seat
+        self.turns.append(Turn(self.structure.next, course, wythe, trial))
         support = self._raise(body)
         stone = Laid(
             number, found.rotation, found.shift, course, wythe, trial.margin, True, support, trial.fresh[-1].bearing
         )
+        first = self.structure.next
         if trial.wedge is not None:
-            self._stand(wedge_body(trial.wedge), trial.wedge)
-        self._stand(body, stone)
+            self._stand(first, wedge_body(trial.wedge), trial.wedge)
+        self._stand(first + len(trial.fresh) - 1, body, stone)
         self.structure.lay(trial.fresh, trial.state)
         self.laid.append(stone)
         self.looked.forget(float(body.low[0]) / self.cell, float(body.high[0]) / self.cell)
@@ -195,12 +215,10 @@ class Site:
         self.map[rows, columns] = np.maximum(under, high)
         return support
 
-    def _stand(self, body: Body, what: Laid | Wedge) -> None:
+    def _stand(self, number: int, body: Body, what: Laid | Wedge) -> None:
         """Count a body among what stands."""
-        self.stood.append(body)
-        self.kind.append(what)
-        self.lows.append(body.low)
-        self.highs.append(body.high)
+        self.stood[number], self.kind[number] = body, what
+        self.boxes = np.concatenate([self.boxes, [[body.low, body.high]]])
 
 
 class _Bodies:

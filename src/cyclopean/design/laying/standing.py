@@ -15,7 +15,7 @@ gravity leans a little, along the wall either way and across it either way; each
 convexity it then stands in all that is between them, straight down too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -87,22 +87,24 @@ class State:
 
 
 class Structure:
-    """What stands: stones in the order in which they were laid, their joints, and forces that hold them."""
+    """What stands: stones by their numbers, their joints, and forces that hold them."""
 
     def __init__(self, ground: Surface, band: float, friction: float = FRICTION, lean: float = 0.0) -> None:
         self.ground, self.band, self.friction = ground, band, friction
         self.down = _ways_down(lean)  # (c, 3)
-        self.mass: list[Mass] = []
-        self.surface: list[Surface] = []
-        self.joints: list[tuple[Joint, ...]] = []
+        self.mass: dict[int, Mass] = {}
+        self.surface: dict[int, Surface] = {}
+        self.joints: dict[int, tuple[Joint, ...]] = {}
         self.force: dict[tuple[int, int], Floats] = {}  # (c, q, 3) N
-        self.above: list[list[tuple[int, int]]] = []  # joints of later stones with each stone
+        self.above: dict[int, list[tuple[int, int]]] = {}  # joints of later stones with each stone
+        self.next = 0  # number of the stone that is laid next
+        self.between = -np.inf, np.inf  # m along the wall: stones whose forces may change have their centres there
         self.worst = 0  # way of gravity in which a wall failed to stand last
 
     def fresh(self, mass: Mass, surface: Surface, near: Sequence[int], others: Sequence[Surface] = ()) -> Fresh:
         """A new stone with all its joints: with the ground, those of `near`, and others that are laid with it."""
         beside = {GROUND: self.ground, **{k: self.surface[k] for k in near}}
-        beside |= {len(self.surface) + i: other for i, other in enumerate(others)}
+        beside |= {self.next + i: other for i, other in enumerate(others)}
         met = meetings(list(beside.values()), surface, self.band)
         joints = (Joint(k, tuple(parts)) for k, parts in zip(beside, met, strict=True) if parts)
         return Fresh(mass, surface, tuple(joints))
@@ -111,28 +113,28 @@ class Structure:
         """Forces that hold one or more new stones and all that stands; None where none were found."""
         if not any(len(part.polygon) for new in fresh for joint in new.joints for part in joint.parts):
             return None
-        count = len(self.mass)
-        numbers = tuple(range(count, count + len(fresh)))
-        below = [joint.below for new in fresh for joint in new.joints if joint.below < count]
-        return self._balanced((*self._bearers(below), *numbers), fresh)
+        numbers = tuple(range(self.next, self.next + len(fresh)))
+        bearers = self._bearers([j.below for new in fresh for j in new.joints if j.below < self.next])
+        low, high = self.between
+        if not all(low <= self.mass[k].centre[0] <= high for k in bearers):
+            return None
+        return self._balanced((*bearers, *numbers), fresh)
 
     def lay(self, fresh: Sequence[Fresh], state: State) -> None:
         """Add stones, with the forces that hold them."""
         for new in fresh:
-            number = len(self.mass)
-            self.mass.append(new.mass)
-            self.surface.append(new.surface)
-            self.joints.append(new.joints)
-            self.above.append([])
+            number, self.next = self.next, self.next + 1
+            self.mass[number], self.surface[number], self.joints[number] = new.mass, new.surface, new.joints
+            self.above[number] = []
             for k, joint in enumerate(new.joints):
                 if joint.below != GROUND:
                     self.above[joint.below].append((number, k))
         self.force.update(zip(state.joint, state.force, strict=True))
 
-    def meetings(self, block: Sequence[int]) -> dict[tuple[int, int], tuple[Meeting, ...]]:
+    def meetings(self, block: Mapping[int, int]) -> dict[tuple[int, int], tuple[Meeting, ...]]:
         """All that was found between blocks a < b; `block` is the number of each stone, and the ground is block 0."""
         found = {}
-        for k, joints in enumerate(self.joints):
+        for k, joints in self.joints.items():
             for joint in joints:
                 a, b = 0 if joint.below == GROUND else block[joint.below], block[k]
                 found[min(a, b), max(a, b)] = joint.parts if a < b else tuple(map(_turned, joint.parts))
@@ -151,19 +153,20 @@ class Structure:
 
     def _balanced(self, free: tuple[int, ...], fresh: Sequence[Fresh]) -> State | None:
         """Forces in all joints of these stones, new ones last, with all others as they are."""
-        count = len(self.mass)
+        new = dict(zip(free[len(free) - len(fresh) :], fresh, strict=True))
+        joints = {k: new[k].joints if k in new else self.joints[k] for k in free}
         row = {k: i for i, k in enumerate(free)}
-        masses = [self.mass[k] if k < count else fresh[k - count].mass for k in free]
+        masses = [new[k].mass if k in new else self.mass[k] for k in free]
         load = np.zeros((len(self.down), len(free), 6))
         load[:, :, :3] = self.down[:, None] * np.array([m.weight for m in masses])[:, None]
         found: dict[tuple[int, int], Joint] = {}
         for k in free:
-            for i, joint in enumerate(self.joints[k] if k < count else fresh[k - count].joints):
+            for i, joint in enumerate(joints[k]):
                 if joint.below == GROUND or joint.below in row:
                     found[k, i] = joint
                 elif (k, i) in self.force:
                     _push(load[:, row[k]], self.force[k, i], joint, masses[row[k]].centre)
-            for above, i in self.above[k] if k < count else ():
+            for above, i in self.above.get(k, ()):
                 if above not in row:
                     _push(load[:, row[k]], -self.force[above, i], self.joints[above][i], masses[row[k]].centre)
         ends = [(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()]
