@@ -16,12 +16,12 @@ import pytest
 
 from coupled_cases import beams, prism
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.displaced.places import rotations
 from cyclopean.analysis.displaced.subsidence import HALVINGS, _Path, subsidence
 from cyclopean.analysis.posing import pose
 from cyclopean.assembly import Assembly, Load, Settlement
 from cyclopean.design import arch, stack, wall
 from cyclopean.errors import InputError
+from cyclopean.geometry import rotations
 from cyclopean.io import write_model
 from cyclopean.proof import verify
 

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from cyclopean.analysis import Result
 from cyclopean.assembly import Assembly, Contacts
-from cyclopean.geometry import mass_properties, mesh_faults, pack
+from cyclopean.geometry import mass_properties, mesh_faults, pack, rotations
 from cyclopean.view import elevation
 from cyclopean.view.colours import ACCENT, NEUTRAL, SCALE, classes, rgb, shaded
 from cyclopean.view.drawing import displaced, feature_edges, outlines, picture, without_points
 from cyclopean.view.elevation import View, elevation_svg, front_view, project
 from cyclopean.view.figures import block_utilisation, cases, fastest, glue, number, pressing, resultants, worst
-from cyclopean.view.motion import drawn_motion, moved, rotations
+from cyclopean.view.motion import drawn_motion, moved
 from test_view_report import BOX, TREE, arch, collapsing_stack, hexahedron, sinking, square
 
 CUBE = np.concatenate([square(0, 0), square(0, 1)])

@@ -2,7 +2,7 @@
 
 from cyclopean.geometry.arrangement import arrangement
 from cyclopean.geometry.coplanar import PlanarRegions, planar_regions
-from cyclopean.geometry.frames import frames_from_normals, newell_normals
+from cyclopean.geometry.frames import crossed, frames_from_normals, newell_normals, rotations
 from cyclopean.geometry.overlap import Overlaps, box_pairs, facing_regions, region_overlaps
 from cyclopean.geometry.packed import ragged, ragged_batches
 from cyclopean.geometry.penetration import convex_bodies, penetration_depths
@@ -27,6 +27,7 @@ __all__ = [
     "arrangement",
     "box_pairs",
     "convex_bodies",
+    "crossed",
     "dissolved",
     "face_normals",
     "facing_regions",
@@ -44,6 +45,7 @@ __all__ = [
     "ragged",
     "ragged_batches",
     "region_overlaps",
+    "rotations",
     "subdivide",
     "triangles",
 ]

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
+from cyclopean.geometry import rotations
 
-__all__ = ["Motion", "drawn_motion", "moved", "rotations"]
+__all__ = ["Motion", "drawn_motion", "moved"]
 
 LARGEST_TURN = 0.8  # rad; a block that only spins is not turned further than this
 
@@ -19,23 +20,6 @@ class Motion:
     vertex: Floats  # (V, 3) m, where every vertex goes
     travel: Floats  # (n,) m, the furthest vertex of each block
     turn: Floats  # (n,) rad
-
-
-def rotations(turn: Floats) -> Floats:
-    """(n, 3, 3) rotation matrices of (n, 3) rotation vectors, by Rodrigues' formula.
-
-    Examples
-    --------
-    >>> rotations(np.array([[0.0, 0.0, np.pi / 2]]))[0].round(12).tolist()
-    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
-    """
-    angle = np.linalg.norm(turn, axis=1)
-    x, y, z = turn.T
-    zero = np.zeros(len(turn))
-    skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], 1).reshape(-1, 3, 3)
-    first = np.sinc(angle / np.pi)  # sin(t)/t and (1 - cos t)/t^2, both finite at 0
-    second = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
-    return np.asarray(np.eye(3) + first[:, None, None] * skew + second[:, None, None] * (skew @ skew))
 
 
 def moved(vertex: Floats, body: Ints, centre: Floats, mechanism: Floats, time: float) -> Floats:

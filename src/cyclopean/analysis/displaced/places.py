@@ -8,10 +8,10 @@ import numpy as np
 from cyclopean.analysis.posing import PosedModel
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Load
-from cyclopean.geometry import frames_from_normals
+from cyclopean.geometry import frames_from_normals, rotations
 from cyclopean.statics import EquilibriumSystem, contact_matrix, equilibrium_system
 
-__all__ = ["TOUCHES", "Displaced", "Place", "degrees", "rotations"]
+__all__ = ["TOUCHES", "Displaced", "Place", "degrees"]
 
 TOUCHES = 1e-7  # of the length unit (mean V^(1/3)): a point that is further open bears nothing
 ROUNDS = 12  # of the correction that keeps points in touch
@@ -144,14 +144,3 @@ def degrees(turn: Floats) -> float:
     """Angle of a rotation."""
     off = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     return float(np.rad2deg(np.arctan2(np.linalg.norm(off), np.trace(turn) - 1.0)))
-
-
-def rotations(w: Floats) -> Floats:
-    """(m, 3, 3) rotations by |w| about w (Rodrigues)."""
-    angle = np.linalg.norm(w, axis=1)
-    axis = w / np.where(angle > 0.0, angle, 1.0)[:, None]
-    K = np.zeros((len(w), 3, 3))
-    K[:, 0, 1], K[:, 0, 2], K[:, 1, 2] = -axis[:, 2], axis[:, 1], -axis[:, 0]
-    K[:, 1, 0], K[:, 2, 0], K[:, 2, 1] = axis[:, 2], -axis[:, 1], axis[:, 0]
-    sin, cos = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.asarray(np.eye(3) + sin * K + (1.0 - cos) * (K @ K))

@@ -30,7 +30,7 @@ from typing import Literal
 import numpy as np
 
 from cyclopean.analysis.checking import check
-from cyclopean.analysis.displaced.places import TOUCHES, Displaced, Place, rotations
+from cyclopean.analysis.displaced.places import TOUCHES, Displaced, Place
 from cyclopean.analysis.posing import PosedModel, pose
 from cyclopean.analysis.rigid.rbe import solve_rbe
 from cyclopean.analysis.rigid.settling import follow
@@ -39,6 +39,7 @@ from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.errors import InputError
+from cyclopean.geometry import rotations
 
 __all__ = ["Subsidence", "SubsidenceStep", "subsidence"]
 

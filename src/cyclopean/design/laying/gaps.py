@@ -9,21 +9,17 @@ A pair tells of the surface only where its direction looks out of both bodies (t
 prism over the face); a vertex sunk into several faces of one body is held to leave by the nearest.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from cyclopean.arrays import Bools, Floats, Ints, sealed
-from cyclopean.errors import InputError
-from cyclopean.geometry import mass_properties, pack
-from cyclopean.geometry.solids import Solid, moved, solid_of
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.design.laying.features import Features
+from cyclopean.geometry import crossed
 
-__all__ = ["Balls", "Body", "Features", "Gaps", "NearPairs", "Surroundings", "body_of", "gaps_between", "near_pairs"]
+__all__ = ["Gaps", "NearPairs", "Surroundings", "gaps_between", "near_pairs"]
 
-FLAT = 1e-6  # sine of the bend below which an edge counts as straight
 PARALLEL = 1e-3  # sine of the angle of two edges that count as parallel: vertices and faces tell of those
 ASKEW = 0.1  # radians by which two features may look past each other and yet touch
 WIDEST = 1.8  # radians: features that look farther past each other never touch
@@ -36,190 +32,6 @@ GROUND = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Features:
-    """What of bodies can touch: outer vertices, faces, convex edges. In one frame; k points, m faces, e edges."""
-
-    point: Floats  # (k, 3)
-    point_outward: Floats  # (k, 3) unit, mean of the normals of the faces there
-    point_spread: Floats  # (k,) radians: largest angle of these normals with their mean
-    point_body: Ints  # (k,)
-    plane: Floats  # (m, 4, 3) unit normals: of the face, and in it, out of its three sides
-    offset: Floats  # (m, 4)
-    lenient: Bools  # (m, 3) sides beyond which the surface does not fall away
-    middle: Floats  # (m, 3) of the ball around the face
-    radius: Floats  # (m,)
-    face_body: Ints  # (m,)
-    start: Floats  # (e, 3)
-    run: Floats  # (e, 3)
-    inward: Floats  # (e, 2, 3) unit, in either face, at right angles to the edge
-    outward: Floats  # (e, 3) unit, mean of the two faces' normals
-    edge_spread: Floats  # (e,) radians: half of the angle between them
-    edge_body: Ints  # (e,)
-
-    def scaled(self, scale: float, rotation: Floats, shift: Floats) -> "Features":
-        """The same at scale rotation x + shift."""
-        plane = self.plane @ rotation.T
-        offset = scale * self.offset + plane @ shift
-        return replace(
-            self,
-            point=scale * self.point @ rotation.T + shift,
-            point_outward=self.point_outward @ rotation.T,
-            plane=plane,
-            offset=offset,
-            middle=scale * self.middle @ rotation.T + shift,
-            radius=scale * self.radius,
-            start=scale * self.start @ rotation.T + shift,
-            run=scale * self.run @ rotation.T,
-            inward=self.inward @ rotation.T,
-            outward=self.outward @ rotation.T,
-        )
-
-    def cropped(self, low: Floats, high: Floats, number: int = 0) -> "Features":
-        """Those in the box from `low` to `high`, as belonging to body `number`."""
-        k = np.flatnonzero(np.all((self.point >= low) & (self.point <= high), axis=1))
-        ball = self.radius[:, None]
-        m = np.flatnonzero(np.all((self.middle - ball <= high) & (self.middle + ball >= low), axis=1))
-        end = self.start + self.run
-        e = np.flatnonzero(np.all((np.minimum(self.start, end) <= high) & (np.maximum(self.start, end) >= low), axis=1))
-        return Features(
-            self.point[k],
-            self.point_outward[k],
-            self.point_spread[k],
-            np.full(len(k), number),
-            self.plane[m],
-            self.offset[m],
-            self.lenient[m],
-            self.middle[m],
-            self.radius[m],
-            np.full(len(m), number),
-            self.start[e],
-            self.run[e],
-            self.inward[e],
-            self.outward[e],
-            self.edge_spread[e],
-            np.full(len(e), number),
-        )
-
-    @classmethod
-    def joined(cls, parts: Sequence["Features"]) -> "Features":
-        """All of them in one."""
-        none, index, size = np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(0)
-        faces = np.zeros((0, 4, 3)), np.zeros((0, 4)), np.zeros((0, 3), np.bool_), none, size, index
-        empty = cls(none, none, size, index, *faces, none, none, np.zeros((0, 2, 3)), none, size, index)
-        return cls(*(np.concatenate([getattr(p, name) for p in (empty, *parts)]) for name in cls.__slots__))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Body:
-    """A closed triangle mesh in its place, with what of it can touch, and its solid."""
-
-    vertices: Floats  # (v, 3) m
-    triangles: Ints  # (t, 3) counter-clockwise from outside
-    centroid: Floats  # (3,) m, of mass
-    volume: float  # m3
-    low: Floats  # (3,) m, lowest corner of the box around it
-    high: Floats  # (3,) m
-    features: Features
-    solid: Solid
-
-    def moved(self, rotation: ArrayLike, shift: ArrayLike) -> "Body":
-        """The body with each point x taken to rotation x + shift."""
-        r, s = sealed("rotation", rotation, 3, 3), sealed("shift", shift, 3)
-        vertices = self.vertices @ r.T + s
-        return replace(
-            self,
-            vertices=vertices,
-            centroid=r @ self.centroid + s,
-            low=vertices.min(axis=0),
-            high=vertices.max(axis=0),
-            features=self.features.scaled(1.0, r, s),
-            solid=moved(self.solid, r, s),
-        )
-
-
-def body_of(vertices: ArrayLike, triangles: ArrayLike, name: str = "stone") -> Body:
-    """Make a body of a closed, outward triangle mesh.
-
-    Raises
-    ------
-    InputError
-        The mesh is open, inside out, not finite, or has an edge with more than two triangles.
-    """
-    point = sealed(f"{name}: vertices", vertices, None, 3)
-    corner = sealed(f"{name}: triangles", triangles, None, 3, dtype=np.int64)
-    solid = solid_of(point, corner, name)
-    mass = mass_properties(pack([(point, corner)]))
-    features = _features(point, corner, name)
-    low, high = point.min(axis=0), point.max(axis=0)
-    return Body(point, corner, mass.centroid[0], float(mass.volume[0]), low, high, features, solid)
-
-
-def _features(point: Floats, corner: Ints, name: str) -> Features:
-    """Outer vertices, faces and convex edges of one mesh."""
-    p = point[corner]
-    along = p[:, [1, 2, 0]] - p
-    normal = _unit(np.cross(along[:, 0], along[:, 1]))
-    plane = np.concatenate([normal[:, None, :], _unit(np.cross(along, normal[:, None, :]))], axis=1)
-    edge, face, side = _edges(corner, len(point), name)
-    run = point[edge[:, 1]] - point[edge[:, 0]]
-    unit, first, second = _unit(run), normal[face[:, 0]], normal[face[:, 1]]
-    convex = np.einsum("ei,ei->e", np.cross(first, second), unit) > FLAT
-    outer = np.unique(edge[convex])
-    outward: Floats = np.stack([np.bincount(corner.reshape(-1), np.repeat(n, 3), len(point)) for n in normal.T], 1)
-    inward = np.stack([np.cross(first, unit), -np.cross(second, unit)], axis=1)
-    middle = (p.min(axis=1) + p.max(axis=1)) / 2.0
-    mean = _unit(outward)
-    lean = _angle(np.einsum("tci,ti->tc", mean[corner], normal))
-    spread = np.zeros(len(point))
-    np.maximum.at(spread, corner, lean)
-    return Features(
-        point[outer],
-        mean[outer],
-        spread[outer],
-        np.zeros(len(outer), np.int64),
-        plane,
-        np.einsum("mki,mki->mk", plane, np.concatenate([p[:, :1], p], axis=1)),
-        ~convex[side],
-        middle,
-        np.linalg.norm(p - middle[:, None], axis=2).max(axis=1),
-        np.zeros(len(corner), np.int64),
-        point[edge[convex, 0]],
-        run[convex],
-        inward[convex],
-        _unit(first + second)[convex],
-        _angle(np.einsum("ei,ei->e", first, second)[convex]) / 2.0,
-        np.zeros(int(convex.sum()), np.int64),
-    )
-
-
-def _angle(cosine: Floats) -> Floats:
-    """Radians."""
-    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
-
-
-def _unit(vector: Floats) -> Floats:
-    """Vectors (..., 3) of length 1; of length 0 where they have none."""
-    length = np.linalg.norm(vector, axis=-1, keepdims=True)
-    return np.asarray(vector / np.where(length > 0.0, length, 1.0))
-
-
-def _edges(corner: Ints, count: int, name: str) -> tuple[Ints, Ints, Ints]:
-    """Edges as the first triangle runs along them, the two triangles at each, and the edge of each triangle's side."""
-    here, there = corner.reshape(-1), corner[:, [1, 2, 0]].reshape(-1)
-    face = np.repeat(np.arange(len(corner)), 3)
-    key = np.minimum(here, there) * count + np.maximum(here, there)
-    order = np.argsort(key, kind="stable")
-    pair = order.reshape(-1, 2) if len(order) % 2 == 0 else np.zeros((0, 2), np.int64)
-    ordered = key[order]
-    if not len(pair) or np.any(key[pair[:, 0]] != key[pair[:, 1]]) or np.any(ordered[2::2] == ordered[1:-1:2]):
-        raise InputError(f"{name}: has an edge with more or less than two triangles; mend its mesh")
-    side = np.zeros(len(key), np.int64)
-    side[pair] = np.arange(len(pair))[:, None]
-    first = pair[:, 0]
-    return np.stack([here[first], there[first]], 1), face[pair], side.reshape(-1, 3)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class NearPairs:
     """Features of a stone (first) and of what it lies on (second) that may come near each other."""
 
@@ -229,50 +41,79 @@ class NearPairs:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Balls:
-    """Balls around features."""
+class Surroundings:
+    """Balls around points, faces and edges of some features, one after the other, and which way they look."""
 
     middle: Floats  # (n, 3)
     radius: Floats  # (n,)
+    outward: Floats  # (n, 3) unit
+    spread: Floats  # (n,) radians: how far normals of the surface there lean from it
+    start: Ints  # (4,) where points, faces and edges begin, and all end
 
-    def near(self, other: "Balls", zone: float) -> tuple[Ints, Ints]:
-        """Pairs of balls of this and of the other that come within `zone` of each other, in order."""
-        i, j = self._beside(other, zone), other._beside(self, zone)
-        if len(i) * len(j) > CROWD:
-            here, there = (_Trees.around(b.middle[k], b.radius[k]) for b, k in ((self, i), (other, j)))
-            rows, columns = here.near(there, zone)
-        else:
-            rows, columns = _close(self.middle[i], self.radius[i], other.middle[j], other.radius[j], zone)
-        return i[rows], j[columns]
+    @classmethod
+    def of(cls, features: Features) -> "Surroundings":
+        """Where the features are."""
+        f = features
+        return cls(
+            np.concatenate([f.point, f.middle, f.edge_middle]),
+            np.concatenate([np.zeros(len(f.point)), f.radius, f.edge_radius]),
+            np.concatenate([f.point_outward, f.plane[:, 0], f.outward]),
+            np.concatenate([f.point_spread, np.zeros(len(f.radius)), f.edge_spread]),
+            np.cumsum([0, len(f.point), len(f.radius), len(f.edge_radius)]),
+        )
 
-    def _beside(self, other: "Balls", zone: float) -> Ints:
-        """Which of these balls come near the box around the others."""
+    def turned(self, rotation: Floats, shift: Floats) -> "Surroundings":
+        """The same at rotation x + shift."""
+        return replace(self, middle=self.middle @ rotation.T + shift, outward=self.outward @ rotation.T)
+
+    def beside(self, other: "Surroundings", zone: float) -> "tuple[Surroundings, Ints]":
+        """What comes near the box around the others; and where each of it was, among those of its kind."""
         if not len(other.radius):
-            return np.zeros(0, np.int64)
+            return self, np.arange(len(self.radius)) - np.repeat(self.start[:-1], np.diff(self.start))
         reach = other.radius[:, None] + zone
         low, high = (other.middle - reach).min(axis=0), (other.middle + reach).max(axis=0)
         ball = self.radius[:, None]
-        return np.flatnonzero(np.all((self.middle - ball <= high) & (self.middle + ball >= low), axis=1))
+        kept = ((self.middle - ball <= high) & (self.middle + ball >= low)).all(axis=1).nonzero()[0]
+        start = np.searchsorted(kept, self.start)
+        near = Surroundings(self.middle[kept], self.radius[kept], self.outward[kept], self.spread[kept], start)
+        return near, kept - np.repeat(self.start[:-1], np.diff(start))
+
+
+def near_pairs(
+    stone: Surroundings, rotation: Floats, shift: Floats, scene: Surroundings, zone: float, turn: float
+) -> NearPairs:
+    """Pairs that can meet before the stone has moved by `zone` or turned by `turn` (rad) from rotation x + shift."""
+    here, mine = stone.turned(rotation, shift).beside(scene, zone)
+    there, other = scene.beside(here, zone)
+    found = []
+    for a, b in ((0, 1), (1, 0), (2, 2)):  # a point and a face, a face and a point, two edges
+        i, j = (slice(of.start[k], of.start[k + 1]) for of, k in ((here, a), (there, b)))
+        rows, columns = _close(here.middle[i], here.radius[i], there.middle[j], there.radius[j], zone)
+        spread = here.spread[i][rows] + there.spread[j][columns] + (turn + ASKEW)
+        facing = -np.einsum("ki,ki->k", here.outward[i][rows], there.outward[j][columns])
+        kept = (facing > np.cos(np.minimum(spread, WIDEST))).nonzero()[0]
+        found.append((mine[i][rows[kept]], other[j][columns[kept]]))
+    return NearPairs(*found)
 
 
 def _close(a: Floats, a_radius: Floats, b: Floats, b_radius: Floats, zone: float) -> tuple[Ints, Ints]:
-    """Pairs of a few balls, each with each; in single precision, so some are found that are a little farther."""
+    """Pairs of balls that come within `zone` of each other, in order.
+
+    Of a few, each with each; in single precision, so that some are found that are a little farther.
+    """
     if not (len(a) and len(b)):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    if len(a) * len(b) > CROWD:
+        return _Trees.around(a, a_radius).near(_Trees.around(b, b_radius), zone)
     origin = b.mean(axis=0)
-    p, q = a - origin, b - origin
-    one, two = np.ones((len(p), 1)), np.ones((len(q), 1))
-    r, s = a_radius[:, None] + zone, b_radius[:, None]
-    left = np.hstack([-2.0 * p, _square(p) - r * r, one, -2.0 * r])  # of |p - q|^2 - (r + s)^2, one matrix product
-    right = np.hstack([q, two, _square(q) - s * s, s])
-    slack = np.float32(ROUNDING * max(float(np.abs(left[:, 3]).max()), float(np.abs(right[:, 4]).max())))
-    near = np.flatnonzero(left.astype(np.float32) @ right.astype(np.float32).T <= slack)
-    return near // len(q), near % len(q)
-
-
-def _square(vector: Floats) -> Floats:
-    """(n, 1) squares of the lengths of vectors (n, 3)."""
-    return np.asarray(np.einsum("ki,ki->k", vector, vector)[:, None])
+    left, right = np.ones((len(a), 6)), np.ones((6, len(b)))  # of |p - q|^2 - (r + s)^2, one matrix product
+    p, q, r = a - origin, b - origin, a_radius + zone
+    left[:, :3], left[:, 3], left[:, 5] = -2.0 * p, np.einsum("ki,ki->k", p, p) - r * r, -2.0 * r
+    right[:3], right[4], right[5] = q.T, np.einsum("ki,ki->k", q, q) - b_radius * b_radius, b_radius
+    slack = np.float32(ROUNDING * max(float(np.abs(left[:, 3]).max()), float(np.abs(right[4]).max())))
+    near = (left.astype(np.float32) @ right.astype(np.float32) <= slack).ravel().nonzero()[0]
+    rows = near // len(b)
+    return rows, near - rows * len(b)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -304,56 +145,6 @@ class _Trees:
         i, j = (np.concatenate(part) for part in zip(*found, strict=True))
         order = np.lexsort((j, i))
         return i[order], j[order]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
-    """Balls around the points, faces and edges of some features."""
-
-    points: Balls
-    faces: Balls
-    edges: Balls
-
-    @classmethod
-    def of(cls, features: Features) -> "Surroundings":
-        """Where the features are."""
-        half = np.linalg.norm(features.run, axis=1) / 2.0
-        return cls(
-            Balls(features.point, np.zeros(len(features.point))),
-            Balls(features.middle, features.radius),
-            Balls(features.start + features.run / 2.0, half),
-        )
-
-
-def near_pairs(
-    stone: Features, rotation: Floats, shift: Floats, scene: Features, around: Surroundings, zone: float, turn: float
-) -> NearPairs:
-    """Pairs that can meet before the stone has moved by `zone` or turned by `turn` (rad) from rotation x + shift."""
-    here = stone.scaled(1.0, rotation, shift)
-    near = Surroundings.of(here)
-    point, face, edge = (
-        (here.point_outward, here.point_spread),
-        (here.plane[:, 0], None),
-        (here.outward, here.edge_spread),
-    )
-    to_point, to_face = (scene.point_outward, scene.point_spread), (scene.plane[:, 0], None)
-    to_edge = scene.outward, scene.edge_spread
-    return NearPairs(
-        _facing(near.points.near(around.faces, zone), point, to_face, turn),
-        _facing(near.faces.near(around.points, zone), face, to_point, turn),
-        _facing(near.edges.near(around.edges, zone), edge, to_edge, turn),
-    )
-
-
-Cones = tuple[Floats, Floats | None]  # outward directions (n, 3), and how far normals spread about each; None = not
-
-
-def _facing(pairs: tuple[Ints, Ints], a: Cones, b: Cones, turn: float) -> tuple[Ints, Ints]:
-    """Pairs with a normal of the one opposite to one of the other, or nearly."""
-    i, j = pairs
-    spread = sum((s[k] for (_, s), k in ((a, i), (b, j)) if s is not None), np.full(len(i), turn + ASKEW))
-    kept = -np.einsum("ki,ki->k", a[0][i], b[0][j]) > np.cos(np.minimum(spread, WIDEST))
-    return i[kept], j[kept]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -407,13 +198,15 @@ def _over(point: Floats, to: Features, pairs: tuple[Ints, Ints], reach: float, o
     """Points over faces. `owner` tells the body of each point, where that is wanted and not that of the face."""
     i, j = pairs
     height = np.einsum("ki,ki->k", point[i], to.plane[j, 0]) - to.offset[j, 0]
-    kept = np.flatnonzero(np.abs(height) <= reach)
+    kept = (np.abs(height) <= reach).nonzero()[0]
     i, j, height = i[kept], j[kept], height[kept]
     beyond = np.einsum("ki,kji->kj", point[i], to.plane[j, 1:]) - to.offset[j, 1:]
     slack = np.where(to.lenient[j] & (height[:, None] > 0.0), LENIENCE * reach, APART)
-    kept = np.flatnonzero(np.all(beyond <= slack, axis=1))
-    kept = kept[_leaves_by_nearest(i[kept], to.face_body[j[kept]], height[kept])]
+    kept = (beyond <= slack).all(axis=1).nonzero()[0]
     i, j, height = i[kept], j[kept], height[kept]
+    if (height < 0.0).any():
+        kept = _leaves_by_nearest(i, to.face_body[j], height).nonzero()[0]
+        i, j, height = i[kept], j[kept], height[kept]
     return Gaps(point[i], to.plane[j, 0], height, to.face_body[j] if owner is None else owner[i])
 
 
@@ -421,10 +214,9 @@ def _leaves_by_nearest(point: Ints, body: Ints, height: Floats) -> Bools:
     """(k,) pairs to keep: all above their face, and of those sunk into one body only the one least deep."""
     keep = np.ones(len(height), bool)
     sunk = np.flatnonzero(height < 0.0)
-    if len(sunk):
-        order = sunk[np.lexsort((-height[sunk], body[sunk], point[sunk]))]
-        same = (point[order][1:] == point[order][:-1]) & (body[order][1:] == body[order][:-1])
-        keep[order[1:][same]] = False
+    order = sunk[np.lexsort((-height[sunk], body[sunk], point[sunk]))]
+    same = (point[order][1:] == point[order][:-1]) & (body[order][1:] == body[order][:-1])
+    keep[order[1:][same]] = False
     return keep
 
 
@@ -433,37 +225,37 @@ def _across(
 ) -> Gaps:
     """Edges across edges; a pair of parallel edges, or one that touches at its ends, tells nothing."""
     i, j = pairs
-    start, run = stone.start @ rotation.T + shift, stone.run @ rotation.T
-    middle, half = start + run / 2.0, np.linalg.norm(run, axis=1) / 2.0
-    scene_middle, scene_half = scene.start + scene.run / 2.0, np.linalg.norm(scene.run, axis=1) / 2.0
-    between = middle[i] - scene_middle[j]
-    spheres = half[i] + scene_half[j] + reach
-    kept = np.flatnonzero(np.einsum("ki,ki->k", between, between) <= spheres * spheres)
+    between = (stone.edge_middle @ rotation.T + shift)[i] - scene.edge_middle[j]
+    spheres = stone.edge_radius[i] + scene.edge_radius[j] + reach
+    kept = (np.einsum("ki,ki->k", between, between) <= spheres * spheres).nonzero()[0]
     i, j = i[kept], j[kept]
-    a, u, b, v = start[i], run[i], scene.start[j], scene.run[j]
+    a, u, b, v = stone.start[i] @ rotation.T + shift, stone.run[i] @ rotation.T, scene.start[j], scene.run[j]
     s, t = _nearest(a - b, u, v)
     p, q = a + s[:, None] * u, b + t[:, None] * v
     apart = p - q
-    far = np.linalg.norm(apart, axis=1)
+    far = np.sqrt(np.einsum("ki,ki->k", apart, apart))
     inner = (s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0)
-    kept = np.flatnonzero((far <= reach) & (inner | (far > APART)))
+    kept = ((far <= reach) & (inner | (far > APART))).nonzero()[0]
     i, j, far, inner = i[kept], j[kept], far[kept], inner[kept]
-    p, q, apart = p[kept], q[kept], apart[kept]
-    normal = apart / np.maximum(far, APART)[:, None]
-    cross = np.cross(u[kept][inner], v[kept][inner])
-    length = np.linalg.norm(cross, axis=1)
-    scale = np.linalg.norm(u[kept][inner], axis=1) * np.linalg.norm(v[kept][inner], axis=1)
-    sign = np.sign(np.einsum("ki,ki->k", cross, scene.outward[j[inner]]))
-    crossing = length > PARALLEL * scale
-    normal[inner] = cross * (np.where(crossing, sign, 0.0) / np.maximum(length, 1e-300))[:, None]
+    u, v, q, apart = u[kept], v[kept], q[kept], apart[kept]
+    cross = crossed(u, v)
+    length = np.sqrt(np.einsum("ki,ki->k", cross, cross))
+    crossing = length > PARALLEL * 4.0 * stone.edge_radius[i] * scene.edge_radius[j]
+    side = np.where(crossing, np.sign(np.einsum("ki,ki->k", cross, scene.outward[j])), 0.0)
+    normal = np.where(
+        inner[:, None],
+        cross * (side / np.maximum(length, 1e-300))[:, None],
+        apart / np.maximum(far, APART)[:, None],
+    )
     back = -normal @ rotation  # in the stone's own frame, where its normal cones are
-    leans = np.einsum("ki,kfi->kf", normal, scene.inward[j]).max(axis=1, initial=-np.inf)
-    leans = np.maximum(leans, np.einsum("ki,kfi->kf", back, stone.inward[i]).max(axis=1, initial=-np.inf))
-    agree = np.einsum("ki,ki->k", back, stone.outward[i]) > 0.0
-    agree &= np.einsum("ki,ki->k", normal, scene.outward[j]) > 0.0
-    good = np.flatnonzero((leans <= CONE) & agree)
-    gap = np.einsum("ki,ki->k", apart[good], normal[good])
-    return Gaps(q[good], normal[good], gap, scene.edge_body[j[good]])
+    good = (np.einsum("ki,ki->k", back, stone.outward[i]) > 0.0).nonzero()[0]
+    i, j, normal, back = i[good], j[good], normal[good], back[good]
+    agree = np.einsum("ki,ki->k", normal, scene.outward[j]) > 0.0
+    agree &= (np.einsum("ki,kfi->kf", normal, scene.inward[j]) <= CONE).all(axis=1)
+    agree &= (np.einsum("ki,kfi->kf", back, stone.inward[i]) <= CONE).all(axis=1)
+    kept = agree.nonzero()[0]
+    good, normal = good[kept], normal[kept]
+    return Gaps(q[good], normal, np.einsum("ki,ki->k", apart[good], normal), scene.edge_body[j[kept]])
 
 
 def _nearest(away: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:

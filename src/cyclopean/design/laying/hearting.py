@@ -31,7 +31,7 @@ from cyclopean.design.stones.stone import Stone
 from cyclopean.geometry.solids import intersection, mesh_of, solid_of, solid_volume
 
 if TYPE_CHECKING:
-    from cyclopean.design.laying.gaps import Body
+    from cyclopean.design.laying.features import Body
 
 __all__ = ["SMALL", "Wedge", "highest_plane", "small_stones", "wedge_under"]
 

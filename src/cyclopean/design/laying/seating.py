@@ -42,17 +42,10 @@ from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.design.laying.dual_simplex import least
-from cyclopean.design.laying.gaps import (
-    Body,
-    Features,
-    Gaps,
-    NearPairs,
-    Surroundings,
-    body_of,
-    gaps_between,
-    near_pairs,
-)
+from cyclopean.design.laying.features import Body, Features, body_of
+from cyclopean.design.laying.gaps import Gaps, NearPairs, Surroundings, gaps_between, near_pairs
 from cyclopean.errors import InputError
+from cyclopean.geometry import crossed, rotations
 from cyclopean.geometry.solids import intersection, solid_volume
 
 __all__ = ["Seat", "body_of", "heyman_margin", "overlap_share", "seat"]
@@ -246,14 +239,14 @@ class _Neighbourhood:
         self.pairs: NearPairs | None = None
         self.at = np.eye(3), np.zeros(3)
         self.radius = _radius(stone)
-        self.around = Surroundings.of(scene)
+        self.here, self.around = Surroundings.of(stone), Surroundings.of(scene)
 
     def gaps(self, rotation: Floats, shift: Floats, reach: float) -> Gaps:
         turned = float(np.linalg.norm(rotation - self.at[0])) / np.sqrt(2.0)
         moved = float(np.linalg.norm(shift - self.at[1])) + self.radius * turned
         if self.pairs is None or moved + reach > ZONE or turned > TURNED:
             self.at = rotation, shift
-            self.pairs = near_pairs(self.stone, rotation, shift, self.scene, self.around, ZONE, TURNED)
+            self.pairs = near_pairs(self.here, rotation, shift, self.around, ZONE, TURNED)
         return gaps_between(self.stone, rotation, shift, self.scene, self.pairs, reach, self.ground)
 
 
@@ -281,7 +274,7 @@ def _rest(stone: Features, scene: Features, ground: float | None, limit: Floats,
                 break
             missed_rows, missed_room, trust = rows[:0], room[:0], trust / 4.0  # what was missed is not so near
             continue
-        spin = _turn(step[3:])
+        spin = rotations(step[None, 3:])[0]
         turned, there = spin @ rotation, shift + step[:3] + below - spin @ below
         found = near.gaps(turned, there, _reach(trust))
         new_rows, new_room = _rows(found, there + below)
@@ -312,7 +305,8 @@ def _reach(trust: float) -> float:
 
 def _rows(gaps: Gaps, centre: Floats) -> tuple[Floats, Floats]:
     """(g, 6) gradients of the gaps by a small motion about the centre, and (g,) how far each may close."""
-    return np.hstack([gaps.normal, np.cross(gaps.point - centre, gaps.normal)]), gaps.gap - CLEARANCE
+    lever = crossed(gaps.point - centre, gaps.normal)
+    return np.concatenate([gaps.normal, lever], axis=1), gaps.gap - CLEARANCE
 
 
 def _merit(height: float, room: Floats) -> float:
@@ -331,14 +325,6 @@ def _programme(rows: Floats, room: Floats, low: Floats, high: Floats, price: Flo
     force = np.zeros(len(room))
     force[near] = multiplier
     return x[:6] - x[6:12], force
-
-
-def _turn(spin: Floats) -> Floats:
-    """Rotation matrix of a rotation vector (Rodrigues)."""
-    from scipy.spatial.transform import Rotation
-
-    matrix: Floats = Rotation.from_rotvec(spin).as_matrix()
-    return matrix
 
 
 def _lifted(body: Body, placed: Sequence[Body], unit: float) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import Surface
-from cyclopean.design.laying.gaps import Body, body_of
+from cyclopean.design.laying.features import Body, body_of
 from cyclopean.design.laying.hearting import FACES, Wedge, small_stones
 from cyclopean.design.laying.height_map import edges_of, rasters
 from cyclopean.design.laying.places import Bedded, Looked, Place, bedded

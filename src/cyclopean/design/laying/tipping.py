@@ -46,7 +46,7 @@ def tipped(need: Floats, x: Floats, y: Floats, steep: float) -> Floats:
     (k, 3) array
         a (m), b, c. Of a stone that came to no end in `MOST` exchanges, the slopes are infinite.
     """
-    count, w, d = need.shape
+    count, _, d = need.shape
     extent = np.abs(x).max(axis=1) + np.abs(y).max(axis=1)
     far = FAR * extent
     cell = np.argmax(need.reshape(count, -1), axis=1)

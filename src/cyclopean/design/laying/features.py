@@ -1,0 +1,217 @@
+"""What of a closed triangle mesh can touch another one: outer vertices, faces, convex edges."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cyclopean.arrays import Bools, Floats, Ints, sealed
+from cyclopean.errors import InputError
+from cyclopean.geometry import mass_properties, pack
+from cyclopean.geometry.solids import Solid, moved, solid_of
+
+__all__ = ["Body", "Features", "body_of"]
+
+FLAT = 1e-6  # sine of the bend below which an edge counts as straight
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Features:
+    """What of bodies can touch: outer vertices, faces, convex edges. In one frame; k points, m faces, e edges."""
+
+    point: Floats  # (k, 3)
+    point_outward: Floats  # (k, 3) unit, mean of the normals of the faces there
+    point_spread: Floats  # (k,) radians: largest angle of these normals with their mean
+    point_body: Ints  # (k,)
+    plane: Floats  # (m, 4, 3) unit normals: of the face, and in it, out of its three sides
+    offset: Floats  # (m, 4)
+    lenient: Bools  # (m, 3) sides beyond which the surface does not fall away
+    middle: Floats  # (m, 3) of the ball around the face
+    radius: Floats  # (m,)
+    face_body: Ints  # (m,)
+    start: Floats  # (e, 3)
+    run: Floats  # (e, 3)
+    edge_middle: Floats  # (e, 3) of the ball around the edge
+    edge_radius: Floats  # (e,)
+    inward: Floats  # (e, 2, 3) unit, in either face, at right angles to the edge
+    outward: Floats  # (e, 3) unit, mean of the two faces' normals
+    edge_spread: Floats  # (e,) radians: half of the angle between them
+    edge_body: Ints  # (e,)
+
+    def scaled(self, scale: float, rotation: Floats, shift: Floats) -> "Features":
+        """The same at scale rotation x + shift."""
+        plane = self.plane @ rotation.T
+        offset = scale * self.offset + plane @ shift
+        return replace(
+            self,
+            point=scale * self.point @ rotation.T + shift,
+            point_outward=self.point_outward @ rotation.T,
+            plane=plane,
+            offset=offset,
+            middle=scale * self.middle @ rotation.T + shift,
+            radius=scale * self.radius,
+            start=scale * self.start @ rotation.T + shift,
+            run=scale * self.run @ rotation.T,
+            edge_middle=scale * self.edge_middle @ rotation.T + shift,
+            edge_radius=scale * self.edge_radius,
+            inward=self.inward @ rotation.T,
+            outward=self.outward @ rotation.T,
+        )
+
+    def cropped(self, low: Floats, high: Floats, number: int = 0) -> "Features":
+        """Those in the box from `low` to `high`, as belonging to body `number`."""
+        k, m, e = (
+            _reaching(middle, radius, low, high)
+            for middle, radius in (
+                (self.point, None),
+                (self.middle, self.radius),
+                (self.edge_middle, self.edge_radius),
+            )
+        )
+        return Features(
+            self.point[k],
+            self.point_outward[k],
+            self.point_spread[k],
+            np.full(len(k), number),
+            self.plane[m],
+            self.offset[m],
+            self.lenient[m],
+            self.middle[m],
+            self.radius[m],
+            np.full(len(m), number),
+            self.start[e],
+            self.run[e],
+            self.edge_middle[e],
+            self.edge_radius[e],
+            self.inward[e],
+            self.outward[e],
+            self.edge_spread[e],
+            np.full(len(e), number),
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence["Features"]) -> "Features":
+        """All of them in one."""
+        none, index, size = np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(0)
+        faces = np.zeros((0, 4, 3)), np.zeros((0, 4)), np.zeros((0, 3), np.bool_), none, size, index
+        empty = cls(none, none, size, index, *faces, none, none, none, size, np.zeros((0, 2, 3)), none, size, index)
+        return cls(*(np.concatenate([getattr(p, name) for p in (empty, *parts)]) for name in cls.__slots__))
+
+
+def _reaching(middle: Floats, radius: Floats | None, low: Floats, high: Floats) -> Ints:
+    """Which balls, or points, reach into a box."""
+    reach = 0.0 if radius is None else radius[:, None]
+    return np.flatnonzero(((middle >= low - reach) & (middle <= high + reach)).all(axis=1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """A closed triangle mesh in its place, with what of it can touch, and its solid."""
+
+    vertices: Floats  # (v, 3) m
+    triangles: Ints  # (t, 3) counter-clockwise from outside
+    centroid: Floats  # (3,) m, of mass
+    volume: float  # m3
+    low: Floats  # (3,) m, lowest corner of the box around it
+    high: Floats  # (3,) m
+    features: Features
+    solid: Solid
+
+    def moved(self, rotation: ArrayLike, shift: ArrayLike) -> "Body":
+        """The body with each point x taken to rotation x + shift."""
+        r, s = sealed("rotation", rotation, 3, 3), sealed("shift", shift, 3)
+        vertices = self.vertices @ r.T + s
+        return replace(
+            self,
+            vertices=vertices,
+            centroid=r @ self.centroid + s,
+            low=vertices.min(axis=0),
+            high=vertices.max(axis=0),
+            features=self.features.scaled(1.0, r, s),
+            solid=moved(self.solid, r, s),
+        )
+
+
+def body_of(vertices: ArrayLike, triangles: ArrayLike, name: str = "stone") -> Body:
+    """Make a body of a closed, outward triangle mesh.
+
+    Raises
+    ------
+    InputError
+        The mesh is open, inside out, not finite, or has an edge with more than two triangles.
+    """
+    point = sealed(f"{name}: vertices", vertices, None, 3)
+    corner = sealed(f"{name}: triangles", triangles, None, 3, dtype=np.int64)
+    solid = solid_of(point, corner, name)
+    mass = mass_properties(pack([(point, corner)]))
+    features = _features(point, corner, name)
+    low, high = point.min(axis=0), point.max(axis=0)
+    return Body(point, corner, mass.centroid[0], float(mass.volume[0]), low, high, features, solid)
+
+
+def _features(point: Floats, corner: Ints, name: str) -> Features:
+    """Outer vertices, faces and convex edges of one mesh."""
+    p = point[corner]
+    along = p[:, [1, 2, 0]] - p
+    normal = _unit(np.cross(along[:, 0], along[:, 1]))
+    plane = np.concatenate([normal[:, None, :], _unit(np.cross(along, normal[:, None, :]))], axis=1)
+    edge, face, side = _edges(corner, len(point), name)
+    run = point[edge[:, 1]] - point[edge[:, 0]]
+    unit, first, second = _unit(run), normal[face[:, 0]], normal[face[:, 1]]
+    convex = np.einsum("ei,ei->e", np.cross(first, second), unit) > FLAT
+    outer = np.unique(edge[convex])
+    outward: Floats = np.stack([np.bincount(corner.reshape(-1), np.repeat(n, 3), len(point)) for n in normal.T], 1)
+    inward = np.stack([np.cross(first, unit), -np.cross(second, unit)], axis=1)
+    middle = (p.min(axis=1) + p.max(axis=1)) / 2.0
+    mean = _unit(outward)
+    lean = _angle(np.einsum("tci,ti->tc", mean[corner], normal))
+    spread = np.zeros(len(point))
+    np.maximum.at(spread, corner, lean)
+    return Features(
+        point[outer],
+        mean[outer],
+        spread[outer],
+        np.zeros(len(outer), np.int64),
+        plane,
+        np.einsum("mki,mki->mk", plane, np.concatenate([p[:, :1], p], axis=1)),
+        ~convex[side],
+        middle,
+        np.linalg.norm(p - middle[:, None], axis=2).max(axis=1),
+        np.zeros(len(corner), np.int64),
+        point[edge[convex, 0]],
+        run[convex],
+        (point[edge[convex, 0]] + point[edge[convex, 1]]) / 2.0,
+        np.linalg.norm(run[convex], axis=1) / 2.0,
+        inward[convex],
+        _unit(first + second)[convex],
+        _angle(np.einsum("ei,ei->e", first, second)[convex]) / 2.0,
+        np.zeros(int(convex.sum()), np.int64),
+    )
+
+
+def _angle(cosine: Floats) -> Floats:
+    """Radians."""
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _unit(vector: Floats) -> Floats:
+    """Vectors (..., 3) of length 1; of length 0 where they have none."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.asarray(vector / np.where(length > 0.0, length, 1.0))
+
+
+def _edges(corner: Ints, count: int, name: str) -> tuple[Ints, Ints, Ints]:
+    """Edges as the first triangle runs along them, the two triangles at each, and the edge of each triangle's side."""
+    here, there = corner.reshape(-1), corner[:, [1, 2, 0]].reshape(-1)
+    face = np.repeat(np.arange(len(corner)), 3)
+    key = np.minimum(here, there) * count + np.maximum(here, there)
+    order = np.argsort(key, kind="stable")
+    pair = order.reshape(-1, 2) if len(order) % 2 == 0 else np.zeros((0, 2), np.int64)
+    ordered = key[order]
+    if not len(pair) or np.any(key[pair[:, 0]] != key[pair[:, 1]]) or np.any(ordered[2::2] == ordered[1:-1:2]):
+        raise InputError(f"{name}: has an edge with more or less than two triangles; mend its mesh")
+    side = np.zeros(len(key), np.int64)
+    side[pair] = np.arange(len(pair))[:, None]
+    first = pair[:, 0]
+    return np.stack([here[first], there[first]], 1), face[pair], side.reshape(-1, 3)
