@@ -1,7 +1,7 @@
 """Rubble walls: look-ahead against input order, and how long it takes.
 
 Run `python bench/settle.py [--stones DIR] [--only scans,200,1000] [--look-ahead 8] [--lean 4] [--detail 2]
-[--seeds 10]`.
+[--workers 2] [--seeds 10]`.
 
 Inventories: real scans (`--stones` or CYCLOPEAN_STONES names their folder), and 200 and 1,000 stones of the synthetic
 quarry. For each, one line with a look-ahead and one in the order of the inventory: stones laid, their share of all,
@@ -9,7 +9,9 @@ void between the faces and below the stones' own tops, height, what `check` says
 the laying, and the largest volume that two blocks share, by exact solids, over that of the smaller one. With --seeds
 also how many of so many walls of 40 quarry stones stand by rigid-block equilibrium, and how many by coupled analysis.
 
-One thread: set OMP_NUM_THREADS=1 before.
+With two workers a second process lays half of each long wall; `of one core` is what this process alone has worked, and
+`pace` what a million turns of an empty loop take it (s), before and after: other jobs on the machine show there. One
+thread each: set OMP_NUM_THREADS=1 before.
 """
 
 import argparse
@@ -18,6 +20,7 @@ from pathlib import Path
 from time import perf_counter, process_time
 
 from cyclopean.analysis import Settings, check
+from cyclopean.cli.workers import beside
 from cyclopean.design.laying.settle import RubbleWall, SettleSettings, largest_overlap, settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
@@ -36,6 +39,14 @@ def inventory(name: str, folder: str | None, detail: int) -> Inventory | None:
 def verdict(wall: RubbleWall, method: str) -> str:
     """What `check` says."""
     return check(wall.assembly, Settings(method=method, seconds=20.0)).verdict
+
+
+def pace() -> float:
+    """Seconds that a million turns of an empty loop take."""
+    began = perf_counter()
+    for _ in range(1_000_000):
+        pass
+    return perf_counter() - began
 
 
 def stand(seeds: int, detail: int) -> None:
@@ -57,22 +68,25 @@ def main() -> None:
     parser.add_argument("--detail", type=int, default=2)
     parser.add_argument("--lean", type=float, default=SettleSettings().lean, help="degrees by which gravity may lean")
     parser.add_argument("--chinking", action="store_true")
+    parser.add_argument("--workers", type=int, choices=(1, 2), default=2)
     parser.add_argument("--seeds", type=int, default=0)
     asked = parser.parse_args()
-    print(f"{HEAD} {'seconds':>8} {'of one core':>11} {'overlap':>8}")
+    print(f"{HEAD} {'seconds':>8} {'of one core':>11} {'overlap':>8} pace")
     for name in asked.only.split(","):
         stones = inventory(name, asked.stones, asked.detail)
         if stones is None:
             continue
         for ahead in (asked.look_ahead, 0):
-            began, worked = perf_counter(), process_time()
-            wall = settle(stones, SettleSettings(look_ahead=ahead, lean=asked.lean, chinking=asked.chinking))
+            settings = SettleSettings(look_ahead=ahead, lean=asked.lean, chinking=asked.chinking)
+            before, began, worked = pace(), perf_counter(), process_time()
+            with beside(asked.workers - 1) as executor:
+                wall = settle(stones, settings, None, executor)
             seconds, core = perf_counter() - began, process_time() - worked
             m = wall.measures
             print(
                 f"{name:>8} {ahead:5d} {len(wall.laid):5d} {m.stable:6.1%} {m.void:6.1%} {m.hollow:6.1%}"
                 f" {m.height:6.2f}m {verdict(wall, 'rbe'):>9} {seconds:8.1f}"
-                f" {core:11.1f} {largest_overlap(wall.assembly)[0]:8.1e}",
+                f" {core:11.1f} {largest_overlap(wall.assembly)[0]:8.1e} {before:.3f} {pace():.3f}",
                 flush=True,
             )
     if asked.seeds:

@@ -263,6 +263,7 @@ def settle(
     hearting: bool | None = None,
     chinking: bool | None = None,
     units: str | None = None,
+    executor: Executor | None = None,
 ) -> "RubbleWall":
     """Lay found stones, uncut, into a dry rubble wall, and say of each whether it sits.
 
@@ -286,6 +287,8 @@ def settle(
         Small stones go into the hollows; wedges go under stones that rock.
     units : str, optional
         Unit of the stones' lengths, where the files do not say it.
+    executor : Executor, optional
+        Has one process lay half of a long wall; the wall is the same without it.
 
     Returns
     -------
@@ -312,7 +315,7 @@ def settle(
             hearting=hearting,
             chinking=chinking,
         )
-        wall = laying.settle(inventory, chosen, progress)
+        wall = laying.settle(inventory, chosen, progress, executor)
     for line in assumed:
         warnings.warn(line, stacklevel=2)
     return wall

@@ -11,6 +11,7 @@ from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
 from cyclopean.cli.values import choice, number, optional_number, whole
 from cyclopean.cli.wall_options import named
+from cyclopean.cli.workers import beside
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["settle"]
 
 LISTED = 6  # stones named one by one
+MANY = 400  # stones beyond which a second process is worth its start
 OPTIONS = ("length", "height", "thickness", "wythes", "cell", "yaws", "margin", "friction", "lean", "tries", "band")
 NAMED = {name: (f"--{name}", "") for name in OPTIONS} | {"look_ahead": ("--look-ahead", "")}
 
@@ -62,6 +64,9 @@ def settle(
     hearting: Annotated[bool, typer.Option("--hearting", help="Small stones go into the hollows.")] = False,
     chinking: Annotated[bool, typer.Option("--chinking", help="Drive wedges under stones that would rock.")] = False,
     cell: Annotated[str | None, typer.Option(metavar="L", help="Of the height map (m) [1/20 of a stone].")] = None,
+    workers: Annotated[
+        str | None, typer.Option(metavar="1|2", help="Processes: each lays half of a long wall [2 beyond 400 stones].")
+    ] = None,
     units: Annotated[str | None, typer.Option(metavar="U", help="Unit of the stones' lengths, such as mm.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="A stone that cannot be used is an error.")] = False,
     json: Annotated[
@@ -84,12 +89,14 @@ def settle(
         "hearting": hearting,
         "chinking": chinking,
     }
+    count = None if workers is None else int(choice("--workers", workers, ("1", "2")))
     files = planned({"--out": out, "--json": json, "--svg": svg})
     for option, path in files.items():
         planned({option: str(path)}, keep=stones)
     if Path(out).suffix.lower() != ".json":
         raise InputError(f"--out {out}: unknown ending; use .json")
 
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean import io
     from cyclopean.design.laying.settle import SettleSettings
     from cyclopean.design.laying.settle import settle as build
@@ -98,7 +105,8 @@ def settle(
     with named(NAMED), long_work(f"laying {stones}") as stage:
         settings = SettleSettings(**wanted, weights=_weights(weights))
         inventory, said = io.read_stones(stones, units, strict)
-        wall = build(inventory, settings, stage)
+        with beside((count or (2 if len(inventory) > MANY else 1)) - 1) as executor:
+            wall = build(inventory, settings, stage, executor)
     for warning in (*said, *inventory.notes):
         warn(warning)
     there = Path(json if "--json" in files and json else out).absolute().parent

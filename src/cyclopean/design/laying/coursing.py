@@ -19,7 +19,7 @@ __all__ = ["CLOSE", "Course", "inwards", "level_of"]
 ROCKING = 3  # rocking stones that are tried with a wedge before a gap is left
 DEEPEST = 0.6  # of the thickness: a stone of one of two wythes
 INTO, PLAY = 4, 6  # cells by which a place may reach into its neighbour's plan, and stand off from it
-SKIP = 3  # cells that are left open where nothing goes
+SKIP = 5  # cells that are left open where nothing goes
 CLOSE = 48  # places looked at closely, of each choice
 
 
