@@ -15,6 +15,7 @@ import pytest
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly.patches import Surface
 from cyclopean.design.laying import gangs
+from cyclopean.design.laying.places import Place
 from cyclopean.design.laying.settle import OVERLAP, SettleSettings, largest_overlap, settle
 from cyclopean.design.laying.standing import FRICTION, Mass, Structure
 from cyclopean.design.stones.inventory import Inventory
@@ -61,7 +62,11 @@ def test_the_wall_is_the_same_whoever_lays_its_other_half(stones, alone, monkeyp
     assert np.array_equal(together.assembly.contacts.point, alone.assembly.contacts.point)
     assert together.measures.void == alone.measures.void
     assert len({sent[0] for sent in other.sent}) == 1, "one copy for one wall"
-    assert max(len(sent[3]) for sent in other.sent) > 20, "it is told what was laid since"
+    *_, last = other.sent
+    assert len(last[3]) > 20, "it is told what was laid since"
+    copy = gangs._COPIES[last[0]]
+    assert {turn.number for turn in last[3]} <= set(copy.stood)
+    assert (copy.map > 0.0).any(axis=1).mean() > 0.8, "both halves of its map"
 
 
 def test_in_another_process_too(stones, alone, monkeypatch):
@@ -86,7 +91,10 @@ def test_gangs_keep_off_the_middle_and_what_is_left_is_closed(stones, monkeypatc
 
     def watched(site, stint):
         stints.append(stint)
+        site.looked.fail(Place(site.bedded(stint.stones[0], 0)[0], (0, 0), 0.0, 0.0))
+        before = site.looked
         reports.append(work(site, stint))
+        assert site.looked is not before, "what was tried in vain before is forgotten, for a copy does not know it"
         ends = [(site.stood[t.number].low[0], site.stood[t.number].high[0]) for t in reports[-1].turns]
         middle, off = stint.middle * site.cell, gangs.APART * site.mean
         assert all(high <= middle - off if stint.side < 0 else low >= middle + off for low, high in ends)
