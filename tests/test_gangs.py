@@ -86,21 +86,25 @@ def test_it_stands_and_nothing_overlaps(alone):
 def test_gangs_keep_off_the_middle_and_what_is_left_is_closed(stones, monkeypatch):
     """Each begins at its end, with every other stone; then the space between them is filled."""
     monkeypatch.setattr(gangs, "LONG", 20.0)
-    reports, stints = [], []
-    work = gangs._worked
+    reports, stints, spoiled = [], [], []
+    work, begin = gangs._worked, gangs.inwards
+
+    def begun(site, *rest):
+        assert not site.looked.failed(spoiled[-1]), "a copy does not know what was tried in vain before"
+        return begin(site, *rest)
 
     def watched(site, stint):
         stints.append(stint)
-        site.looked.fail(Place(site.bedded(stint.stones[0], 0)[0], (0, 0), 0.0, 0.0))
-        before = site.looked
+        spoiled.append(Place(site.bedded(stint.stones[0], 0)[0], (0, 0), 0.0, 0.0))
+        site.looked.fail(spoiled[-1])
         reports.append(work(site, stint))
-        assert site.looked is not before, "what was tried in vain before is forgotten, for a copy does not know it"
         ends = [(site.stood[t.number].low[0], site.stood[t.number].high[0]) for t in reports[-1].turns]
         middle, off = stint.middle * site.cell, gangs.APART * site.mean
         assert all(high <= middle - off if stint.side < 0 else low >= middle + off for low, high in ends)
         return reports[-1]
 
     monkeypatch.setattr(gangs, "_worked", watched)
+    monkeypatch.setattr(gangs, "inwards", begun)
     wall = settle(stones, LONG)
     lower, upper = stints[:2]
     assert (lower.side, upper.side) == (-1, 1)
