@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from typing import Any
 
 from cyclopean.errors import InputError
 
@@ -58,10 +59,14 @@ def beside(count: int) -> Iterator[Executor | None]:
         try:
             yield executor
         except BaseException:
+            answers: Any = getattr(executor, "_result_queue", None)
             executor.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():
                 if child not in before:
                     child.terminate()
+            # who reads the answers would wait for the rest of one that a child was ended in, were our end left open
+            if hasattr(answers, "_writer"):
+                answers._writer.close()
             raise
 
 
