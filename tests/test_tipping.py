@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from cyclopean.design.laying import tipping
 from cyclopean.design.laying.tipping import FAR, left_under, tipped
 
 CELL, STEEP = 0.04, 0.35
@@ -86,3 +87,9 @@ def test_a_stone_with_its_middle_beyond_the_edge_goes_over():
     need = np.full((1, 10, 2), -9.0)
     need[0, :3] = 0.0
     assert tipped(need, cells(10)[None], cells(2)[None], STEEP)[0, 1] == pytest.approx(-STEEP, rel=1e-3)
+
+
+def test_a_stone_without_an_answer_counts_as_one_that_falls(monkeypatch):
+    monkeypatch.setattr(tipping, "MOST", 0)
+    need, x, y = draw(3)
+    assert np.abs(tipped(need, x, y, STEEP)[:, 1:]).min() > STEEP

@@ -44,7 +44,7 @@ def tipped(need: Floats, x: Floats, y: Floats, steep: float) -> Floats:
     Returns
     -------
     (k, 3) array
-        a (m), b, c. Of a stone that came to no end in `MOST` exchanges, the slopes are infinite.
+        a (m), b, c. Of a stone that came to no end in `MOST` exchanges, twice as steep as any may be.
     """
     count, _, d = need.shape
     extent = np.abs(x).max(axis=1) + np.abs(y).max(axis=1)
@@ -57,7 +57,7 @@ def tipped(need: Floats, x: Floats, y: Floats, steep: float) -> Floats:
     row[:, :, 0] = 1.0
     row[:, 0, 1:], row[:, 1, 1], row[:, 2, 2] = first, against[:, 0], against[:, 1]
     height = np.stack([need[every, cell // d, cell % d], -steep * far, -steep * far], axis=1)
-    motion = np.full((count, 3), np.inf)
+    motion = np.tile([0.0, 2.0 * steep, 2.0 * steep], (count, 1))
     going = every
     for _ in range(MOST):
         inverse = np.linalg.inv(row[going])
