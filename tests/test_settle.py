@@ -68,7 +68,7 @@ def test_a_box_bridges_the_gap_between_two_others():
     ground = np.zeros((20, 6))
     ground[:8] = ground[12:] = 0.2
     vertices, triangles = box(0.6, 0.3, 0.1, at=(-0.3, -0.15, -0.05))
-    lying = Bedded(0, np.eye(3), rasters(vertices[None], triangles, edges_of(triangles), 0.05)[0], 0)
+    lying = Bedded.of(0, np.eye(3), rasters(vertices[None], triangles, edges_of(triangles), 0.05)[0], 0)
     slot = Slot(
         np.array([4, 16]), np.array([0, 6]), 0, 0, 0, False, True, 0.3, np.inf, (0.2, 0.8), np.zeros(0), 0.6, 0.1
     )

@@ -10,7 +10,7 @@ import numpy as np
 from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Ints
 from cyclopean.design.laying.hearting import wedge_under
-from cyclopean.design.laying.places import Place, Slot, ranked
+from cyclopean.design.laying.places import Slot, different, ranked
 from cyclopean.design.laying.seating import heyman_margin
 from cyclopean.design.laying.site import NARROW, Site, Trial, mass_of, surface_of, wedge_body
 
@@ -87,15 +87,10 @@ def _next(site: Site, slot: Slot) -> Trial | None:
     for bed in (0, 1):
         lying = [b for k in window for b in site.bedded(k, bed)]
         places = ranked(site.map, lying, slot, site.settings.weights, site.cell, CLOSE, site.looked)
-        trial = site.first(_different(places)[: site.settings.tries], rocking)
+        trial = site.first(different(places)[: site.settings.tries], rocking)
         if trial is not None:
             return trial
     return _chinked(site, sorted(rocking, key=lambda t: -t.margin)) if site.settings.chinking else None
-
-
-def _different(places: Sequence[Place]) -> list[Place]:
-    """The best place of each stone in each orientation."""
-    return list({(p.lying.stone, id(p.lying)): p for p in reversed(places)}.values())[::-1]
 
 
 def _chinked(site: Site, rocking: Sequence[Trial]) -> Trial | None:

@@ -41,7 +41,7 @@ class Features:
 
     def scaled(self, scale: float, rotation: Floats, shift: Floats) -> "Features":
         """The same at scale rotation x + shift."""
-        plane = self.plane @ rotation.T
+        plane = (self.plane.reshape(-1, 3) @ rotation.T).reshape(self.plane.shape)  # as one product, not as many
         offset = scale * self.offset + plane @ shift
         return replace(
             self,
@@ -55,7 +55,7 @@ class Features:
             run=scale * self.run @ rotation.T,
             edge_middle=scale * self.edge_middle @ rotation.T + shift,
             edge_radius=scale * self.edge_radius,
-            inward=self.inward @ rotation.T,
+            inward=(self.inward.reshape(-1, 3) @ rotation.T).reshape(self.inward.shape),
             outward=self.outward @ rotation.T,
         )
 
@@ -101,8 +101,9 @@ class Features:
 
 def _reaching(middle: Floats, radius: Floats | None, low: Floats, high: Floats) -> Ints:
     """Which balls, or points, reach into a box."""
-    reach = 0.0 if radius is None else radius[:, None]
-    return np.flatnonzero(((middle >= low - reach) & (middle <= high + reach)).all(axis=1))
+    place, reach = np.ascontiguousarray(middle.T), 0.0 if radius is None else radius  # one long row for each axis
+    x, y, z = (place >= low[:, None] - reach) & (place <= high[:, None] + reach)
+    return np.flatnonzero(x & y & z)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

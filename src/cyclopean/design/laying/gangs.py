@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.design.laying.coursing import Course, inwards
-from cyclopean.design.laying.places import Looked, Slot, ranked
+from cyclopean.design.laying.places import Looked, Slot, different, ranked
 from cyclopean.design.laying.rubble import SettleSettings
 from cyclopean.design.laying.site import Site, Turn
 from cyclopean.design.stones.stone import Stone
@@ -32,8 +32,8 @@ APART = 0.75  # mean lengths: that a gang keeps off the middle
 ROOM = 1.5  # mean lengths: where less than that is left to a gang, it stops
 SWAY = 4.0  # mean lengths: by which the middle moves from course to course
 ENDS = (-1, 1)
-FEW = 12  # places looked at closely, of each choice, in a part of the wall
-PARTS = 8  # parts that a stone is tried in, at the end
+FEW = 24  # places looked at closely, of each choice, in a part of the wall
+PARTS = 4  # parts that a stone is tried in, at the end
 SECTION = 8.0  # mean lengths: part of a wall that is looked at together
 
 
@@ -141,7 +141,7 @@ def _once_more(site: Site, course: Course, cells: tuple[int, int]) -> None:
         weights = site.settings.weights
         parts = _sections(site, course.level, cells)
         parts = [parts[(turn * PARTS + k) % len(parts)] for k in range(min(PARTS, len(parts)))]
-        places = [p for slot in parts for p in ranked(site.map, lying, slot, weights, site.cell, FEW)]
+        places = [p for slot in parts for p in different(ranked(site.map, lying, slot, weights, site.cell, FEW))]
         trial = site.first(sorted(places, key=lambda p: p.cost)[: 2 * site.settings.tries], [])
         if trial is not None:
             site.take(trial, course.number, 0)

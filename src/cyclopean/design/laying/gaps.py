@@ -70,10 +70,11 @@ class Surroundings:
         """What comes near the box around the others; and where each of it was, among those of its kind."""
         if not len(other.radius):
             return self, np.arange(len(self.radius)) - np.repeat(self.start[:-1], np.diff(self.start))
-        reach = other.radius[:, None] + zone
-        low, high = (other.middle - reach).min(axis=0), (other.middle + reach).max(axis=0)
-        ball = self.radius[:, None]
-        kept = ((self.middle - ball <= high) & (self.middle + ball >= low)).all(axis=1).nonzero()[0]
+        place, reach = np.ascontiguousarray(other.middle.T), other.radius + zone  # one long row for each axis
+        low, high = (place - reach).min(axis=1)[:, None], (place + reach).max(axis=1)[:, None]
+        place = np.ascontiguousarray(self.middle.T)
+        x, y, z = (place - self.radius <= high) & (place + self.radius >= low)
+        kept = (x & y & z).nonzero()[0]
         start = np.searchsorted(kept, self.start)
         near = Surroundings(self.middle[kept], self.radius[kept], self.outward[kept], self.spread[kept], start)
         return near, kept - np.repeat(self.start[:-1], np.diff(start))

@@ -212,8 +212,8 @@ def rest_heights(ground: Floats, low: Floats, most: float) -> tuple[Floats, Floa
     # x comes last, so that what runs in one sweep is as long as can be
     view = np.lib.stride_tricks.sliding_window_view(np.ascontiguousarray(ground.T, np.float32), shape)
     space = (under[:, :, None, None] - view).reshape(under.size, -1)
-    rest = np.float32(0.0) - space.min(axis=0)
-    space += rest
-    np.minimum(space, np.float32(most), out=space)
+    nearest = space.min(axis=0)
+    np.minimum(space, nearest + np.float32(most), out=space)
     share = (under < np.inf).ravel().astype(np.float32) / np.float32(np.count_nonzero(under < np.inf))
-    return rest.reshape(shape).T.astype(float), (share @ space).reshape(shape).T.astype(float)
+    gap = share @ space - nearest
+    return -nearest.reshape(shape).T.astype(float), gap.reshape(shape).T.astype(float)

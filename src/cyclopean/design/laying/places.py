@@ -26,7 +26,7 @@ from cyclopean.design.laying.tipping import left_under, tipped
 from cyclopean.design.options import not_negative
 from cyclopean.design.stones.stone import Stone
 
-__all__ = ["Bedded", "Looked", "Place", "Slot", "Weights", "assessed", "bedded", "ranked"]
+__all__ = ["Bedded", "Looked", "Place", "Slot", "Weights", "assessed", "bedded", "different", "ranked"]
 
 DIRECTIONS = 16  # in which the hull of what touches is felt
 NEAR = 0.25  # of a mean length: head joints farther from each other than that are bonded
@@ -67,11 +67,14 @@ class Bedded:
     rotation: Floats  # (3, 3)
     raster: Raster
     bed: int  # 0 on its flattest bed, 1 on its second choice
+    top: float  # m: its highest point
+    thickness: float  # m: from its lowest to its highest point
 
-    @property
-    def thickness(self) -> float:
-        """Height (m) from its lowest to its highest point."""
-        return float(self.raster.high.max() - self.raster.low.min())
+    @classmethod
+    def of(cls, stone: int, rotation: Floats, raster: Raster, bed: int) -> "Bedded":
+        """A stone with what its raster tells."""
+        top = float(raster.high.max())
+        return cls(stone, rotation, raster, bed, top, top - float(raster.low.min()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,11 +133,11 @@ def bedded(number: int, stone: Stone, yaws: int, cell: float, beds: Sequence[int
             flat = _upright(down, stone.axes[0])
             turns = [_yaw(2.0 * np.pi * k / yaws) @ flat for k in range(half)]
             made = rasters(np.stack([point @ turn.T for turn in turns]), stone.triangles, edges, cell)
-            found += [Bedded(number, turn, raster, bed) for turn, raster in zip(turns, made, strict=True)]
+            found += [Bedded.of(number, turn, raster, bed) for turn, raster in zip(turns, made, strict=True)]
             if half < yaws:
                 back = _yaw(np.pi)
                 found += [
-                    Bedded(number, back @ turn, _backwards(raster, cell), bed)
+                    Bedded.of(number, back @ turn, _backwards(raster, cell), bed)
                     for turn, raster in zip(turns, made, strict=True)
                 ]
     return found
@@ -278,6 +281,14 @@ def ranked(
     return sorted(found, key=lambda place: place.cost)
 
 
+def different(places: Sequence[Place]) -> list[Place]:
+    """The best place of each stone in each orientation, of places with the best first; in this order."""
+    best: dict[int, Place] = {}
+    for place in places:
+        best.setdefault(id(place.lying), place)
+    return list(best.values())
+
+
 def _quick(
     ground: Floats, lying: Bedded, slot: Slot, weights: Weights, cell: float, looked: Looked
 ) -> tuple[Floats, tuple[int, int]]:
@@ -288,7 +299,7 @@ def _quick(
     w, d = lying.raster.low.shape
     thick = lying.thickness
     rest, hollow = looked.fits(ground, lying, (x0, x1), (y0, y1))
-    top = rest + float(lying.raster.high.max())
+    top = rest + lying.top
     start: Floats = (x0 + np.arange(x1 - x0 + 1, dtype=float)) * cell
     costs = weights.void * (hollow + _lost(start, lying, slot, cell)[:, None])
     costs = costs + weights.height * np.abs(top - slot.level) / thick
@@ -370,8 +381,10 @@ def assessed(ground: Floats, places: Sequence[tuple[Bedded, tuple[int, int]]], c
     motion = tipped(need, x, y, TIPPED)
     touching = left_under(need, x, y, motion) <= NEARLY * cell
     angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    out = x[:, :, None, None] * np.cos(angle) + y[:, None, :, None] * np.sin(angle)
-    reach = np.where(touching[..., None], out, -np.inf).max(axis=(1, 2)).min(axis=1)
+    which, along, across = touching.nonzero()  # stone after stone
+    out = x[which, along] * np.cos(angle)[:, None] + y[which, across] * np.sin(angle)[:, None]
+    reach, some = np.full(len(places), -np.inf), np.unique(which)
+    reach[some] = np.maximum.reduceat(out, np.searchsorted(which, some), axis=1).min(axis=0)
     centre = np.clip(1.0 - reach / (0.5 * cell * np.array(size).min(axis=1)), 0.0, 2.0)
     support = touching.sum(axis=(1, 2)) / np.isfinite(need).sum(axis=(1, 2))
     tilt = np.hypot(motion[:, 1], motion[:, 2]) / TIPPED
