@@ -50,10 +50,11 @@ def test_the_wall_stands(run, quarry):
     assert "rubble wall: " in out
 
 
-def test_a_second_process_changes_nothing(run, quarry, tmp_path):
+@pytest.mark.parametrize("given", [("--length", 60, "--ways", 1), ("--length", 3, "--ways", 2)])
+def test_a_second_process_changes_nothing(run, quarry, tmp_path, given):
     """60 m are long enough for two gangs."""
     for count in (1, 2):
-        options = ("--length", 60, "--thickness", 0.9, "--workers", count, *QUICK)
+        options = (*given, "--thickness", 0.9, "--workers", count, *QUICK)
         assert run("settle", quarry, "--out", f"w{count}.json", *options)[0] == 0
     assert (tmp_path / "w1.json").read_bytes() == (tmp_path / "w2.json").read_bytes()
 
@@ -93,6 +94,8 @@ def test_json_to_standard_output_is_all_that_is_printed(run, quarry):
         (("--wythes", "3"), "--wythes: '3' is not one of 1, 2"),
         (("--look-ahead", "-1"), "--look-ahead: expected a whole number of at least 0, got -1"),
         (("--workers", "3"), "--workers: '3' is not one of 1, 2"),
+        (("--ways", "0"), "--ways: expected a whole number of at least 1, got 0"),
+        (("--ways", "7"), "--ways: 7; give no more than 6"),
         (("--yaws", "0"), "--yaws: expected a whole number of at least 1, got 0"),
         (("--margin", "-1"), "--margin: must not be negative, got -1"),
         (("--lean", "-1"), "--lean: must not be negative"),

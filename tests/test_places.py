@@ -1,12 +1,14 @@
 """What is kept of places is what would be found anew, and it is forgotten where something is laid.
 
 By hand: where a stone was tried in vain, it may be tried again once a box lies beside it, but not for one far away.
-Mutants killed: nothing forgotten; heights taken from the wrong row; a place told apart by its row alone.
+Mutants killed: nothing forgotten; heights taken from the wrong row; a place told apart by its row alone; the worst
+place of a stone kept, or one in another order; a stone that touches nothing taken for the next one.
 """
 
 import numpy as np
 
-from cyclopean.design.laying.places import BESIDE, Looked, Place, Slot, Weights, bedded, ranked
+from cyclopean.design.laying import places
+from cyclopean.design.laying.places import BESIDE, Looked, Place, Slot, Weights, assessed, bedded, different, ranked
 from cyclopean.design.stones.quarry import quarry
 
 CELL = 0.06
@@ -54,3 +56,27 @@ def test_a_place_that_failed_is_open_again_when_something_is_laid_beside_it():
     assert looked.failed(place)
     looked.forget(40 + wide + 3, 90)
     assert not looked.failed(place)
+
+
+def test_the_best_place_of_each_stone_as_it_lies():
+    one, two = bedded(0, quarry(1, 4, detail=1)[0], 1, CELL)
+    found = [Place(one, (3, 0), 0.1, 1.0), Place(one, (4, 0), 0.1, 2.0), Place(two, (9, 0), 0.1, 3.0)]
+    assert different(found) == [found[0], found[2]]
+    assert different([found[2], found[1], found[0]]) == [found[2], found[1]]
+    assert different([]) == []
+
+
+def test_a_stone_that_comes_to_touch_nothing_counts_as_one_that_falls(monkeypatch):
+    """By hand: two stones on a floor; the one that is held a metre above it has no support, and the worst centre."""
+    one, two = bedded(0, quarry(1, 4, detail=1)[0], 1, CELL)
+    floor, at = np.zeros((40, 40)), [(one, (3, 3)), (two, (12, 5))]
+    usual = assessed(floor, at, CELL)
+    tip = places.tipped
+    for held in (0, 1):
+        lift = np.zeros((2, 3))
+        lift[held, 0] = 1.0
+        monkeypatch.setattr(places, "tipped", lambda *given, lift=lift: tip(*given) + lift)
+        found = assessed(floor, at, CELL)
+        assert found[held][:2] == (0.0, 2.0)
+        assert found[1 - held] == usual[1 - held]
+        assert usual[held][0] > 0.0

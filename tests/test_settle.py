@@ -1,6 +1,8 @@
 """Rubble walls: stones rest where they must, none stands in another one, and nothing hangs on the order of the file."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,9 +11,11 @@ from scipy.spatial import ConvexHull
 
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, Contacts, rough_contacts
+from cyclopean.design.laying import coursing
 from cyclopean.design.laying.hearting import highest_plane, small_stones, wedge_under
 from cyclopean.design.laying.height_map import edges_of, rasters
 from cyclopean.design.laying.places import Bedded, Slot, Weights, bedded, ranked
+from cyclopean.design.laying.rubble import ways_of
 from cyclopean.design.laying.seating import body_of, seat
 from cyclopean.design.laying.settle import OVERLAP, SettleSettings, largest_overlap, settle
 from cyclopean.design.laying.standing import FRICTION
@@ -181,6 +185,28 @@ def test_the_same_again_to_the_bit_and_in_any_order_of_the_inventory(wall, stone
         assert np.array_equal(a.transform, b.transform)
 
 
+def test_of_several_walls_the_best_is_kept_whoever_lays_them(wall, stones, monkeypatch):
+    """By hand: the first of those with most stones, or the one of these with least void."""
+    assert wall.settings.ways == 4, "of twelve stones"
+    settings = SettleSettings(look_ahead=4, yaws=4)
+    alone = []
+    for skip in coursing.SKIPS[:4]:
+        monkeypatch.setattr(coursing, "SKIPS", (skip,))
+        alone.append(settle(Inventory(stones), replace(settings, ways=1)))
+        monkeypatch.undo()
+    rank = [(-len(one.laid), one.measures.void) for one in alone]
+    assert len(set(rank)) > 1, "the ways differ, or the test says nothing"
+    best = alone[rank.index(min(rank))]
+    with ThreadPoolExecutor(1) as other:
+        beside = settle(Inventory(stones), settings, None, other)
+    for found in (wall, beside):
+        assert [a.stone for a in found.laid] == [b.stone for b in best.laid]
+        assert all(np.array_equal(a.transform, b.transform) for a, b in zip(found.laid, best.laid, strict=True))
+    assert ways_of(settings, 32) == 4
+    assert ways_of(settings, 33) == 1
+    assert ways_of(replace(settings, ways=2), 999) == 2
+
+
 def test_the_order_of_the_inventory_counts_without_look_ahead():
     made = boxes((0.3, 0.3, 0.1), (0.5, 0.3, 0.2), (0.4, 0.3, 0.15))
     found = settle(made, SettleSettings(length=2.0, thickness=0.3, cell=0.05, look_ahead=0))
@@ -245,6 +271,8 @@ def test_a_plane_is_below_all_points_and_touches_some():
         ({"length": 0.0}, "length: must be more than 0"),
         ({"wythes": 3}, "wythes: expected 1 or 2"),
         ({"look_ahead": -1}, "look_ahead: expected a whole number of at least 0"),
+        ({"ways": 0}, "ways: expected a whole number of at least 1"),
+        ({"ways": 7}, "ways: 7; give no more than 6"),
         ({"yaws": 0}, "yaws: expected a whole number of at least 1"),
         ({"margin": -1.0}, "margin: must not be negative"),
         ({"friction": 0.0}, "friction: must be more than 0"),

@@ -288,7 +288,7 @@ def settle(
     units : str, optional
         Unit of the stones' lengths, where the files do not say it.
     executor : Executor, optional
-        Has one process lay half of a long wall; the wall is the same without it.
+        Has one process lay half of a long wall, or every other one of several; the result is the same without it.
 
     Returns
     -------

@@ -23,8 +23,9 @@ __all__ = ["settle"]
 
 LISTED = 6  # stones named one by one
 MANY = 400  # stones beyond which a second process is worth its start
-OPTIONS = ("length", "height", "thickness", "wythes", "cell", "yaws", "margin", "friction", "lean", "tries", "band")
-NAMED = {name: (f"--{name}", "") for name in OPTIONS} | {"look_ahead": ("--look-ahead", "")}
+LENGTHS = "length", "height", "thickness", "cell", "margin", "band"
+NUMBERS = "wythes", "yaws", "friction", "lean", "tries", "ways"
+NAMED = {name: (f"--{name}", "") for name in LENGTHS + NUMBERS} | {"look_ahead": ("--look-ahead", "")}
 
 
 def settle(
@@ -64,8 +65,11 @@ def settle(
     hearting: Annotated[bool, typer.Option("--hearting", help="Small stones go into the hollows.")] = False,
     chinking: Annotated[bool, typer.Option("--chinking", help="Drive wedges under stones that would rock.")] = False,
     cell: Annotated[str | None, typer.Option(metavar="L", help="Of the height map (m) [1/20 of a stone].")] = None,
+    ways: Annotated[
+        str | None, typer.Option(metavar="N", help="Walls laid, of which the best is kept [4 of up to 32 stones].")
+    ] = None,
     workers: Annotated[
-        str | None, typer.Option(metavar="1|2", help="Processes: each lays half of a long wall [2 beyond 400 stones].")
+        str | None, typer.Option(metavar="1|2", help="Processes [2 for several walls, and beyond 400 stones].")
     ] = None,
     units: Annotated[str | None, typer.Option(metavar="U", help="Unit of the stones' lengths, such as mm.")] = None,
     strict: Annotated[bool, typer.Option("--strict", help="A stone that cannot be used is an error.")] = False,
@@ -86,6 +90,7 @@ def settle(
         "margin": optional_number("--margin", margin),
         "friction": number("--friction", friction),
         "lean": number("--lean", lean),
+        "ways": None if ways is None else whole("--ways", ways),
         "hearting": hearting,
         "chinking": chinking,
     }
@@ -98,6 +103,7 @@ def settle(
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean import io
+    from cyclopean.design.laying.rubble import ways_of
     from cyclopean.design.laying.settle import SettleSettings
     from cyclopean.design.laying.settle import settle as build
     from cyclopean.io.settled import settled_dict
@@ -105,7 +111,8 @@ def settle(
     with named(NAMED), long_work(f"laying {stones}") as stage:
         settings = SettleSettings(**wanted, weights=_weights(weights))
         inventory, said = io.read_stones(stones, units, strict)
-        with beside((count or (2 if len(inventory) > MANY else 1)) - 1) as executor:
+        two = ways_of(settings, len(inventory)) > 1 or len(inventory) > MANY
+        with beside((count or 1 + two) - 1) as executor:
             wall = build(inventory, settings, stage, executor)
     for warning in (*said, *inventory.notes):
         warn(warning)

@@ -19,7 +19,7 @@ __all__ = ["CLOSE", "Course", "inwards", "level_of"]
 ROCKING = 3  # rocking stones that are tried with a wedge before a gap is left
 DEEPEST = 0.6  # of the thickness: a stone of one of two wythes
 INTO, PLAY = 4, 6  # cells by which a place may reach into its neighbour's plan, and stand off from it
-SKIP = 5  # cells that are left open where nothing goes
+SKIPS = 5, 4, 3, 6, 8, 2  # cells that are left open where nothing goes: one number for each way to lay a wall
 CLOSE = 48  # places looked at closely, of each choice
 
 
@@ -64,7 +64,8 @@ def inwards(
             break
         trial = _next(site, _slot(site, (low, high), side, course))
         if trial is None:  # nothing goes here: leave a gap
-            low, high = (low + SKIP, high) if side < 0 else (low, high - SKIP)
+            skip = SKIPS[site.way]
+            low, high = (low + skip, high) if side < 0 else (low, high - skip)
             continue
         site.take(trial, course.number, course.wythe)
         joints.append(float(site.boxes[-1, 1, 0] if side < 0 else site.boxes[-1, 0, 0]))

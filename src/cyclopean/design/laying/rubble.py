@@ -16,12 +16,13 @@ from cyclopean.design.options import at_least, not_negative, positive
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 
-__all__ = ["OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings", "filled_in", "mean_length"]
+__all__ = ["OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings", "filled_in", "mean_length", "ways_of"]
 
 OVERLAP = 1e-3  # of a stone's volume: what it may share with another one
 LEAN, STEEP = 4.0, 45.0  # degrees: by which gravity leans while laying, and what is too much
 CELLS = 20  # of a mean stone's length
 SLENDER = 2.0  # times its thickness: height that a wall is planned for
+FEW, WAYS, MOST_WAYS = 32, 4, 6  # of so few stones, so many walls are laid; and no more
 SOLIDITY = 0.4  # share of stone in a wall, to find its length by
 WIDE, WIDE_OF_TWO = 90.0, 75.0  # percentile of the stones' widths that a wythe is made for
 
@@ -45,6 +46,7 @@ class SettleSettings:
     hearting: bool = False
     chinking: bool = False
     band: float | None = None  # m: surfaces nearer than that make a contact
+    ways: int | None = None  # walls that are laid, each with other gaps where nothing goes; the best one is kept
 
     def __post_init__(self) -> None:
         for name in ("length", "height", "thickness", "cell", "band"):
@@ -52,9 +54,13 @@ class SettleSettings:
             object.__setattr__(self, name, None if value is None else positive(name, value))
         for name, least in (("yaws", 1), ("look_ahead", 0), ("tries", 1)):
             object.__setattr__(self, name, at_least(name, getattr(self, name), least))
+        if self.ways is not None:
+            object.__setattr__(self, "ways", at_least("ways", self.ways, 1))
         object.__setattr__(self, "margin", None if self.margin is None else not_negative("margin", self.margin))
         object.__setattr__(self, "friction", positive("friction", self.friction))
         object.__setattr__(self, "lean", not_negative("lean", self.lean))
+        if (self.ways or 1) > MOST_WAYS:
+            raise InputError(f"ways: {self.ways}; give no more than {MOST_WAYS}")
         if not self.lean < STEEP:
             raise InputError(f"lean: {self.lean:g} degrees; give less than {STEEP:g}")
         if self.wythes not in (1, 2):
@@ -131,7 +137,13 @@ def filled_in(stones: Sequence[Stone], settings: SettleSettings) -> SettleSettin
         thickness=thickness,
         cell=cell,
         band=settings.band or usual_band(np.array([stone.volume for stone in stones])),
+        ways=ways_of(settings, len(stones)),
     )
+
+
+def ways_of(settings: SettleSettings, stones: int) -> int:
+    """How many walls are laid of so many stones."""
+    return settings.ways or (WAYS if stones <= FEW else 1)
 
 
 def mean_length(stones: Sequence[Stone]) -> float:

@@ -17,9 +17,13 @@ either end, each with half of the stones. Where a wall has two wythes, the front
 rear one. Which stone comes next: of all that are left, the largest; `look_ahead` of
 them compete for every place. With a look-ahead of 0, stones are laid in the order of the inventory, the next one always
 at the first place where it stands. Nothing is drawn at random.
+
+How many of a few stones come to lie hangs on chance: on which of them meet. So of few, several walls are laid, each
+with gaps of another width where nothing goes, and the best is kept: that with most stones, and of these the densest.
 """
 
 from concurrent.futures import Executor
+from dataclasses import replace
 from time import perf_counter
 
 from cyclopean.design.laying.building import build
@@ -30,6 +34,10 @@ from cyclopean.design.stones.inventory import Inventory
 from cyclopean.errors import InputError
 
 __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "largest_overlap", "settle"]
+
+
+def _silent(stage: str) -> None:
+    """Nothing is told."""
 
 
 def settle(
@@ -49,7 +57,7 @@ def settle(
     progress : callable, optional
         Told what goes on.
     executor : concurrent.futures.Executor, optional
-        Has one process do half of a long wall. The wall is the same without it.
+        Has one process do half of a long wall, or lay every other one of several. The wall is the same without it.
 
     Returns
     -------
@@ -61,15 +69,32 @@ def settle(
         There are no stones, none of them fits into the wall, or the map would have too many cells.
     """
     began = perf_counter()
-    say = progress or (lambda _: None)
+    say = progress or _silent
     if not len(inventory):
         raise InputError(f"{inventory.source}: there are no stones to lay")
     full = filled_in(inventory.stones, settings or SettleSettings())
-    site = Site(inventory.stones, full, say)
-    build(site, executor)
-    if not site.laid:
+    ways = full.ways or 1
+    elsewhere = {} if executor is None else {k: executor.submit(_laid, inventory, full, k) for k in range(1, ways, 2)}
+    here = {k: _laid(inventory, full, k, say, executor) for k in range(ways) if k not in elsewhere}
+    walls = [elsewhere[k].result() if k in elsewhere else here[k] for k in range(ways)]
+    best = min((wall for wall in walls if wall is not None), key=_rank, default=None)
+    if best is None:
         raise InputError(
             f"{inventory.source}: none of {len(inventory)} stones fits into a wall {full.length:.3g} m long and"
             f" {full.thickness:.3g} m thick; make it larger (--length, --thickness, --height)"
         )
-    return finished(site, inventory, began)
+    return replace(best, measures=replace(best.measures, seconds=perf_counter() - began))
+
+
+def _laid(
+    inventory: Inventory, settings: SettleSettings, way: int, say: Progress = _silent, executor: Executor | None = None
+) -> RubbleWall | None:
+    """One wall; None where nothing can be laid."""
+    site = Site(inventory.stones, settings, say, way)
+    build(site, None if settings.ways != 1 else executor)
+    return finished(site, inventory) if site.laid else None
+
+
+def _rank(wall: RubbleWall) -> tuple[int, float]:
+    """Less is better."""
+    return -len(wall.laid), wall.measures.void

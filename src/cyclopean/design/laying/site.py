@@ -64,9 +64,9 @@ class Trial:
 class Site:
     """The wall while it is laid."""
 
-    def __init__(self, stones: Sequence[Stone], settings: SettleSettings, say: Progress) -> None:
+    def __init__(self, stones: Sequence[Stone], settings: SettleSettings, say: Progress, way: int = 0) -> None:
         length, thickness, cell = (float(v or 0.0) for v in (settings.length, settings.thickness, settings.cell))
-        self.stones, self.settings, self.say = stones, settings, say
+        self.stones, self.settings, self.say, self.way = stones, settings, say, way
         self.cell, self.size = cell, (length, thickness)
         self.map: Floats = np.zeros((int(length / cell + 1e-9), int(thickness / cell + 1e-9)))
         self.mean = mean_length(stones)
