@@ -59,7 +59,7 @@ def drawn(seed: int) -> tuple[Assembly, float, str]:
     draw = np.random.default_rng([seed, 17])
     count = int(draw.integers(STONES[0], STONES[1] + 1))
     stones = tuple(hull_stone(s) for s in quarry(count, seed=1000 + seed, detail=DETAIL))
-    wall = settle(Inventory(stones), SettleSettings(band=BAND, yaws=YAWS)).assembly
+    wall = settle(Inventory(stones), SettleSettings(band=BAND, yaws=YAWS, ways=1)).assembly
     kind = seed % 4
     slope = float(draw.uniform(*SLOPES[kind]))
     assert wall.contacts is not None

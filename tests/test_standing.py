@@ -2,7 +2,8 @@
 
 By hand: a cube of side 1 on another stands if it overhangs by less than half; a box on the free end of a plank tips it
 once their common centre of mass is out over the edge.
-Mutants killed: known forces not passed on; their sign; bearers of bearers left out; forces not kept.
+Mutants killed: known forces not passed on; their sign; bearers of bearers left out; forces not kept; a plank held by a
+stone that it does not touch.
 """
 
 import numpy as np
@@ -64,6 +65,22 @@ def test_a_box_on_the_free_end_of_a_plank(at, stands):
     assert laid(structure, (2.0, 1.0, 0.1), (-0.1, 0.0, 1.0))
     assert laid(structure, (0.5, 1.0, 0.5), (at, 0.0, 1.1)) == stands
     assert leftover(structure) < 1e-6
+
+
+@pytest.mark.parametrize(("touch", "stands", "below"), [(1e-4, False, {0}), (1e-3, True, {0, 1})])
+def test_what_is_a_little_apart_holds_nothing_but_is_a_contact_of_the_model(touch, stands, below):
+    """A plank of 4 m on two cubes at its ends, the second half a millimetre lower: it lies on the first alone."""
+    structure = Structure(ground(), 1e-3, touch=touch)
+    assert laid(structure, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    assert laid(structure, (1.0, 1.0, 1.0 - 5e-4), (3.0, 0.0, 0.0))
+    surface, mass = slab((4.0, 1.0, 0.1), (0.0, 0.0, 1.0))
+    fresh = structure.fresh(mass, surface, (0, 1))
+    assert {joint.below for joint in fresh.joints} == below
+    assert (structure.held((fresh,)) is not None) == stands
+    (whole,) = structure.with_contacts((fresh,), (0, 1))
+    assert {joint.below for joint in whole.contacts} == {0, 1}
+    assert (whole.told[:, 0].min(), whole.told[:, 0].max()) == pytest.approx((0.0, 4.0))
+    assert whole.joints == fresh.joints
 
 
 def test_the_last_of_a_stack_may_tip_the_lowest():

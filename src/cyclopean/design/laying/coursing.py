@@ -111,7 +111,10 @@ def _chinked(site: Site, rocking: Sequence[Trial]) -> Trial | None:
         margin = heyman_margin(high.bearing, body.centroid)
         state = site.structure.held((low, high)) if margin >= wanted else None
         if state is not None:
-            return replace(trial, fresh=(low, high), margin=margin, state=state, wedge=wedge)
+            held = replace(trial, fresh=(low, high), margin=margin, state=state, wedge=wedge)
+            held = site.borne(held, body, near)
+            if held.state is not None:
+                return held
     return None
 
 

@@ -142,7 +142,7 @@ def _once_more(site: Site, course: Course, cells: tuple[int, int]) -> None:
         parts = _sections(site, course.level, cells)
         parts = [parts[(turn * PARTS + k) % len(parts)] for k in range(min(PARTS, len(parts)))]
         places = [p for slot in parts for p in different(ranked(site.map, lying, slot, weights, site.cell, FEW))]
-        trial = site.first(sorted(places, key=lambda p: p.cost)[: 2 * site.settings.tries], [])
+        trial = site.first(sorted(places, key=lambda p: p.cost)[: site.settings.tries], [])
         if trial is not None:
             site.take(trial, course.number, 0)
 

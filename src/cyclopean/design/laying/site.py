@@ -8,7 +8,7 @@ kept as long as nothing is laid near them.
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,7 @@ INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
 PATIENCE = 10, 50  # times that a stone is seated in vain before it is put aside until the next course: many, few stones
 FEW_STONES = 16  # ... as few as that, or less
 WORN = 20, 150  # ... in all, and it is put aside until the end
+TOUCH = 2.5e-4  # of the cube root of a median volume: surfaces farther apart hold nothing before they move
 REACH = 0.5  # of a mean stone's length: what is farther from a dropped stone is not looked at
 NARROW = 0.8  # a stone is no narrower than that share of twice its middle semi-axis
 WEDGE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
@@ -84,7 +85,8 @@ class Site:
         self.ground = _ground(free_name("ground", {s.id for s in stones}), length, thickness, self.mean)
         lone = Assembly((self.ground,), None, ()).mesh
         floor = Surface.of(lone.vertex[triangles(lone)[0]])
-        self.structure = Structure(floor, float(settings.band or 0.0), settings.friction, settings.lean)
+        touch = TOUCH * float(np.cbrt(np.median([stone.volume for stone in stones])))
+        self.structure = Structure(floor, float(settings.band or 0.0), settings.friction, settings.lean, touch)
         self.patience, self.lasting = (
             round(float(np.clip(many[1] * FEW_STONES / len(stones), *many))) for many in (PATIENCE, WORN)
         )
@@ -173,11 +175,20 @@ class Site:
         if not (self.between[0] <= body.low[0] and body.high[0] <= self.between[1]):
             return None
         mass = mass_of(body, self.stones[place.lying.stone].density or DENSITY)
-        fresh = self.structure.fresh(mass, surface_of(body), self.near(body.vertices, self.structure.band))
+        near = self.near(body.vertices, self.structure.band)
+        fresh = self.structure.fresh(mass, surface_of(body), near)
         margin = heyman_margin(fresh.bearing, body.centroid)
         inside = margin > 0.0 and margin >= wanted and not rocks
         state = self.structure.held((fresh,)) if inside else None
-        return Trial(place.lying.stone, found, (fresh,), margin, state)
+        trial = Trial(place.lying.stone, found, (fresh,), margin, state)
+        return trial if state is None else self.borne(trial, body, near)
+
+    def borne(self, trial: Trial, body: Body, near: Sequence[int]) -> Trial:
+        """With its contacts in the model, and its margin by these; without a state where that is too small."""
+        fresh = self.structure.with_contacts(trial.fresh, near)
+        margin = heyman_margin(fresh[-1].told, body.centroid)
+        well = margin > 0.0 and margin >= self.margin(body)
+        return replace(trial, fresh=fresh, margin=margin, state=trial.state if well else None)
 
     def take(self, trial: Trial, course: int, wythe: int) -> None:
         """Lay the stone, and raise the map by it."""
@@ -186,7 +197,7 @@ class Site:
         self.turns.append(Turn(self.structure.next, course, wythe, trial))
         support = self._raise(body)
         stone = Laid(
-            number, found.rotation, found.shift, course, wythe, trial.margin, True, support, trial.fresh[-1].bearing
+            number, found.rotation, found.shift, course, wythe, trial.margin, True, support, trial.fresh[-1].told
         )
         first = self.structure.next
         if trial.wedge is not None:

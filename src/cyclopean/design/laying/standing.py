@@ -4,11 +4,13 @@ A stone may be laid where the wall with it is in rigid-block equilibrium,
 
     A f = -p,   f in the cones of friction,
 
-over the contacts that `assembly.patches` finds between the meshes as they lie. The forces that hold what was laid
-before are known. A new stone leaves them as they are but for the stones it comes to bear on, and those that bear
-these, down to the ground: the forces on them, and those alone, are found anew, with all others as loads. That there
-are such forces is enough for the whole wall to stand, and so is a small problem in a wall of any size. That there are
-none proves nothing; the stone then goes elsewhere.
+over the contacts that `assembly.patches` finds between the meshes as they lie: those within a narrow band only, that
+touch before anything moves. The model has all within a wider one.
+
+The forces that hold what was laid before are known. A new stone leaves them as they are but for the stones it comes to
+bear on, and those that bear these, down to the ground: the forces on them, and those alone, are found anew, with all
+others as loads. That there are such forces is enough for the whole wall to stand, and so is a small problem in a wall
+of any size. That there are none proves nothing; the stone then goes elsewhere.
 
 A wall that only just stands falls when it is touched. So friction is counted with less than stone has on stone, and
 gravity leans a little, along the wall either way and across it either way; each stage has to stand in all four. By
@@ -70,12 +72,18 @@ class Fresh:
 
     mass: Mass
     surface: Surface
-    joints: tuple[Joint, ...]
+    joints: tuple[Joint, ...]  # that hold it
+    contacts: tuple[Joint, ...] = ()  # as the model has them, once it may be laid
 
     @property
     def bearing(self) -> Floats:
         """(n, 3) points that bear it."""
-        return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in self.joints)])
+        return _bearing(self.joints)
+
+    @property
+    def told(self) -> Floats:
+        """(n, 3) points that bear it in the model."""
+        return _bearing(self.contacts)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,15 +94,26 @@ class State:
     joint: tuple[tuple[int, int], ...]  # (stone, which of its joints)
 
 
-class Structure:
-    """What stands: stones by their numbers, their joints, and forces that hold them."""
+def _bearing(joints: Sequence[Joint]) -> Floats:
+    """(n, 3) points of joints that bear."""
+    return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in joints)])
 
-    def __init__(self, ground: Surface, band: float, friction: float = FRICTION, lean: float = 0.0) -> None:
-        self.ground, self.band, self.friction = ground, band, friction
+
+class Structure:
+    """What stands: stones by their numbers, their joints, and forces that hold them.
+
+    Surfaces nearer than `touch` (m) hold stones; those nearer than `band` are contacts of the model.
+    """
+
+    def __init__(
+        self, ground: Surface, band: float, friction: float = FRICTION, lean: float = 0.0, touch: float = np.inf
+    ) -> None:
+        self.ground, self.band, self.touch, self.friction = ground, band, min(touch, band), friction
         self.down = _ways_down(lean)  # (c, 3)
         self.mass: dict[int, Mass] = {}
         self.surface: dict[int, Surface] = {}
         self.joints: dict[int, tuple[Joint, ...]] = {}
+        self.contacts: dict[int, tuple[Joint, ...]] = {}
         self.force: dict[tuple[int, int], Floats] = {}  # (c, q, 3) N
         self.above: dict[int, list[tuple[int, int]]] = {}  # joints of later stones with each stone
         self.next = 0  # number of the stone that is laid next
@@ -103,11 +122,21 @@ class Structure:
 
     def fresh(self, mass: Mass, surface: Surface, near: Sequence[int], others: Sequence[Surface] = ()) -> Fresh:
         """A new stone with all its joints: with the ground, those of `near`, and others that are laid with it."""
+        return Fresh(mass, surface, self._met(surface, near, others, self.touch))
+
+    def with_contacts(self, fresh: Sequence[Fresh], near: Sequence[int]) -> tuple[Fresh, ...]:
+        """New stones that are laid together, in order, with their contacts in the model."""
+        surfaces = [new.surface for new in fresh]
+        return tuple(
+            replace(new, contacts=self._met(new.surface, near, surfaces[:k], self.band)) for k, new in enumerate(fresh)
+        )
+
+    def _met(self, surface: Surface, near: Sequence[int], others: Sequence[Surface], band: float) -> tuple[Joint, ...]:
+        """Joints of a surface with the ground, those of `near`, and others, within a band."""
         beside = {GROUND: self.ground, **{k: self.surface[k] for k in near}}
         beside |= {self.next + i: other for i, other in enumerate(others)}
-        met = meetings(list(beside.values()), surface, self.band)
-        joints = (Joint(k, tuple(parts)) for k, parts in zip(beside, met, strict=True) if parts)
-        return Fresh(mass, surface, tuple(joints))
+        met = meetings(list(beside.values()), surface, band)
+        return tuple(Joint(k, tuple(parts)) for k, parts in zip(beside, met, strict=True) if parts)
 
     def held(self, fresh: Sequence[Fresh]) -> State | None:
         """Forces that hold one or more new stones and all that stands; None where none were found."""
@@ -125,6 +154,7 @@ class Structure:
         for new in fresh:
             number, self.next = self.next, self.next + 1
             self.mass[number], self.surface[number], self.joints[number] = new.mass, new.surface, new.joints
+            self.contacts[number] = new.contacts
             self.above[number] = []
             for k, joint in enumerate(new.joints):
                 if joint.below != GROUND:
@@ -132,10 +162,10 @@ class Structure:
         self.force.update(zip(state.joint, state.force, strict=True))
 
     def meetings(self, block: Mapping[int, int]) -> dict[tuple[int, int], tuple[Meeting, ...]]:
-        """All that was found between blocks a < b; `block` is the number of each stone, and the ground is block 0."""
+        """Contacts of the model, between blocks a < b; `block` is the number of each stone, and the ground block 0."""
         found = {}
-        for k, joints in self.joints.items():
-            for joint in joints:
+        for k, contacts in self.contacts.items():
+            for joint in contacts:
                 a, b = 0 if joint.below == GROUND else block[joint.below], block[k]
                 found[min(a, b), max(a, b)] = joint.parts if a < b else tuple(map(_turned, joint.parts))
         return found
