@@ -190,9 +190,9 @@ def test_of_several_walls_the_best_is_kept_whoever_lays_them(wall, stones, monke
     assert wall.settings.ways == 4, "of twelve stones"
     settings = SettleSettings(look_ahead=4, yaws=4)
     alone = []
-    for skip in coursing.SKIPS[:4]:
+    for ahead, skip in ((4, 5), (3, 4), (4, 3), (3, 6)):
         monkeypatch.setattr(coursing, "SKIPS", (skip,))
-        alone.append(settle(Inventory(stones), replace(settings, ways=1)))
+        alone.append(settle(Inventory(stones), replace(settings, look_ahead=ahead, ways=1)))
         monkeypatch.undo()
     rank = [(-len(one.laid), one.measures.void) for one in alone]
     assert len(set(rank)) > 1, "the ways differ, or the test says nothing"

@@ -78,12 +78,12 @@ def _next(site: Site, slot: Slot) -> Trial | None:
     """Seat the best of the stones that come next: the first that stands."""
     room = float(slot.first[1] - slot.first[0]) * site.cell
     patient = (k for k in site.left if site.patient(k))
-    if site.settings.look_ahead == 0:
+    if site.ahead == 0:
         window = list(islice(patient, 1))
     else:
         deep = int(slot.across[1] - slot.across[0])
         short = (k for k in patient if 2.0 * NARROW * site.stones[k].half[1] <= room)
-        window = list(islice((k for k in short if site.shallow(k, deep)), site.settings.look_ahead))
+        window = list(islice((k for k in short if site.shallow(k, deep)), site.ahead))
     rocking: list[Trial] = []
     for bed in (0, 1):
         lying = [b for k in window for b in site.bedded(k, bed)]
@@ -159,6 +159,6 @@ def _strip(site: Site, wythe: int) -> tuple[int, int]:
 def level_of(site: Site, wythe: int) -> float:
     """Height (m) that the next course should come to: the skyline's mean, and a stone of those to come."""
     y0, y1 = _strip(site, wythe)
-    window = site.left[: max(site.settings.look_ahead, 1)]
+    window = site.left[: max(site.ahead, 1)]
     thick = float(np.median([b.thickness for k in window for b in site.bedded(k, 0)]))
     return float(site.map[:, y0:y1].max(axis=1).mean()) + thick

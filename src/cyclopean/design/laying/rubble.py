@@ -46,7 +46,7 @@ class SettleSettings:
     hearting: bool = False
     chinking: bool = False
     band: float | None = None  # m: surfaces nearer than that make a contact
-    ways: int | None = None  # walls that are laid, each with other gaps where nothing goes; the best one is kept
+    ways: int | None = None  # walls that are laid, each a little otherwise; the best one is kept
 
     def __post_init__(self) -> None:
         for name in ("length", "height", "thickness", "cell", "band"):

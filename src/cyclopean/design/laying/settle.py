@@ -19,7 +19,8 @@ them compete for every place. With a look-ahead of 0, stones are laid in the ord
 at the first place where it stands. Nothing is drawn at random.
 
 How many of a few stones come to lie hangs on chance: on which of them meet. So of few, several walls are laid, each
-with gaps of another width where nothing goes, and the best is kept: that with most stones, and of these the densest.
+with gaps of another width where nothing goes, and every other one with a smaller look-ahead. The best is kept: that
+with most stones, and of these the densest.
 """
 
 from concurrent.futures import Executor

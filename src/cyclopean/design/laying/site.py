@@ -6,6 +6,7 @@ kept as long as nothing is laid near them.
 """
 
 import hashlib
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -33,6 +34,7 @@ PATIENCE = 10, 50  # times that a stone is seated in vain before it is put aside
 FEW_STONES = 16  # ... as few as that, or less
 WORN = 20, 150  # ... in all, and it is put aside until the end
 TOUCH = 2.5e-4  # of the cube root of a median volume: surfaces farther apart hold nothing before they move
+FEWER = 0.75  # of the stones compete for a place in every other way to lay a wall
 REACH = 0.5  # of a mean stone's length: what is farther from a dropped stone is not looked at
 NARROW = 0.8  # a stone is no narrower than that share of twice its middle semi-axis
 WEDGE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
@@ -68,6 +70,7 @@ class Site:
     def __init__(self, stones: Sequence[Stone], settings: SettleSettings, say: Progress, way: int = 0) -> None:
         length, thickness, cell = (float(v or 0.0) for v in (settings.length, settings.thickness, settings.cell))
         self.stones, self.settings, self.say, self.way = stones, settings, say, way
+        self.ahead = math.ceil(settings.look_ahead * (FEWER if way % 2 else 1.0))  # stones that compete for a place
         self.cell, self.size = cell, (length, thickness)
         self.map: Floats = np.zeros((int(length / cell + 1e-9), int(thickness / cell + 1e-9)))
         self.mean = mean_length(stones)
