@@ -216,4 +216,4 @@ def rest_heights(ground: Floats, low: Floats, most: float) -> tuple[Floats, Floa
     np.minimum(space, nearest + np.float32(most), out=space)
     share = (under < np.inf).ravel().astype(np.float32) / np.float32(np.count_nonzero(under < np.inf))
     gap = share @ space - nearest
-    return -nearest.reshape(shape).T.astype(float), gap.reshape(shape).T.astype(float)
+    return (np.float32(0.0) - nearest).reshape(shape).T.astype(float), gap.reshape(shape).T.astype(float)
