@@ -100,7 +100,7 @@ class Gangs:
         else:
             turns = tuple(site.turns)
             there = self.executor.submit(
-                _elsewhere, self.key, site.stones, site.settings, site.way, turns, site.joints, stints[1]
+                _elsewhere, self.key, site.stones, site.settings, turns, site.joints, stints[1]
             )
             reports = [_worked(site, stints[0]), there.result()]
             _caught_up(site, reports[1].turns)
@@ -168,7 +168,6 @@ def _elsewhere(
     key: str,
     stones: Sequence[Stone],
     settings: SettleSettings,
-    way: int,
     turns: Sequence[Turn],
     joints: dict[int, list[float]],
     stint: Stint,
@@ -176,7 +175,7 @@ def _elsewhere(
     """Do a stint on a copy of the site."""
     if key not in _COPIES:
         _COPIES.clear()
-        _COPIES[key] = Site(stones, settings, lambda _: None, way)
+        _COPIES[key] = Site(stones, settings, lambda _: None)
     site = _COPIES[key]
     _caught_up(site, turns)
     site.joints = joints

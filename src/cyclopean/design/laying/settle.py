@@ -92,7 +92,7 @@ def _laid(
 ) -> RubbleWall | None:
     """One wall; None where nothing can be laid."""
     site = Site(inventory.stones, settings, say, way)
-    build(site, None if settings.ways != 1 else executor)
+    build(site, executor if settings.ways == 1 else None)  # of several walls, the other process lays some
     return finished(site, inventory) if site.laid else None
 
 
