@@ -8,10 +8,12 @@ not look at meshes, or at whether contacts lie on their blocks.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from cyclopean.analysis import Bounds, measure
 from cyclopean.assembly import Assembly, Block, Contacts, Load
@@ -62,19 +64,32 @@ def conditions(certificate: Mapping[str, Any]) -> float:
     if kind == "rbe-mechanism":
         return _mechanism(system, _motion(certificate["mechanism"], system, names))
     if kind == "rbe-state":
-        f = _forces(certificate["forces"], system)
+        f = _forces(_world(certificate), system)
         total = np.sum(np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1))
         cone = np.max(np.hypot(f[:, 1], f[:, 2]) - system.mu * f[:, 0] - 1e-12 * np.abs(f[:, 0]), initial=0.0)
         return float(max(np.linalg.norm(system.residual(f)) / total - 1.5 * ALLOWED, cone / total - ROUNDING))
     bounds = Bounds(certificate["eps"], certificate["eta"], certificate["beta_min"]).unit()
     if kind == "cra-state":
-        f = _forces(certificate["forces"], system)
+        f = _forces(_world(certificate), system)
         f[:, 1:] *= (np.hypot(f[:, 1], f[:, 2]) > ALLOWED * np.maximum(1.0, np.abs(f[:, 0])))[:, None]
         dq = _motion(certificate["mechanism"], system, names) / certificate["eps"]
         found = measure(system, bounds, f, dq)
         return max(found.worst - 10 * ALLOWED, found.cone - ROUNDING)  # balance: force and moment, and what was dropped
     zones = [Zone("open", None, 0.0, bounds.eta)] * system.points
     return _tree(certificate["tree"], zones, certificate["eps"], system, names, bounds)
+
+
+def _world(certificate: Mapping[str, Any]) -> list[list[float]]:
+    """Forces as three numbers: halves added up, or without friction a multiple of the contact's area vector."""
+    rows = iter(certificate["forces"])
+    found = []
+    for joint in certificate["contacts"]:
+        polygon = np.array(joint["polygon"], float)
+        arms = polygon - polygon[0]
+        normal = np.sum(np.cross(arms, np.roll(arms, -1, axis=0)), axis=0)
+        for row in islice(rows, len(polygon)):
+            found.append((sum(row) * normal if joint["mu"] == 0 else np.reshape(row, (-1, 3)).sum(0)).tolist())
+    return found
 
 
 def _forces(rows: Sequence[Sequence[float]], system: EquilibriumSystem) -> np.ndarray:
@@ -87,16 +102,24 @@ def _motion(rows: Mapping[str, Sequence[float]], system: EquilibriumSystem, name
 
 
 def _mechanism(system: EquilibriumSystem, y: np.ndarray) -> float:
-    """1 - (the forces it demands, in units of a million total weights)."""
+    """1 - (the forces it demands, in units of a million weights) of the component that demands most."""
     inward = -system.gap(y)
     n, t, mu = inward[:, 0], np.hypot(inward[:, 1], inward[:, 2]), system.mu
     # projection onto the cone |t| <= mu n: itself, nothing (polar cone), or onto its edge (1, mu) / sqrt(1 + mu^2)
     edge = (n + mu * t) / np.sqrt(1.0 + mu**2)
     size = np.where(t <= mu * n, np.hypot(n, t), np.where(edge <= 0.0, 0.0, edge))
-    total = np.sum(np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1))
+    weight = np.linalg.norm(system.p.reshape(-1, 6)[:, :3], axis=1)
+    work = np.sum((system.p * y).reshape(-1, 6), axis=1)
     noise = 1e-13 * np.max(np.abs(y), initial=0.0)  # per point, of cancelling velocities
-    resists = max(np.linalg.norm(size) - noise * np.sqrt(system.points), 1e-300)
-    return float(1.0 - system.p @ y / (resists * total * 1e6) - 1e-6)
+    joined = (system.row_a >= 0) & (system.row_b >= 0)
+    ends = system.row_a[joined], system.row_b[joined]
+    count, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(system.blocks,) * 2), False)
+    demands = []
+    for c in range(count):
+        own = part[np.maximum(system.row_a, system.row_b)] == c
+        resists = max(np.linalg.norm(size[own]) - noise * np.sqrt(np.sum(own)), 1e-300)
+        demands.append(np.sum(work[part == c]) / (resists * np.sum(weight[part == c]) * 1e6))
+    return float(1.0 - max(demands) - 1e-6)
 
 
 # --- trees -----------------------------------------------------------------------------------------------------------

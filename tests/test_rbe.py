@@ -239,16 +239,16 @@ def test_a_tampered_state_never_becomes_a_verdict(monkeypatch: pytest.MonkeyPatc
     def liar(*_: object) -> Outcome:
         return Outcome("balanced", np.tile([0.3, 0.0, 0.0], (4, 1)), None, 0.0)
 
-    monkeypatch.setattr(checking, "solve_rbe", liar)
+    monkeypatch.setattr(checking, "decide", liar)
     result = check(stack(1), Settings(method="rbe"))
     assert result.verdict == "undecided"
     assert "independent check" in result.reason
     assert result.certificate is None
 
-    def dreamer(system: EquilibriumSystem, *_: object) -> Outcome:
+    def dreamer(_: object, system: EquilibriumSystem, *__: object) -> Outcome:
         return Outcome("collapse", None, np.tile([0, 0, -1.0, 0, 0, 0], system.blocks), np.inf, 1e30)
 
-    monkeypatch.setattr(checking, "solve_rbe", dreamer)
+    monkeypatch.setattr(checking, "decide", dreamer)
     assert check(stack(1), Settings(method="rbe")).verdict == "undecided"
 
 

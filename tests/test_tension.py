@@ -111,9 +111,10 @@ def test_the_checker_finds_the_same_pulls(seed: int, corners: int, convex: bool,
     k, per = 60, 40
     points = checker._vectors(polygon.tolist(), k)
     normal = checker._area_vector(points)
-    patch = checker._Patch(points, normal, checker._dot(normal, normal))
+    patch = checker._Patch(points, normal, checker._dot(normal, normal), (0, 1), [])
     joint = checker._Joint(0, 1, polygon.tolist(), 0.5, strength)
-    found = [float(x) / 2.0 ** (per + 2 * k) for x in checker._pulls(joint, patch, per, k)]
+    unit, shares = checker._pulls(joint, patch, per, k)
+    found = [float(unit * share) / 2.0 ** (per + 2 * k) for share in shares]
     assert found == pytest.approx(contacts.pull * 2.0 * contacts.area[0], rel=1e-9, abs=1e-9 * strength)
 
 

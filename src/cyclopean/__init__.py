@@ -22,13 +22,14 @@ if typing.TYPE_CHECKING:
         polygonal_wall,
         save,
         settle,
+        verify,
+        verify_file,
     )
     from cyclopean.assembly import Assembly, Block, Contacts, Load, detect
     from cyclopean.design import arch, dome, stack, vault, wall
     from cyclopean.design.walls.pattern import PatternSettings
     from cyclopean.errors import CyclopeanError, InputError
     from cyclopean.io import read_model, read_stones, result_dict, write_json, write_model, write_text
-    from cyclopean.proof import verify, verify_file
     from cyclopean.view import report_html
 
 __all__ = [
@@ -74,14 +75,14 @@ __version__ = "0.1.0"
 
 _HOME = {
     "analysis": "LimitResult Result Settings",
-    "api": "StoneCarving StoneMatch build_sequence card carve check limit match polygonal_wall save settle",
+    "api": "StoneCarving StoneMatch build_sequence card carve check limit match polygonal_wall save settle verify"
+    " verify_file",
     "api.notebook": "load_ipython_extension",
     "assembly": "Assembly Block Contacts Load detect",
     "design": "arch dome stack vault wall",
     "design.walls.pattern": "PatternSettings",
     "errors": "CyclopeanError InputError",
     "io": "read_model read_stones result_dict write_json write_model write_text",
-    "proof": "verify verify_file",
     "view": "report_html",
 }
 

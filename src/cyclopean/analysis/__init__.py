@@ -27,6 +27,7 @@ from cyclopean.analysis.rigid.reference import (
     rbe_program,
     solve_program,
 )
+from cyclopean.analysis.same_model import Comparison, compare
 from cyclopean.analysis.scatter.ranges import QUANTITIES, Range, ranges_of
 from cyclopean.analysis.scatter.sampling import Sensitivity, sensitivity, share_between
 from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
@@ -39,6 +40,7 @@ __all__ = [
     "MU",
     "QUANTITIES",
     "Bounds",
+    "Comparison",
     "Cone",
     "CoupledBracket",
     "CoupledOutcome",
@@ -67,6 +69,7 @@ __all__ = [
     "Word",
     "check",
     "collapse_bound",
+    "compare",
     "coupled_bracket",
     "interior_point",
     "limit",

@@ -11,7 +11,9 @@ from cyclopean.errors import InputError
 from cyclopean.proof import seal
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["certify", "inner_forces", "world_forces"]
+__all__ = ["certify", "force_rows", "inner_forces", "inner_slope"]
+
+Parts = tuple[Floats, Floats | None]  # (q, 3) N each, a force is their sum; where there is no friction a factor
 
 
 def inner_forces(f: Floats, mu: Floats, blur: Floats) -> Floats:
@@ -24,12 +26,17 @@ def inner_forces(f: Floats, mu: Floats, blur: Floats) -> Floats:
     inner = f.copy()
     inner[:, 0] = np.maximum(inner[:, 0], 0.0)
     tangent = np.hypot(f[:, 1], f[:, 2])
-    slope = np.maximum(mu * (1.0 - 2e-12 - 1e-15 * mu) - (1.0 + mu * mu) * blur, 0.0)
+    slope = inner_slope(mu, blur)
     beyond = tangent > slope * inner[:, 0]
     raised, cut = beyond & (slope > 1.0), beyond & ~(slope > 1.0)
     inner[:, 0] = np.where(raised, tangent / np.where(raised, slope, 1.0), inner[:, 0])
     inner[:, 1:] *= np.where(cut, slope * inner[:, 0] / np.where(cut, tangent, 1.0), 1.0)[:, None]
     return inner
+
+
+def inner_slope(mu: Floats, blur: Floats) -> Floats:
+    """(q,) largest |f_t| / fn of `inner_forces`."""
+    return np.maximum(mu * (1.0 - 2e-12 - 1e-15 * mu) - (1.0 + mu * mu) * blur, 0.0)
 
 
 def _flushed(values: Floats) -> list[list[float]]:
@@ -40,9 +47,21 @@ def _flushed(values: Floats) -> list[list[float]]:
     return rows
 
 
-def world_forces(system: EquilibriumSystem, f: Floats) -> Floats:
-    """(q, 3) N: true world force on block b at each used point, from scaled (fn, fu, fv) of the system."""
-    return np.asarray(np.einsum("qi,qij->qj", system.true_forces(f) * system.force_unit, system.frame))
+def force_rows(system: EquilibriumSystem, contacts: Contacts, parts: Parts) -> list[list[float]]:
+    """One row for every used point: the two doubles that a force is the sum of, or one where the other is zero.
+
+    Without friction a row holds what its contact's area vector is multiplied by.
+    """
+    high, low = parts
+    smooth = contacts.mu[contacts.patch[system.used]] == 0.0 if len(contacts) else np.zeros(len(high), bool)
+    rows = _flushed(high)
+    for k in np.flatnonzero(smooth).tolist():
+        rows[k] = rows[k][:1]
+    if low is not None:
+        more = low.tolist()
+        for k in np.flatnonzero(low.any(1)).tolist():
+            rows[k] = rows[k] + more[k][: len(rows[k])]
+    return rows
 
 
 def certify(
@@ -69,7 +88,7 @@ def certify(
     kind : {"rbe-state", "rbe-mechanism", "rbe-settled", "cra-state", "cra-tree"}
         What it proves.
     proof : mapping
-        `world_force` (q, 3) N on block b at each used point; `motion` (m, 6) of each free block, of its centre of mass:
+        `world_force`, a pair as `force_rows` takes it; `motion` (m, 6) of each free block, of its centre of mass:
         m/s and rad/s of a mechanism, or a virtual displacement in the unit of `bounds`; `bounds`; `tree`, as it is to
         stand in the file; `settlements` (n, 6) of supports. Those that the kind has.
 
@@ -82,9 +101,9 @@ def certify(
         raise InputError("a certificate holds loads at points only; resolve the others first (resolved_loads)")
     used = ~(fixed[contacts.a] & fixed[contacts.b])
     names = [block.id for block in assembly.blocks]
-    strength = contacts.strength
+    strength, lean = contacts.strength, contacts.leaning
     certificate: dict[str, Any] = {
-        "schema": "cyclopean.certificate/1",
+        "schema": "cyclopean.certificate/2",
         "kind": kind,
         "gravity": _flushed(np.asarray(gravity, float)[None])[0],
         "tolerance": float(tolerance),
@@ -107,6 +126,7 @@ def certify(
                 "mu": float(contacts.mu[k]),
             }
             | ({"tension": float(strength[k])} if strength[k] > 0.0 else {})
+            | ({} if np.isnan(lean[k]) else {"surface": "rough"})
             for k in np.flatnonzero(used)
         ],
         "loads": [
@@ -119,7 +139,7 @@ def certify(
         ],
     }
     if "world_force" in proof:
-        certificate["forces"] = _flushed(proof["world_force"])
+        certificate["forces"] = force_rows(system, contacts, proof["world_force"])
     if "motion" in proof:
         rows = _flushed(system.still(np.ravel(proof["motion"])).reshape(-1, 6))
         certificate["mechanism"] = {names[i]: row for i, row in zip(system.free, rows, strict=True)}
@@ -129,7 +149,6 @@ def certify(
     if "bounds" in proof:
         bounds = proof["bounds"]
         certificate |= {"eps": bounds.eps, "eta": bounds.eta, "beta_min": bounds.beta}
-    if "tree" in proof:
-        certificate["tree"] = proof["tree"]
+    certificate |= {key: proof[key] for key in ("tree", "component") if key in proof}
     certificate["seal"] = seal(certificate)
     return certificate

@@ -10,17 +10,22 @@ from cyclopean.analysis.coupled.glue import coupled_tension
 from cyclopean.analysis.coupled.search import solve_cra
 from cyclopean.analysis.posing import PosedModel, pose
 from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim, settled_claim, spread
-from cyclopean.analysis.rigid.rbe import solve_rbe, tension
+from cyclopean.analysis.rigid.deciding import decide
+from cyclopean.analysis.rigid.rbe import tension
 from cyclopean.analysis.rigid.reference import parse_cone
 from cyclopean.analysis.rigid.settling import settle, support_gap
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
-from cyclopean.assembly import Assembly
+from cyclopean.assembly import Assembly, bearing_cones
 from cyclopean.errors import InputError, SolverError
-from cyclopean.statics import EquilibriumSystem, equilibrium_system
+from cyclopean.geometry import frames_from_normals
+from cyclopean.statics import EquilibriumSystem, contact_matrix, equilibrium_system
 
-__all__ = ["check"]
+SPARED = (0.0, 0.003, 0.01, 0.03)  # rad by which cones are narrower still, one after the other
+NARROWINGS = 12  # rounds of narrowing cones; two or three are usual
+
+__all__ = ["check", "solved", "within_faces"]
 
 
 def check(
@@ -57,10 +62,10 @@ def check(
     if model.settled is not None and claim is None:
         turned = (*turned, "no free block touches a support that settles, so the settlement changes nothing")
     model = model if claim is not None else replace(model, settled=None)
-    claim = _solved(settings, system, progress) if claim is None else claim
+    claim = solved(model, settings, system, progress) if claim is None else claim
     clock["solved"] = time.perf_counter()
     progress("verifying")
-    result = prove(model, settings, system, claim)
+    result = within_faces(model, settings, prove(model, settings, system, claim), progress)
     clock["verified"] = time.perf_counter()
     pull, exact = _glue(model, settings, system, claim) if settings.penalty else (None, False)
     seconds = {
@@ -117,11 +122,69 @@ def _after_settlement(model: PosedModel, system: EquilibriumSystem, ground: Floa
     return settled_claim(settle(system, gap / size), size * system.length_unit)
 
 
-def _solved(settings: Settings, system: EquilibriumSystem, progress: Callable[[str], None]) -> Claim:
+def within_faces(
+    model: PosedModel, settings: Settings, result: Result, progress: Callable[[str], None] = lambda _: None
+) -> Result:
+    """The result, or one with forces inside the cones about the faces' normals too, where surfaces lean and it is open.
+
+    What a rough or curved joint bears has to be friction of the faces as well. By rigid-block equilibrium a narrower
+    cone, which lies inside all of them, is asked for at every point that leaves one, until none does. Coupled analysis
+    wants its displacements along the contacts' normals: it keeps to these, with less friction by the lean. A mechanism
+    needs no such care.
+    """
+    contacts = model.contacts
+    if "refused" not in result.provenance or not (contacts.leaning > 0.0).any() or model.settled is not None:
+        return result
+    system = equilibrium_system(model.assembly, contacts, model.fixed, model.gravity, model.density)
     if settings.chosen_method() == "rbe":
-        return rigid_claim(solve_rbe(system, settings.solver, parse_cone(settings.cone), settings.weights))
-    bounds = settings.bounds().unit()
-    return coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes, progress))
+        for margin in SPARED:
+            found = _narrowed(model, settings, system, margin)
+            second = result if found is None else prove(model, settings, *found)
+            if found is None or second.verdict == "stable":
+                break
+    else:
+        lean = np.nan_to_num(contacts.leaning, nan=0.0)[contacts.patch[system.used]]
+        system = replace(system, mu=np.tan(np.maximum(np.arctan(system.mu) - lean, 0.0)))
+        second = prove(model, settings, system, solved(model, settings, system, progress))
+    return second if second.verdict == "stable" else result
+
+
+def _narrowed(
+    model: PosedModel, settings: Settings, system: EquilibriumSystem, margin: float
+) -> tuple[EquilibriumSystem, Claim] | None:
+    """Forces inside all cones, with the system that they are of; None where narrower cones leave no state.
+
+    The cones are narrower by a margin (rad): faces that are not flat are cut otherwise by the checker.
+    """
+    cones = bearing_cones(model.assembly, model.contacts, model.tolerance)
+    normals, axis, mu = (part[system.used] for part in cones)
+    mu, limit = (np.tan(np.maximum(np.arctan(x) - margin, 0.0)) for x in (mu, system.mu))
+    narrow, places = np.zeros(system.points, bool), (system.row_a, system.row_b, system.arm_a, system.arm_b)
+    for _ in range(NARROWINGS):
+        frame = np.where(narrow[:, None, None], frames_from_normals(axis), system.frame)
+        matrix = contact_matrix(system.blocks, *places, frame)
+        part = replace(system, frame=frame, A=matrix, mu=np.where(narrow, mu, system.mu))
+        claim = solved(model, settings, part)
+        if claim.kind != "rbe-state" or claim.state is None:
+            return None
+        force = np.einsum("qi,qij->qj", claim.state.f, frame)
+        along = np.einsum("qj,qij->qi", force, normals)
+        across = np.sqrt(np.maximum(np.einsum("qj,qj->q", force, force)[:, None] - along**2, 0.0))
+        outside = (across > limit[:, None] * along * (1.0 - 1e-9)).any(1) & force.any(1) & ~narrow
+        if not outside.any():
+            return part, claim
+        narrow |= outside
+    return None
+
+
+def solved(
+    model: PosedModel, settings: Settings, system: EquilibriumSystem, progress: Callable[[str], None] = lambda _: None
+) -> Claim:
+    """What the solvers of the chosen method claim."""
+    if settings.chosen_method() == "rbe":
+        return rigid_claim(decide(model, system, settings.solver, parse_cone(settings.cone), settings.weights))
+    rigid, bounds = decide(model, system, settings.solver), settings.bounds().unit()
+    return coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes, progress, rigid))
 
 
 def _glue(model: PosedModel, settings: Settings, system: EquilibriumSystem, claim: Claim) -> tuple[Floats | None, bool]:

@@ -16,12 +16,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.analysis.coupled.search import solve_cra
+from cyclopean.analysis.checking import solved, within_faces
 from cyclopean.analysis.posing import pose
-from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim, spread, utilisation
+from cyclopean.analysis.proving import Claim, prove, spread, utilisation
 from cyclopean.analysis.rigid.newton import collapse_bound, newton, sharpen_mechanism
 from cyclopean.analysis.rigid.rbe import COLLAPSE, LOST, PROMISING, Outcome, solve_rbe
-from cyclopean.analysis.rigid.reference import parse_cone
 from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
@@ -250,13 +249,7 @@ def confirmed(
     result = None if claim is None else prove(model, settings, system, claim)
     if result is None or result.verdict == "undecided":
         progress("solving")
-        result = prove(model, settings, system, _solved(system, settings, progress))
+        result = prove(model, settings, system, solved(model, settings, system, progress))
+        result = within_faces(model, settings, result, progress)
     seconds = {"contacts": clock["contacts"] - clock["margin"], "total": time.perf_counter() - clock["margin"]}
     return replace(result, seconds=seconds)
-
-
-def _solved(system: EquilibriumSystem, settings: Settings, progress: Callable[[str], None]) -> Claim:
-    if settings.chosen_method() == "rbe":
-        return rigid_claim(solve_rbe(system, settings.solver, parse_cone(settings.cone), settings.weights))
-    bounds = settings.bounds().unit()
-    return coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes, progress))

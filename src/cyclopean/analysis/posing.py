@@ -14,6 +14,7 @@ from cyclopean.assembly import (
     Assembly,
     Contacts,
     Loading,
+    bearing,
     check_contacts,
     detect,
     length_tolerance,
@@ -23,7 +24,7 @@ from cyclopean.assembly import (
     supports,
 )
 from cyclopean.errors import InputError
-from cyclopean.geometry import mesh_faults
+from cyclopean.geometry import detached_pieces, mesh_faults
 from cyclopean.statics import turned_gravity
 
 __all__ = ["PosedModel", "pose"]
@@ -88,9 +89,11 @@ def pose(
         contacts, warnings, margin = found.contacts, found.warnings, found.tolerance
     else:
         contacts, margin, warnings = check_contacts(assembly, assembly.contacts, settings.tolerance)
+    tolerance = _stated(assembly, margin)
+    contacts, narrow = bearing(assembly, contacts, tolerance)
     clock["contacts"] = time.perf_counter()
     contacts, unsaid = paired_friction(assembly, contacts)
-    warnings = (*warnings, *unsaid, *_idle_options(assembly, contacts, settings))
+    warnings = (*warnings, *_detached(assembly), *narrow, *unsaid, *_idle_options(assembly, contacts, settings))
     assumed: dict[str, Any] = {}
     if np.isnan(contacts.mu).any() and settings.mu is None:
         assumed["mu"] = MU
@@ -113,12 +116,26 @@ def pose(
         fixed,
         gravity,
         density,
-        _stated(assembly, fixed, margin),
+        tolerance,
         assumed,
         tuple(warnings),
         tuple(int(i) for i in np.flatnonzero(~touched & ~fixed)),
         chosen,
         _settled(assembly, fixed, settings),
+    )
+
+
+def _detached(assembly: Assembly) -> tuple[str, ...]:
+    """Say which blocks are of several pieces: that they move as one is a guess at what was meant."""
+    pieces = detached_pieces(assembly.mesh)
+    several = np.flatnonzero(pieces > 1)
+    if not len(several):
+        return ()
+    more = f" (and {len(several) - 1} more such blocks)" if len(several) > 1 else ""
+    first = int(several[0])
+    return (
+        f"block '{assembly.blocks[first].id}' consists of {pieces[first]} detached pieces,"
+        f" taken as one rigid body{more}",
     )
 
 
@@ -166,13 +183,10 @@ def _idle_options(assembly: Assembly, contacts: Contacts, settings: Settings) ->
     return tuple(idle)
 
 
-def _stated(assembly: Assembly, fixed: Bools, furthest: float) -> float:
+def _stated(assembly: Assembly, furthest: float) -> float:
     """The tolerance (m) a certificate states, given how far the furthest contact point lies off the faces.
 
     Twice that and at least the length tolerance, for the checker measures to the facets of faces that are not quite
-    flat; but no more than it accepts unless the contacts need it.
+    flat. Of a small block less of it counts there.
     """
-    free = assembly.mesh.vertex[~fixed[assembly.mesh.vertex_body]]
-    share = 0.00499 * float(np.linalg.norm(np.ptp(free, axis=0))) if len(free) else np.inf
-    wide = 2.0 * max(furthest, length_tolerance(assembly))
-    return max(furthest * (1.0 + 1e-6), min(wide, share))
+    return 2.0 * max(furthest, length_tolerance(assembly))

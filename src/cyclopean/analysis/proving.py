@@ -6,12 +6,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cyclopean.analysis.certificates import certify, inner_forces, world_forces
+from cyclopean.analysis.certificates import certify
 from cyclopean.analysis.coupled.search import CoupledOutcome
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.analysis.coupled.tree import tree_document
 from cyclopean.analysis.posing import PosedModel
 from cyclopean.analysis.reasons import reason_for
+from cyclopean.analysis.rigid.components import component_labels, lightest
+from cyclopean.analysis.rigid.deciding import Decision
+from cyclopean.analysis.rigid.exact_balance import exact_balance
+from cyclopean.analysis.rigid.polishing import Polished, Polisher
 from cyclopean.analysis.rigid.rbe import Outcome
 from cyclopean.analysis.rigid.settling import SettledOutcome
 from cyclopean.analysis.settings import Settings
@@ -19,9 +23,19 @@ from cyclopean.analysis.verdict import Result, Settled, Word
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
 from cyclopean.proof import Report, verify
-from cyclopean.statics import EquilibriumSystem
+from cyclopean.statics import EquilibriumSystem, Schur
 
-__all__ = ["Claim", "Judge", "coupled_claim", "prove", "rigid_claim", "settled_claim", "spread", "utilisation"]
+__all__ = [
+    "Claim",
+    "Judge",
+    "coupled_claim",
+    "polished",
+    "prove",
+    "rigid_claim",
+    "settled_claim",
+    "spread",
+    "utilisation",
+]
 
 Judge = Callable[[Any], Report]
 Kind = Literal["rbe-state", "rbe-mechanism", "rbe-settled", "cra-state", "cra-tree", ""]
@@ -42,6 +56,8 @@ class Claim:
     f: Floats | None = None  # (q, 3)
     motion: Floats | None = None  # (6 m,): a mechanism, or the virtual displacement of a coupled state
     tree: Any = None
+    part: EquilibriumSystem | None = None  # of the component that the tree is about; None = all
+    state: Polished | None = None  # forces as a certificate wants them, where they are known already
     figures: dict[str, float] = field(default_factory=dict)  # how near it came
     provenance: dict[str, Any] = field(default_factory=dict)
 
@@ -50,16 +66,17 @@ def rigid_claim(outcome: Outcome) -> Claim:
     """What rigid-block equilibrium found."""
     kind: Kind = {"balanced": "rbe-state", "collapse": "rbe-mechanism", "undecided": ""}[outcome.word]  # type: ignore[assignment]
     figures = {"balance": outcome.balance, "bound": outcome.bound}
-    return Claim(kind, outcome.f, outcome.y, None, figures, outcome.provenance)
+    state = outcome.state if isinstance(outcome, Decision) else None
+    return Claim(kind, outcome.f, outcome.y, state=state, figures=figures, provenance=outcome.provenance)
 
 
 def coupled_claim(outcome: CoupledOutcome) -> Claim:
     """What coupled analysis found."""
     if outcome.word == "collapse":
-        return Claim("rbe-mechanism", None, outcome.y, None, {}, outcome.provenance)
+        return Claim("rbe-mechanism", None, outcome.y, provenance=outcome.provenance)
     kind: Kind = {"coupled": "cra-state", "refuted": "cra-tree", "undecided": ""}[outcome.word]  # type: ignore[assignment]
     figures = {"merit": outcome.merit, "bound": outcome.bound}
-    return Claim(kind, outcome.f, outcome.dq, outcome.tree, figures, outcome.provenance)
+    return Claim(kind, outcome.f, outcome.dq, outcome.tree, outcome.part, None, figures, outcome.provenance)
 
 
 def prove(
@@ -96,6 +113,8 @@ def prove(
         )
     report = judge(certificate) if certificate is not None else None
     proved = report is not None and report.proved
+    if report is not None and "bound" in report.figures:
+        residuals = residuals | {"bound": min(report.figures["bound"], 1e300)}
     word = WORDS[claim.kind] if proved else "undecided"
     force = proof.get("force") if word == "stable" else None
     shown = None if force is None else spread(system, model.contacts, force * system.force_unit)
@@ -117,7 +136,8 @@ def prove(
         displacement=rows if word == "stable" and model.settled is None else None,
         settled=None if rows is None or word != "stable" else _settled(model, rows),
         certificate=certificate if proved else None,
-        provenance={**claim.provenance, "settings": _said(settings)},
+        provenance={**claim.provenance, "settings": _said(settings)}
+        | ({} if proved or not report else _refused(report)),
         warnings=model.warnings,
         loading=model.loading,
     )
@@ -142,11 +162,11 @@ def settled_claim(outcome: SettledOutcome, settlement: float) -> Claim:
     provenance = outcome.provenance | {"settlement": outcome.word}
     figures = {"balance": outcome.balance, "bound": outcome.bound}
     if outcome.word == "collapse":
-        return Claim("rbe-mechanism", None, outcome.y, None, figures, provenance)
+        return Claim("rbe-mechanism", None, outcome.y, figures=figures, provenance=provenance)
     if outcome.word == "settled":
         figures |= {"settlement": settlement, "missed": outcome.missed}
-        return Claim("rbe-settled", outcome.f, outcome.y, None, figures, provenance)
-    return Claim("", None, None, None, figures, provenance)
+        return Claim("rbe-settled", outcome.f, outcome.y, figures=figures, provenance=provenance)
+    return Claim("", figures=figures, provenance=provenance)
 
 
 def spread(system: EquilibriumSystem, contacts: Contacts, values: Floats) -> Floats:
@@ -161,16 +181,20 @@ def _proof(
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """What the certificate will hold beside the model, and the residuals, recomputed from what will stand there."""
     if claim.kind in ("rbe-state", "rbe-settled", "cra-state") and claim.f is not None:
-        force = inner_forces(claim.f, system.mu, _blur(model.contacts)[model.contacts.patch[system.used]])
-        proof: dict[str, Any] = {"force": system.true_forces(force), "world_force": world_forces(system, force)}
+        state = polished(model, system, claim.f) if claim.state is None else claim.state
+        force = state.f
+        shown = force if claim.state is None else claim.f  # the state of least norm; the proof's may press more evenly
+        world = np.einsum("qi,qij->qj", system.true_forces(shown), system.frame)  # frames of points may lean from these
+        frame = model.contacts.frame[model.contacts.patch[system.used]] if len(model.contacts) else system.frame
+        proof: dict[str, Any] = {"force": np.einsum("qij,qj->qi", frame, world), "world_force": state.parts}
         if claim.kind == "rbe-state" or claim.motion is None:
-            return proof, _state_residuals(system, force)
+            return proof, _state_residuals(system, state)
         if claim.kind == "rbe-settled":
             settled = {name: float(claim.figures[name]) for name in ("missed",)}
             motion = _turned(system, claim.motion.reshape(-1, 6)) * claim.figures["settlement"]
-            return proof | {"motion": motion, "settlements": model.settled}, _state_residuals(system, force) | settled
+            return proof | {"motion": motion, "settlements": model.settled}, _state_residuals(system, state) | settled
         found = measure(system, bounds.unit(), force, claim.motion)
-        residuals = _state_residuals(system, force) | {
+        residuals = _state_residuals(system, state) | {
             "gap": found.gap,
             "complementarity": found.complementarity,
             "alignment": found.alignment,
@@ -184,8 +208,9 @@ def _proof(
         bound = {"bound": float(min(claim.figures["bound"], 1e300))} if "bound" in claim.figures else {}
         return {"motion": _turned(system, claim.motion.reshape(-1, 6) / fastest)}, bound
     if claim.kind == "cra-tree":
-        names = [block.id for block in model.assembly.blocks]
-        return {"bounds": bounds, "tree": tree_document(claim.tree, system, names, bounds.eps)}, {}
+        names, part = [block.id for block in model.assembly.blocks], claim.part or system
+        tree = {"bounds": bounds, "tree": tree_document(claim.tree, part, names, bounds.eps)}
+        return tree | ({} if claim.part is None else {"component": names[part.free[0]]}), {}
     return {}, {name: float(value) for name, value in claim.figures.items() if np.isfinite(value)}
 
 
@@ -203,20 +228,19 @@ def _rows(model: PosedModel, motion: Floats) -> Floats:
     return rows
 
 
-def _blur(contacts: Contacts) -> Floats:
-    """(c,) angle by which rounding may turn the normal of each patch: worse the thinner it is."""
-    if not len(contacts):
-        return np.zeros(0)
-    low = np.minimum.reduceat(contacts.point, contacts.start[:-1], axis=0)
-    high = np.maximum.reduceat(contacts.point, contacts.start[:-1], axis=0)
-    return np.asarray(4e-16 * np.sum((high - low) ** 2, 1) / contacts.area)
+def polished(model: PosedModel, system: EquilibriumSystem, f: Floats, schur: Schur | None = None) -> Polished:
+    """Forces made ready for a certificate: every block balanced to 1e-10 of the lightest one's weight, if it can be."""
+    balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+    share = lightest(component_labels(system), balance.weight) / balance.weight
+    return Polisher(system, balance, Schur(system) if schur is None else schur).polished(f, share)
 
 
-def _state_residuals(system: EquilibriumSystem, f: Floats) -> dict[str, float]:
-    total = system.total or 1.0
-    tangent = np.hypot(f[:, 1], f[:, 2])
-    beyond = np.max([np.max(tangent - system.mu * f[:, 0], initial=0.0), np.max(-f[:, 0], initial=0.0)])
-    return {"equilibrium": float(np.linalg.norm(system.residual(f))) / total, "cone": float(beyond) / total + 0.0}
+def _state_residuals(system: EquilibriumSystem, state: Polished) -> dict[str, float]:
+    """What is left, in own weights and own diagonals; and by how much forces leave their cones, in their own size."""
+    f = state.f
+    size = np.maximum(np.linalg.norm(f, axis=1), system.lighter)
+    beyond = np.maximum(np.hypot(f[:, 1], f[:, 2]) - system.mu * f[:, 0], -f[:, 0])
+    return {"equilibrium": state.worst, "cone": float(np.max(beyond / size, initial=0.0)) + 0.0}
 
 
 def utilisation(contacts: Contacts, force: Floats) -> Floats:
@@ -248,6 +272,11 @@ def _said(settings: Settings) -> dict[str, Any]:
         "seconds": settings.seconds,
         "nodes": settings.nodes,
     }
+
+
+def _refused(report: Report) -> dict[str, str]:
+    """What the checker said of an answer that it did not accept."""
+    return {"refused": report.reason}
 
 
 def _reason(

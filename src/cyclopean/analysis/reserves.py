@@ -13,7 +13,8 @@ import numpy as np
 from cyclopean.analysis.limits.limit import find_limit, limit_of
 from cyclopean.analysis.limits.live import Live
 from cyclopean.analysis.posing import PosedModel
-from cyclopean.analysis.proving import prove, rigid_claim
+from cyclopean.analysis.proving import polished, prove, rigid_claim
+from cyclopean.analysis.rigid.deciding import ACCEPTED, decide
 from cyclopean.analysis.rigid.neighbour import Neighbour
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
@@ -34,7 +35,7 @@ class Bracket:
     """A margin between two models, each with a certificate: one that stands, and one that falls."""
 
     stands: float
-    falls: float | None  # None = none was found: `stands` is as far as was looked
+    falls: float | None  # None = none was looked for, or none was proved
     governing: int | None = None  # contact that opens or slides most in the motion of the one that falls
 
 
@@ -85,12 +86,19 @@ def margins(model: PosedModel, settings: Settings) -> Margins:
     if case.proved(model).verdict != "stable":
         return Margins(None, None, None, seconds=time.perf_counter() - began)
     contacts = model.contacts
+    if not _system(model).p.any():  # nothing acts, so that anything will do
+        return Margins(None, None, None, seconds=time.perf_counter() - began)
     friction = _bracket(case, lambda s: replace(model, contacts=replace(contacts, mu=s * contacts.mu)), 0.0)
     joints = None
     if not contacts.strength.any():  # what is left of a joint that pulls would pull elsewhere
-        joints = _bracket(case, lambda s: replace(model, contacts=shrunk(contacts, s)), SPECK)
+        joints = _bracket(case, lambda s: _smaller(model, s), SPECK)
     tilt, azimuth = _least_tilt(model)
     return Margins(friction, joints, tilt, azimuth, time.perf_counter() - began)
+
+
+def _smaller(model: PosedModel, share: float) -> PosedModel:
+    """The model with its joints shrunk; the tolerance with them, for no joint may be as narrow as that."""
+    return replace(model, contacts=shrunk(model.contacts, share), tolerance=share * model.tolerance)
 
 
 def _least_tilt(model: PosedModel) -> tuple[Bracket | None, float | None]:
@@ -118,13 +126,21 @@ class _Case:
 
     def stands(self, model: PosedModel) -> bool | None:
         """What the solvers say; None where they do not know."""
-        outcome = self.neighbour.solve(_system(model))
+        system = _system(model)
+        outcome = self.neighbour.solve(system)
+        if outcome.word == "balanced" and outcome.f is not None:
+            if polished(model, system, outcome.f).worst <= ACCEPTED:
+                return True
+            outcome = decide(model, system)
         return {"balanced": True, "collapse": False}.get(outcome.word)
 
     def proved(self, model: PosedModel) -> Result:
         """A verdict with a certificate."""
         system = _system(model)
-        return prove(model, self.settings, system, rigid_claim(self.neighbour.solve(system)))
+        result = prove(model, self.settings, system, rigid_claim(self.neighbour.solve(system)))
+        if result.verdict != "undecided":
+            return result
+        return prove(model, self.settings, system, rigid_claim(decide(model, system)))
 
 
 def _system(model: PosedModel) -> EquilibriumSystem:
@@ -142,12 +158,20 @@ def _bracket(case: _Case, weaker: Callable[[float], PosedModel], least: float) -
             stands = middle
         else:
             falls = middle
-    if case.proved(weaker(stands)).verdict != "stable":
-        return None
-    if stands == least:
-        return Bracket(least, None)
-    fallen = case.proved(weaker(falls))
-    return Bracket(stands, falls, _governing(fallen)) if fallen.verdict == "unstable" else Bracket(stands, None)
+    proved = next((s for s in _upwards(stands) if case.proved(weaker(s)).verdict == "stable"), None)
+    if proved is None or stands == least:
+        return None if proved is None else Bracket(proved, None)
+    for below in (falls, (1.0 - 10.0 * CLOSE) * falls, least):
+        fallen = case.proved(weaker(below))
+        if fallen.verdict == "unstable":
+            return Bracket(proved, below, _governing(fallen))
+    return Bracket(proved, None)
+
+
+def _upwards(stands: float) -> tuple[float, ...]:
+    """Where a proof is tried: at what was found, and with more and more room, to the model as it is."""
+    more = (1.0, 1.0 + CLOSE, 1.1, 2.0, 10.0, 100.0, 1e4)
+    return (*(factor * stands for factor in more if factor * stands < 1.0), 1.0)
 
 
 def _governing(result: Result) -> int | None:

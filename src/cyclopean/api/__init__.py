@@ -10,6 +10,7 @@ from cyclopean.api.limiting import limit
 from cyclopean.api.notebook import card, load_ipython_extension
 from cyclopean.api.saving import save
 from cyclopean.api.stones import StoneCarving, StoneMatch, carve, match, settle
+from cyclopean.api.verifying import verify, verify_file
 from cyclopean.api.walls import polygonal_wall
 
 __all__ = [
@@ -28,4 +29,6 @@ __all__ = [
     "polygonal_wall",
     "save",
     "settle",
+    "verify",
+    "verify_file",
 ]

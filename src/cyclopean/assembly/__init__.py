@@ -9,7 +9,7 @@ from cyclopean.assembly.blocks import (
     held_directions,
     supports,
 )
-from cyclopean.assembly.checking import check_contacts
+from cyclopean.assembly.checking import bearing, bearing_cones, check_contacts
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.detection import Detection, detect, length_tolerance
 from cyclopean.assembly.loading import Loading, load_cases, loading, resolved_loads, surface_loads_at_points
@@ -38,6 +38,8 @@ __all__ = [
     "SurfaceLoad",
     "Survey",
     "Volumes",
+    "bearing",
+    "bearing_cones",
     "check_contacts",
     "detect",
     "held_directions",

@@ -19,10 +19,14 @@ from cyclopean.geometry import (
     ragged_batches,
 )
 
-__all__ = ["ALIGNED", "REFUSED", "check_contacts", "face_distances"]
+__all__ = ["ALIGNED", "REFUSED", "bearing", "bearing_cones", "check_contacts", "face_distances"]
 
 ALIGNED = 0.95  # cosine between a contact's normal and that of a face it may lie on, as the certificate checker has it
-REFUSED = 0.005  # of the model's size: further from the blocks a contact is a mistake
+REFUSED = 0.005  # of the smaller block's size: further from the blocks a contact is a mistake
+ROUGH = 0.025  # likewise where the surface is said to be rough or curved
+NARROW = 4  # tolerances: contacts no wider carry nothing
+TANGENT = 1e-9  # rad: a cone that touches another from inside must not leave it by rounding
+LEANS = 1e-3  # sine of the angle beyond which a contact's normal leans from its faces
 FLAT = 1e-6  # of a polygon's own size: rounding that a file may carry
 NEEDLE = 1e-9  # width / perimeter of a polygon that has no area
 CLEARLY = 0.1  # a contact is turned when that brings it ten times nearer
@@ -54,12 +58,14 @@ def check_contacts(
     distance : float
         How far the furthest point lies from its faces (m).
     warnings : tuple of str
-        One line on polygons that were turned, one on points beyond the tolerance.
+        One line on polygons that were turned, one on points beyond the tolerance, one on normals that lean from the
+        faces: such a joint is taken as curved, and its `lean` says by how much.
 
     Raises
     ------
     InputError
-        A polygon that is not planar, has no area, or lies further than 0.5 % of the model's size from a block.
+        A polygon that is not planar, has no area, or lies further from its blocks than 0.5 % of the size of the smaller
+        of them (2.5 % where the surface is rough or curved).
     """
     if not len(contacts):
         return contacts, 0.0, ()
@@ -69,23 +75,156 @@ def check_contacts(
     point = contacts.point - origin
     names = [f"{assembly.blocks[a].id}-{assembly.blocks[b].id}" for a, b in zip(contacts.a, contacts.b, strict=True)]
     normal = _unit_normals(contacts, point, names, tol)
-    limit = REFUSED * assembly.size
+    limit = REFUSED * _sizes(assembly, contacts)
     everything = np.arange(len(contacts))
     sides = _side_distances(regions, contacts, point, normal, everything)
     far = np.flatnonzero(~(sides.max(axis=1) <= tol))
     other = _side_distances(regions, contacts, point, -normal, far)
     given, reverse = sides[far].max(axis=1), other.max(axis=1)
-    turn = (reverse <= limit) & (~(given <= limit) | (reverse <= np.maximum(tol, CLEARLY * given)))
+    near = limit[far]
+    turn = (reverse <= near) & (~(given <= near) | (reverse <= np.maximum(tol, CLEARLY * given)))
     turned = np.zeros(len(contacts), bool)
     turned[far[turn]] = True
     sides[far[turn]] = other[turn]
-    _refuse_floating(assembly, contacts, names, sides, limit)
     distance = sides.max(axis=1)
+    contacts = _reversed(contacts, turned)
+    lean = _leans(regions, contacts, contacts.point - origin, np.where(turned[:, None], -normal, normal), distance, tol)
+    bent = ~np.isnan(contacts.leaning) | (np.sin(lean) > LEANS)
+    _refuse_floating(assembly, contacts, names, sides, np.where(bent, ROUGH / REFUSED, 1.0) * limit)
     warnings = (
         *_turned_line(names, np.flatnonzero(turned)),
         *_distant_line(names, distance, tol),
+        *_leaning_line(names, np.where(bent & np.isnan(contacts.leaning), lean, 0.0)),
     )
-    return _reversed(contacts, turned), float(distance.max()), warnings
+    return replace(contacts, lean=np.where(bent, lean, np.nan)), float(distance.max()), warnings
+
+
+def bearing(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[Contacts, tuple[str, ...]]:
+    """Leave out contacts that are a few tolerances wide: where two blocks meet is not known well enough there.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    contacts : Contacts
+        c of them.
+    tolerance : float
+        m, that their certificate is going to state; at a contact no more than 0.5 % of the smaller block counts.
+
+    Returns
+    -------
+    contacts : Contacts
+        Those whose width (area over half the perimeter) exceeds `NARROW` tolerances, and all that are said to lie on
+        rough or curved surfaces.
+    warnings : tuple of str
+        One line on the others.
+    """
+    if not len(contacts):
+        return contacts, ()
+    following = np.arange(1, len(contacts.point) + 1)
+    following[contacts.start[1:] - 1] = contacts.start[:-1]
+    edge = np.linalg.norm(contacts.point[following] - contacts.point, axis=1)
+    width = 2.0 * contacts.area / np.add.reduceat(edge, contacts.start[:-1])
+    least = NARROW * np.minimum(tolerance, REFUSED * _sizes(assembly, contacts)) * (1.0 + 1e-9)
+    kept = ~np.isnan(contacts.leaning) | (width > least)
+    if kept.all():
+        return contacts, ()
+    k = int(np.flatnonzero(~kept)[0])
+    pair = f"{assembly.blocks[contacts.a[k]].id}-{assembly.blocks[contacts.b[k]].id}"
+    told = (
+        f"{np.count_nonzero(~kept)} contact(s) are no wider than {NARROW} tolerances and carry nothing"
+        f" ({pair}: {width[k]:.2g} m, tolerance {least[k] / NARROW:.2g} m)"
+    )
+    return contacts.only(np.flatnonzero(kept)), (told,)
+
+
+def _sizes(assembly: Assembly, contacts: Contacts) -> Floats:
+    """(c,) m: size of the smaller block at each contact."""
+    size = np.array([np.linalg.norm(np.ptp(block.vertices, axis=0)) for block in assembly.blocks])
+    return np.asarray(np.minimum(size[contacts.a], size[contacts.b]))
+
+
+def _leans(
+    regions: PlanarRegions, contacts: Contacts, point: Floats, normal: Floats, distance: Floats, tolerance: float
+) -> Floats:
+    """(c,) rad: the most by which the faces that a contact's points lie on lean from its normal, the best at each."""
+    lean = np.zeros(len(contacts))
+    for face in _faces_under(regions, contacts, point, normal, distance, tolerance):
+        sine = np.linalg.norm(np.cross(face, normal[contacts.patch]), axis=1)
+        sine = np.where(sine < 1e-7, 0.0, sine)  # rounding is no angle
+        lean = np.maximum(lean, np.maximum.reduceat(np.arcsin(np.minimum(sine, 1.0)), contacts.start[:-1]))
+    return lean
+
+
+def _faces_under(
+    regions: PlanarRegions, contacts: Contacts, point: Floats, normal: Floats, distance: Floats, tolerance: float
+) -> list[Floats]:
+    """(P, 3) unit normals of the faces of block a, then of b, that points lie on, turned along the contact's normal.
+
+    Of several faces the one that leans least; where there is none, the contact's own normal.
+    """
+    frame = frames_from_normals(regions.normal)
+    away = regions.vertex[regions.corner] - regions.point[regions.corner_region]
+    drawn = np.einsum("ki,kji->kj", away, frame[regions.corner_region, 1:])
+    reach = np.maximum(distance, tolerance)[contacts.patch] * (1.0 + 1e-9)
+    found = []
+    for body, direction in ((contacts.a, normal), (contacts.b, -normal)):
+        best, face = np.full(len(point), -1.0), normal[contacts.patch].copy()
+        contact, region = _aligned(regions, body, direction)
+        cosine = np.einsum("ki,ki->k", regions.normal[region], direction[contact])
+        for pair, position in ragged_batches(contacts.start, contact):
+            here = region[pair]
+            local = np.einsum("ki,kji->kj", point[position] - regions.point[here], frame[here])
+            gap = _plane_distance(regions, drawn, here, local[:, 1:])
+            on = np.hypot(local[:, 0], gap) <= reach[position]
+            order = np.argsort(cosine[pair[on]], kind="stable")  # the last to be written leans least
+            row, which = position[on][order], pair[on][order]
+            better = cosine[which] > best[row]
+            best[row[better]] = cosine[which[better]]
+            face[row[better]] = regions.normal[region[which[better]]]
+        found.append(face * np.sign(np.einsum("pi,pi->p", face, normal[contacts.patch]))[:, None])
+    return found
+
+
+def bearing_cones(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[Floats, Floats, Floats]:
+    """A cone at every point inside those about the contact's normal and about the normals of the faces it lies on.
+
+    Its axis is between the two of them that are furthest apart, and it is as much narrower as they are from it.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    contacts : Contacts
+        As `check_contacts` returns them, friction filled in.
+    tolerance : float
+        m: how far points lie from their faces at the most.
+
+    Returns
+    -------
+    normals : (P, 3, 3)
+        Unit normals of the contact and of both faces, whose cones it lies in.
+    axis : (P, 3)
+        Unit vectors.
+    mu : (P,)
+        Friction about them; 0 where nothing is left.
+    """
+    mesh, origin = local_mesh(assembly)
+    regions, patch = planar_regions(mesh, length_tolerance(assembly)), contacts.patch
+    normal = contacts.frame[:, 0]
+    reach = np.full(len(contacts), tolerance)
+    faces = _faces_under(regions, contacts, contacts.point - origin, normal, reach, tolerance)
+    three = np.stack([normal[patch], *faces], 1)  # (P, 3 vectors, 3)
+    cosine = np.einsum("pik,pjk->pij", three, three)
+    i, j = np.divmod(np.argmin(cosine.reshape(len(three), 9), axis=1), 3)
+    row = np.arange(len(three))
+    axis = three[row, i] + three[row, j]
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    apart = np.arccos(np.clip(np.einsum("pik,pk->pi", three, axis), -1.0, 1.0).min(axis=1))
+    leans = ~np.isnan(contacts.leaning[patch]) & (apart > 1e-7)
+    mu = contacts.mu[patch]
+    mu = np.where(leans, np.tan(np.maximum(np.arctan(mu) - apart - TANGENT, 0.0)), mu)
+    return three, np.where(leans[:, None], axis, normal[patch]), mu
 
 
 def _unit_normals(contacts: Contacts, point: Floats, names: Sequence[str], tolerance: float) -> Floats:
@@ -170,12 +309,14 @@ def _plane_distance(regions: PlanarRegions, drawn: Floats, region: Ints, xy: Flo
     return np.asarray(np.where(winding != 0, 0.0, np.sqrt(nearest)))
 
 
-def _refuse_floating(assembly: Assembly, contacts: Contacts, names: Sequence[str], sides: Floats, limit: float) -> None:
+def _refuse_floating(
+    assembly: Assembly, contacts: Contacts, names: Sequence[str], sides: Floats, limit: Floats
+) -> None:
     """Raise for the contact that lies furthest from its blocks, if that is too far."""
     far = np.flatnonzero(~(sides.max(axis=1) <= limit))
     if not len(far):
         return
-    k = int(far[np.argmax(sides[far].max(axis=1))])
+    k = int(far[np.argmax((sides[far].max(axis=1)) / limit[far])])
     side = int(np.argmax(sides[k]))
     block = assembly.blocks[(contacts.a, contacts.b)[side][k]].id
     if np.isfinite(sides[k, side]):
@@ -183,8 +324,8 @@ def _refuse_floating(assembly: Assembly, contacts: Contacts, names: Sequence[str
     else:
         what = f"no face of block '{block}' looks its way"
     raise InputError(
-        f"contact {k} ({names[k]}): {what}; at most 0.5 % of the model's size ({limit:.2g} m) is allowed:"
-        " move it onto the faces of both blocks"
+        f"contact {k} ({names[k]}): {what}; at most {limit[k]:.2g} m is allowed, 0.5 % of the smaller block's size"
+        " (2.5 % where it is rough or curved): move it onto the faces of both blocks"
     )
 
 
@@ -205,6 +346,18 @@ def _distant_line(names: Sequence[str], distance: Floats, tolerance: float) -> l
     return [
         f"{count} contact(s) lie further than the tolerance of {tolerance:.2g} m from the faces of their blocks,"
         f" at most {distance[k]:.2g} m (contact {k}, {names[k]}); curved joints drawn as facets do that"
+    ]
+
+
+def _leaning_line(names: Sequence[str], lean: Floats) -> list[str]:
+    """One line on contacts that lean from the faces of their blocks, though the model does not say so."""
+    count = int(np.count_nonzero(lean))
+    if not count:
+        return []
+    k = int(np.argmax(lean))
+    return [
+        f"{count} contact(s) lean from the faces of their blocks, by up to {np.degrees(lean[k]):.2g} degrees (contact"
+        f" {k}, {names[k]}): taken as joints between rough or curved surfaces, with less friction"
     ]
 
 

@@ -26,6 +26,7 @@ class Contacts:
     point: Floats  # (P, 3) m, world
     mu: Floats  # (c,) Coulomb coefficient, NaN = not given
     tension: Floats | None = None  # (c,) Pa that the joint may pull, NaN = not given; None = all not given
+    lean: Floats | None = None  # (c,) rad by which rough or curved faces lean from n; NaN = flat; None = all flat
 
     def __post_init__(self) -> None:
         for name in ("a", "b"):
@@ -37,6 +38,8 @@ class Contacts:
         object.__setattr__(self, "mu", sealed("contacts mu", self.mu, c, nan=True))
         strength = np.full(c, np.nan) if self.tension is None else self.tension
         object.__setattr__(self, "tension", sealed("contacts tension", strength, c, nan=True))
+        lean = np.full(c, np.nan) if self.lean is None else self.lean
+        object.__setattr__(self, "lean", sealed("contacts lean", lean, c, nan=True))
         if (bad := np.flatnonzero(np.asarray(strength) < 0)).size:
             raise InputError(f"contact {bad[0]}: tension {strength[bad[0]]:g} must not be negative")
         if (bad := np.flatnonzero(np.diff(self.start) < 3)).size:
@@ -58,8 +61,9 @@ class Contacts:
         polygons: Sequence[Floats],
         mu: Sequence[float | None] | None = None,
         tension: Sequence[float | None] | None = None,
+        lean: Sequence[float | None] | None = None,
     ) -> "Contacts":
-        """Pack a list of (a, b) pairs and one (k, 3) polygon each; mu or tension None = not given."""
+        """Pack a list of (a, b) pairs and one (k, 3) polygon each; mu or tension None = not given, lean None = flat."""
         ends = np.asarray(pairs, np.int64).reshape(-1, 2)
         start = np.concatenate([[0], np.cumsum([len(p) for p in polygons], dtype=np.int64)]).astype(np.int64)
         point = np.concatenate([np.asarray(p, float).reshape(-1, 3) for p in polygons] or [np.zeros((0, 3))])
@@ -68,7 +72,7 @@ class Contacts:
             given = [None] * len(polygons) if values is None else values
             return np.array([np.nan if x is None else float(x) for x in given], float)
 
-        return cls(ends[:, 0], ends[:, 1], start, point, filled(mu), filled(tension))
+        return cls(ends[:, 0], ends[:, 1], start, point, filled(mu), filled(tension), filled(lean))
 
     @property
     def patch(self) -> Ints:
@@ -93,6 +97,14 @@ class Contacts:
         """(m, 3) points of patch k."""
         return self.point[self.start[k] : self.start[k + 1]]
 
+    def only(self, which: Ints) -> "Contacts":
+        """Some of the patches, in this order."""
+        count = np.diff(self.start)[which]
+        start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+        point = self.point[np.repeat(self.start[which], count) + np.arange(start[-1]) - np.repeat(start[:-1], count)]
+        mu, strength, lean = self.mu[which], self.strength_given[which], self.leaning[which]
+        return Contacts(self.a[which], self.b[which], start, point, mu, strength, lean)
+
     def with_mu(self, mu: float) -> "Contacts":
         """Fill in `mu` where none is given."""
         return replace(self, mu=np.where(np.isnan(self.mu), mu, self.mu))
@@ -106,6 +118,12 @@ class Contacts:
         """(c,) Pa that each joint may pull as given, NaN = not given."""
         assert self.tension is not None
         return self.tension
+
+    @property
+    def leaning(self) -> Floats:
+        """(c,) rad by which the faces of each joint may lean from its normal; NaN = they are flat, and may not."""
+        assert self.lean is not None
+        return self.lean
 
     @property
     def strength(self) -> Floats:

@@ -25,6 +25,7 @@ from cyclopean.geometry import (
 __all__ = ["Detection", "detect", "length_tolerance", "local_mesh"]
 
 RELATIVE_TOLERANCE = 1e-6
+OWN_SHARE = 1e-3  # of the smaller of two blocks: no gap between them may be wider, whatever the tolerance
 LISTED = 10  # faults named one by one before they are only counted
 GRID = 1000.0  # tolerances: cell of the grid on which contacts are put in order
 
@@ -60,9 +61,10 @@ def detect(assembly: Assembly, tolerance: float | None = None) -> Detection:
 
     Coplanar neighbouring faces of a block are merged into planar regions with holes; regions of different blocks
     whose normals are opposed and whose planes lie within the tolerance of each other all over the overlap touch in
-    the exact intersection of their polygons. Each part of an intersection is one contact, convex or not; a part with
-    holes is cut through them into contacts without. Parts whose mean width (2 area / perimeter) is at most the
-    tolerance are dropped, and so is touching along an edge or in a point. Fixed blocks are treated like any other.
+    the exact intersection of their polygons, unless they are further apart than 0.1 % of the smaller block's size.
+    Each part of an intersection is one contact, convex or not; a part with holes is cut through them into contacts
+    without. Parts whose mean width (2 area / perimeter) is at most the tolerance are dropped, and so is touching along
+    an edge or in a point. Fixed blocks are treated like any other.
 
     In every contact a < b and the points run counter-clockwise about the normal from a into b, on the plane midway
     between the two faces, starting at the point of least x (then y, z). Contacts are sorted by a, b, and the x, y, z
@@ -90,7 +92,8 @@ def detect(assembly: Assembly, tolerance: float | None = None) -> Detection:
     regions = planar_regions(mesh, tol)
     pairs = box_pairs(*_boxes(mesh), tol)
     a, b = facing_regions(regions, pairs, tol)
-    contacts = _ordered(regions, a, b, region_overlaps(regions, a, b, tol), origin, tol)
+    found = _near(regions, a, b, region_overlaps(regions, a, b, tol), mesh)
+    contacts = _ordered(regions, a, b, found, origin, tol)
     touched = np.zeros(len(assembly), bool)
     touched[contacts.a] = touched[contacts.b] = True
     alone = tuple(np.flatnonzero(~touched).tolist())
@@ -123,6 +126,23 @@ def _boxes(mesh: Polyhedra) -> tuple[Floats, Floats]:
         low[held] = np.minimum.reduceat(mesh.vertex, first, axis=0)
         high[held] = np.maximum.reduceat(mesh.vertex, first, axis=0)
     return low, high
+
+
+def _near(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, mesh: Polyhedra) -> Overlaps:
+    """The overlaps whose two faces are no further apart than the smaller of the blocks allows."""
+    if not len(found.pair):
+        return found
+    low, high = _boxes(mesh)
+    size = np.linalg.norm(high - low, axis=1)
+    i, j = a[found.pair], b[found.pair]
+    patch = np.repeat(np.arange(len(found.pair)), np.diff(found.start))
+    height = np.einsum("pi,pi->p", found.point - regions.point[i][patch], regions.normal[i][patch])
+    gap = 2.0 * np.maximum.reduceat(np.abs(height), found.start[:-1])  # points are midway between the faces
+    kept = np.flatnonzero(gap <= OWN_SHARE * np.minimum(size[regions.body[i]], size[regions.body[j]]))
+    if len(kept) == len(found.pair):
+        return found
+    start = np.concatenate([[0], np.cumsum(np.diff(found.start)[kept])]).astype(np.int64)
+    return Overlaps(found.pair[kept], start, found.point[ragged(found.start, kept)[1]])
 
 
 def _ordered(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, origin: Floats, tolerance: float) -> Contacts:

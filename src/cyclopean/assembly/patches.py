@@ -139,7 +139,8 @@ def gathered(found: Mapping[tuple[int, int], Sequence["Meeting"]]) -> tuple[Cont
     every = [(part, a, b) for (a, b), parts in sorted(found.items(), key=lambda entry: entry[0]) for part in parts]
     held = [entry for entry in every if len(entry[0].polygon)]
     rest = [entry for entry in every if not len(entry[0].polygon)]
-    contacts = Contacts.of([(a, b) for _, a, b in held], [part.polygon for part, _, _ in held])
+    polygons = [part.polygon for part, _, _ in held]
+    contacts = Contacts.of([(a, b) for _, a, b in held], polygons, lean=[0.0] * len(held))
     area = contacts.area
     facts = [_fact(part, k, a, b, float(area[k])) for k, (part, a, b) in enumerate(held)]
     facts += [_fact(part, -1, a, b, 0.0) for part, a, b in rest]

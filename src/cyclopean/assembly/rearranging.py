@@ -18,7 +18,6 @@ from cyclopean.assembly.detection import detect
 from cyclopean.assembly.materials import paired_friction
 from cyclopean.assembly.parts import part
 from cyclopean.errors import InputError
-from cyclopean.geometry import ragged
 
 __all__ = ["Arrangement", "Pose", "arrange"]
 
@@ -115,14 +114,14 @@ class Arrangement:
     def _with(self, block: int, poses: Mapping[int, Pose], removed: frozenset[int]) -> "Arrangement":
         """Put one block's contacts in the place of those that it had."""
         name = f"'{self.model.blocks[block].id}'"
-        parts = [_rows(self.joints, np.flatnonzero((self.joints.a != block) & (self.joints.b != block)))]
+        parts = [self.joints.only(np.flatnonzero((self.joints.a != block) & (self.joints.b != block)))]
         notes = tuple(note for note in self.notes if name not in note)
         if block not in removed:
             if block not in poses:
                 away = np.array(sorted({*poses, *removed}), np.int64)
                 ends = np.stack([self.home.a, self.home.b], 1)
                 here = (ends == block).any(axis=1) & ~np.isin(ends, away).any(axis=1)
-                parts.append(_rows(self.home, np.flatnonzero(here)))
+                parts.append(self.home.only(np.flatnonzero(here)))
             found, said = self._found(block, poses)
             parts.append(found)
             notes = (*notes, *said)
@@ -143,7 +142,7 @@ class Arrangement:
         order = [*self.index[near[:at]].tolist(), block, *self.index[near[at:]].tolist()]
         blocks = [self.assembly.blocks[i] for i in near[:at]] + [here] + [self.assembly.blocks[i] for i in near[at:]]
         found = detect(Assembly(tuple(blocks)), self.tolerance)
-        rows = _rows(found.contacts, np.flatnonzero((found.contacts.a == at) | (found.contacts.b == at)))
+        rows = found.contacts.only(np.flatnonzero((found.contacts.a == at) | (found.contacts.b == at)))
         name = f"'{here.id}'"
         said = tuple(line for line in found.warnings if name in line and block in poses)
         ends = np.array(order, np.int64)
@@ -171,7 +170,7 @@ def arrange(model: Assembly, contacts: Contacts, held: Bools, tolerance: float) 
     """
     if model.actions:
         raise InputError("arrangement: resolve the model's loads to points first")
-    joints = _rows(contacts, np.lexsort((contacts.b, contacts.a)))
+    joints = contacts.only(np.lexsort((contacts.b, contacts.a)))
     first = Arrangement(
         model,
         joints,
@@ -214,14 +213,6 @@ def _at(model: Assembly, block: int, poses: Mapping[int, Pose], point: Floats) -
     return poses[block].of(point, model.mass.centroid[block]) if block in poses else point
 
 
-def _rows(contacts: Contacts, which: Ints) -> Contacts:
-    """Some of the contacts, in this order."""
-    start = np.concatenate([[0], np.cumsum(np.diff(contacts.start)[which])]).astype(np.int64)
-    point = contacts.point[ragged(contacts.start, which)[1]] if len(which) else np.zeros((0, 3))
-    strength = contacts.strength_given[which]
-    return Contacts(contacts.a[which], contacts.b[which], start, point, contacts.mu[which], strength)
-
-
 def _merged(parts: Collection[Contacts]) -> Contacts:
     """All of them, sorted by a, then b; those of one pair keep their order."""
     sizes = np.concatenate([np.diff(part.start) for part in parts])
@@ -232,5 +223,6 @@ def _merged(parts: Collection[Contacts]) -> Contacts:
         np.concatenate([part.point for part in parts]),
         np.concatenate([part.mu for part in parts]),
         np.concatenate([part.strength_given for part in parts]),
+        np.concatenate([part.leaning for part in parts]),
     )
-    return _rows(whole, np.lexsort((whole.b, whole.a)))
+    return whole.only(np.lexsort((whole.b, whole.a)))

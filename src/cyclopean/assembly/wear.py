@@ -64,6 +64,7 @@ def worn(contacts: Contacts, depth: Floats) -> tuple[Contacts, Ints]:
         point=point,
         mu=contacts.mu[kept],
         tension=contacts.strength_given[kept],
+        lean=contacts.leaning[kept],
     )
     return left, kept
 

@@ -244,9 +244,9 @@ def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
         mu = result.contacts.mu
         one = len(mu) and mu.min() == mu.max()
         least = f"mu {friction.stands * mu[0]:.3g}" if one else f"{100 * friction.stands:.1f} % of mu"
-        told.append("needs no friction" if friction.falls is None else f"needs {least}")
+        told.append("needs no friction" if friction.stands == 0.0 else f"needs {least}")
     if (joints := found.joints) is not None:
-        over = "over " if joints.falls is None else ""
+        over = "at least " if joints.falls is None else ""
         told.append(f"geometric safety {over}{found.geometric_safety:.4g}")
     if (tilt := found.tilt) is not None:
         told.append(f"tilt up to {tilt.stands:.2f} degrees towards azimuth {found.azimuth:g}")

@@ -12,7 +12,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "cyclopean limit arch.json --push 1,0,0 --report limit.html --certificate bounds.json",
         "cyclopean limit wall.json --tilt --polar 24 --report polar.html",
     ),
-    "verify": ("cyclopean verify proof.json", "cyclopean verify proof.json --json -"),
+    "verify": ("cyclopean verify proof.json", "cyclopean verify proof.json --model arch.json"),
     "info": ("cyclopean info arch.json", "cyclopean info scans --units mm --strict --json inventory.json"),
     "convert": (
         "cyclopean convert arch.json arch.3dm --result result.json",

@@ -2,13 +2,18 @@
 
 import os
 import stat
-from typing import Annotated
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
-from cyclopean.cli.terminal import long_work, say, say_json, warn
+from cyclopean.cli.terminal import long_work, of_file, one_line, say, say_json, warn
 from cyclopean.errors import InputError
+
+if TYPE_CHECKING:
+    from cyclopean.analysis import Comparison
+    from cyclopean.proof import Report
 
 __all__ = ["convert", "verify"]
 
@@ -21,32 +26,46 @@ Json = Annotated[str | None, typer.Option(metavar="F|-", help="Write it as JSON;
 
 def verify(
     certificate: Annotated[str, typer.Argument(metavar="CERTIFICATE", show_default=False, help="Certificate file.")],
+    model: Annotated[
+        str | None, typer.Option(metavar="MODEL", help="Model file that it has to be about; says what differs.")
+    ] = None,
+    units: Annotated[str | None, typer.Option(metavar="U", help="Unit of the model's lengths, such as mm.")] = None,
     json: Json = None,
 ) -> int:
     """Check a certificate in exact arithmetic.
 
-    Exit status: 0 it proves what it claims, 1 it does not, 2 it cannot be read.
+    Exit status: 0 it proves what it claims, 1 it does not, or not of this model, 2 it cannot be read.
     """
     files = planned({"--json": json}, keep=certificate)
+    if model is not None:
+        planned({"--json": json}, keep=model)
+    elif units is not None:
+        raise InputError(f"--units {units}: is of the lengths of a model; give --model too")
 
-    from cyclopean.proof import NotACertificateError, verify_file
+    from cyclopean.proof import NotACertificateError, read_file, verify_file
+    from cyclopean.proof import verify as checked
 
     try:
         _refuse_endless(certificate)
         with long_work(f"verifying {certificate}"):
-            report = verify_file(certificate)
+            content = {} if model is None else read_file(certificate)
+            report = verify_file(certificate) if model is None else checked(content)
     except OSError as error:
         why = (error.strerror or str(error)).lower()
         raise InputError(f"{certificate or repr(certificate)}: cannot be read: {why}") from None
     except NotACertificateError as error:
         raise InputError(f"{certificate}: {error}") from None
-    data = {
+    same = None if model is None else _compared(report, content, model, units)
+    data: dict[str, Any] = {
         "proved": report.proved,
         "kind": report.kind,
         "claim": report.claim,
         "reason": report.reason,
         "figures": report.figures,
+        "assumed": list(report.assumed),
     }
+    if same is not None:
+        data["model"] = {"same": not same.differences, "differences": list(same.differences)}
     if files:
         from cyclopean import io
 
@@ -54,9 +73,42 @@ def verify(
     if json == STANDARD_OUTPUT:
         say_json(data)
     else:
-        say(f"{'proved' if report.proved else 'NOT proved'}: {report.claim or 'no claim that can be read'}")
-        say(f"  {report.reason}")
-    return 0 if report.proved else 1
+        say("\n".join(_told(report, model, same)))
+    return 0 if report.proved and not (same and same.differences) else 1
+
+
+def _compared(report: "Report", content: Mapping[str, Any], model: str, units: str | None) -> "Comparison | None":
+    """Hold what has been proved against a model file; of what has not, only the file is read."""
+    from cyclopean import io
+
+    with of_file(model):
+        assembly, warnings = io.read_model(model, units)
+        for warning in warnings:
+            warn(warning)
+        if not report.proved:
+            return None
+        from cyclopean.analysis import compare
+
+        with long_work(f"comparing with {model}"):
+            return compare(content, assembly)
+
+
+def _told(report: "Report", model: str | None, same: "Comparison | None") -> list[str]:
+    """The answer, line by line: what is proved, and what it assumes or how it differs from the model."""
+    word = "proved" if report.proved else "NOT proved"
+    if same is not None and same.differences:
+        word = "PROVED, BUT NOT OF THIS MODEL"
+    lines = [f"{word}: {report.claim or 'no claim that can be read'}", f"  {report.reason}"]
+    if same is None:
+        return [*lines, *(f"  {line}" for line in report.assumed)]
+    if same.differences:
+        return [*lines, *(f"  {one_line(line)}" for line in same.differences)]
+    near = f"; lengths differ by at most {same.apart:.2g} m" if same.apart else ", to the last digit"
+    return [
+        *lines,
+        f"  model      {model}: the same blocks, contacts and loads{near}",
+        f"  assumed    {one_line(', '.join(same.assumed))}",
+    ]
 
 
 def _refuse_endless(path: str) -> None:

@@ -16,6 +16,7 @@ from cyclopean.geometry.polyhedra import (
     triangles,
 )
 from cyclopean.geometry.power_diagram import hidden_sites, power_diagram
+from cyclopean.geometry.shells import detached_pieces
 from cyclopean.geometry.subdivision import Subdivision, dissolved, faults, merged, subdivide
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "box_pairs",
     "convex_bodies",
     "crossed",
+    "detached_pieces",
     "dissolved",
     "face_normals",
     "facing_regions",

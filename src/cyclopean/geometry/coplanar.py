@@ -9,7 +9,7 @@ from cyclopean.geometry.frames import newell_normals
 from cyclopean.geometry.packed import ragged
 from cyclopean.geometry.polyhedra import Polyhedra, face_normals, triangles
 
-__all__ = ["PlanarRegions", "planar_regions"]
+__all__ = ["PlanarRegions", "flattened", "planar_regions", "twin_edges"]
 
 SAME_SIDE = 0.9  # cosine below which two faces cannot be one region, however small they are
 
@@ -81,7 +81,7 @@ def planar_regions(mesh: Polyhedra, tolerance: float) -> PlanarRegions:
     A chain of merges that has crept out of its mean plane (a finely faceted curve) is undone face by face. Edges that
     run inside a region vanish, also the seam of a face that is drawn round a hole.
     """
-    faces = _measured(_flattened(mesh, tolerance), tolerance)
+    faces = _measured(flattened(mesh, tolerance)[0], tolerance)
     label = _merged(faces, tolerance)
     body = np.zeros(label.max(initial=-1) + 1, np.int64)
     body[label] = faces.mesh.face_body
@@ -121,15 +121,23 @@ def _centres(mesh: Polyhedra) -> Floats:
     return np.asarray(total / np.diff(mesh.corner_start)[:, None])
 
 
-def _flattened(mesh: Polyhedra, tolerance: float) -> Polyhedra:
-    """The mesh with every face that is not flat replaced by its fan of triangles, faces in the same order."""
+def flattened(mesh: Polyhedra, tolerance: float) -> tuple[Polyhedra, Ints]:
+    """The mesh with every face that is not flat within half the tolerance (m) replaced by its fan of triangles.
+
+    Returns
+    -------
+    mesh : Polyhedra
+        Faces in the same order.
+    origin : (F,) int
+        Which face each was, or was part of.
+    """
     if not len(mesh.corner):
-        return mesh
+        return mesh, np.arange(len(mesh.corner_start) - 1)
     face = mesh.corner_face
     height = np.einsum("ki,ki->k", mesh.vertex[mesh.corner] - _centres(mesh)[face], _unit(face_normals(mesh))[face])
     bent = ~(np.maximum.reduceat(np.abs(height), mesh.corner_start[:-1]) <= tolerance / 2.0)
     if not bent.any():
-        return mesh
+        return mesh, np.arange(len(bent))
     fan, fan_face = triangles(mesh)
     fan, fan_face = fan[bent[fan_face]], fan_face[bent[fan_face]]
     kept = np.flatnonzero(~bent)
@@ -140,23 +148,24 @@ def _flattened(mesh: Polyhedra, tolerance: float) -> Polyhedra:
     order = np.argsort(whose, kind="stable")
     corner = corner[ragged(start, order)[1]]
     body = mesh.face_body[whose[order]]
-    return Polyhedra(
+    flat = Polyhedra(
         mesh.vertex,
         mesh.vertex_start,
         corner,
         np.concatenate([[0], np.cumsum(size[order])]).astype(np.int64),
         np.searchsorted(body, np.arange(len(mesh) + 1)),
     )
+    return flat, whose[order]
 
 
 def _measured(mesh: Polyhedra, tolerance: float) -> _Faces:
     """Normals, centres and neighbours of all faces."""
     normal = face_normals(mesh)
     centre = _centres(mesh) if len(mesh.corner) else np.zeros((0, 3))
-    return _Faces(mesh, normal, _unit(normal), centre, _twins(mesh))
+    return _Faces(mesh, normal, _unit(normal), centre, twin_edges(mesh))
 
 
-def _twins(mesh: Polyhedra) -> Ints:
+def twin_edges(mesh: Polyhedra) -> Ints:
     """(K,) for each directed edge, the one that runs the other way; -1 where there is none or more than one."""
     if not len(mesh.corner):
         return np.zeros(0, np.int64)

@@ -1,6 +1,6 @@
 """Where planar regions of different bodies lie face to face: candidates by boxes and planes, exact polygon overlay."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,8 @@ from cyclopean.geometry.packed import ragged, ragged_batches
 
 __all__ = ["Overlaps", "box_pairs", "facing_regions", "region_overlaps"]
 
+ASKEW = 0.7391  # rad: of the axes in which areas are found again
+GRID = 1e-3  # tolerances: of the grid that decides where they differ
 MAX_ANGLE = 0.1  # rad; beyond it even an overlap ten tolerances wide gapes by more than the tolerance
 
 
@@ -106,8 +108,7 @@ def region_overlaps(regions: PlanarRegions, a: Ints, b: Ints, tolerance: float) 
     pair = np.flatnonzero(_boxes_overlap(one, two, len(a), tolerance))
     if not len(pair):
         return region_overlaps(regions, a[:0], b[:0], tolerance)
-    common = shapely.intersection(_drawn(one, pair, len(a)), _drawn(two, pair, len(a)))
-    part, index = _polygons(common)
+    part, index = _polygons(_common(one, two, pair, len(a), tolerance))
     part, index = _wide_parts(part, index, tolerance)
     ring = shapely.get_exterior_ring(part)
     xy, whose = shapely.get_coordinates(ring, return_index=True)
@@ -143,6 +144,30 @@ def _boxes_overlap(one: _Drawing, two: _Drawing, count: int, tolerance: float) -
         bounds.append((np.minimum.reduceat(side.xy, first, axis=0), np.maximum.reduceat(side.xy, first, axis=0)))
     (low, high), (low2, high2) = bounds
     return np.all(np.minimum(high, high2) - np.maximum(low, low2) > tolerance, axis=1)
+
+
+def _common(one: _Drawing, two: _Drawing, pair: Ints, count: int, tolerance: float) -> Any:
+    """Shapely intersections of the wanted pairs.
+
+    With edges that nearly lie on each other GEOS now and then finds nothing, or a whole polygon, depending on how they
+    lie in its axes. So the areas are found again in turned axes, and where they differ the corners are put on a grid,
+    which is slow and right.
+    """
+    import shapely
+
+    a, b = _drawn(one, pair, count), _drawn(two, pair, count)
+    common = shapely.intersection(a, b)
+    other = shapely.area(shapely.intersection(_drawn(_turned(one), pair, count), _drawn(_turned(two), pair, count)))
+    around = np.maximum(shapely.length(a), shapely.length(b))
+    doubted = np.abs(shapely.area(common) - other) > 0.1 * tolerance * around
+    common[doubted] = shapely.intersection(a[doubted], b[doubted], grid_size=GRID * tolerance)
+    return common
+
+
+def _turned(drawing: _Drawing) -> _Drawing:
+    """The drawing turned by an angle that nothing is drawn at."""
+    turn = np.array([[np.cos(ASKEW), -np.sin(ASKEW)], [np.sin(ASKEW), np.cos(ASKEW)]])
+    return replace(drawing, xy=drawing.xy @ turn)
 
 
 def _drawn(drawing: _Drawing, pair: Ints, count: int) -> Any:

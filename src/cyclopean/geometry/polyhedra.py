@@ -185,8 +185,11 @@ def mesh_faults(mesh: Polyhedra) -> list[tuple[int, str]]:
     """Find (body, fault) for every mesh that is not a closed, outward, solid body.
 
     Faults, in words for a person: "has no faces", "is open (3 edges have one face only)", "has faces that disagree
-    about which side is out", "has zero volume", "is inside out". One fault a body, the first that applies.
+    about which side is out", "has zero volume", "is inside out", and those of `shells.solid_faults`: "has a shell
+    without volume (faces 6 and 7)". One fault a body, the first that applies.
     """
+    from cyclopean.geometry.shells import solid_faults
+
     n = len(mesh)
     here, there = mesh.corner, mesh.corner[mesh.next_corner]
     body = mesh.face_body[mesh.corner_face] if len(mesh.corner) else np.zeros(0, np.int64)
@@ -212,4 +215,6 @@ def mesh_faults(mesh: Polyhedra) -> list[tuple[int, str]]:
             found.append((i, "has zero volume"))
         elif volume[i] < 0.0:
             found.append((i, "is inside out: its faces must run counter-clockwise seen from outside"))
-    return found
+    closed = np.ones(n, bool)
+    closed[[i for i, _ in found]] = False
+    return sorted(found + solid_faults(mesh, closed))

@@ -167,7 +167,8 @@ def write_json(path: PathLike, data: Any) -> None:
 def json_text(data: Any) -> str:
     """Return `data` as JSON text: one line for each key of the top level, and for each entry of a list of objects.
 
-    Numbers keep every digit (shortest text that reads back the same); numpy scalars and arrays become plain ones.
+    Numbers keep every digit (shortest text that reads back the same); numpy scalars and arrays become plain ones. What
+    has a seal comes with sorted keys and without blanks, as the seal covers it: that is quicker to check.
 
     Raises
     ------
@@ -177,6 +178,8 @@ def json_text(data: Any) -> str:
     try:
         if not isinstance(data, dict):
             return _compact(data) + "\n"
+        if "seal" in data:
+            return "{\n" + ",\n".join(f"{_sealed(k)}:{_sealed_lines(data[k])}" for k in sorted(data)) + "\n}\n"
         return "{\n" + ",\n".join(f" {_compact(str(k))}: {_lines(v)}" for k, v in data.items()) + "\n}\n"
     except ValueError:
         raise InputError("a number in it is NaN or infinite, which JSON cannot hold") from None
@@ -186,6 +189,16 @@ def _lines(value: Any) -> str:
     if isinstance(value, list | tuple) and value and isinstance(value[0], dict):
         return "[\n  " + ",\n  ".join(map(_compact, value)) + "\n ]"
     return _compact(value)
+
+
+def _sealed_lines(value: Any) -> str:
+    if isinstance(value, list | tuple) and value and isinstance(value[0], dict):
+        return "[\n" + ",\n".join(map(_sealed, value)) + "\n]"
+    return _sealed(value)
+
+
+def _sealed(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, sort_keys=True, separators=(",", ":"), default=_plain)
 
 
 def _compact(value: Any) -> str:

@@ -30,7 +30,8 @@ _MODEL = frozenset(
     | {"supports", "friction", "combinations", "settlements"}
 )
 _BLOCK = frozenset({"id", "vertices", "faces", "density", "fixed", "group", "material"})
-_CONTACT = frozenset({"a", "b", "polygon", "mu", "tension"})
+_CONTACT = frozenset({"a", "b", "polygon", "mu", "tension", "surface"})
+_SURFACES = ("flat", "rough", "curved")
 _LOADS = {  # by what says which kind of load it is
     "force": frozenset({"block", "force", "point", "case"}),
     "pressure": frozenset({"block", "pressure", "face", "polygon", "case"}),
@@ -227,7 +228,7 @@ def _known(where: str, key: str, row: dict[str, Any], index: dict[str, int]) -> 
 
 
 def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unknown: UnknownKeys) -> Contacts:
-    pairs, polygons, mus, pulls = [], [], [], []
+    pairs, polygons, mus, pulls, leans = [], [], [], [], []
     for k, value in enumerate(rows):
         where = f"{path}: contact {k}"
         row = mapping(value, where)
@@ -246,12 +247,16 @@ def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unk
         pull = None if row.get("tension") is None else number(row["tension"], f"{where}: tension")
         if pull is not None and not pull >= 0.0:
             raise InputError(f"{where}: tension {pull:g} must not be negative")
+        surface = "flat" if row.get("surface") is None else row["surface"]
+        if surface not in _SURFACES:
+            raise InputError(f"{where}: surface {label(surface)} is not one of {', '.join(_SURFACES)}")
         unknown.note(row, _CONTACT, "contact", where)
         pairs.append((a, b))
         polygons.append(metres(polygon, units))
         mus.append(mu)
         pulls.append(pull)
-    return Contacts.of(pairs, polygons, mus, pulls)
+        leans.append(None if surface == "flat" else 0.0)  # how much is measured when the contacts are checked
+    return Contacts.of(pairs, polygons, mus, pulls, leans)
 
 
 def _load(
@@ -313,8 +318,12 @@ def model_dict(
             {"a": ids[a], "b": ids[b], "polygon": joined.polygon(k).tolist()}
             | ({} if np.isnan(mu) else {"mu": mu})
             | ({} if np.isnan(pull) else {"tension": pull})
-            for k, (a, b, mu, pull) in enumerate(
-                zip(*(x.tolist() for x in (joined.a, joined.b, joined.mu, joined.strength_given)), strict=True)
+            | ({} if np.isnan(lean) else {"surface": "rough"})
+            for k, (a, b, mu, pull, lean) in enumerate(
+                zip(
+                    *(x.tolist() for x in (joined.a, joined.b, joined.mu, joined.strength_given, joined.leaning)),
+                    strict=True,
+                )
             )
         ]
     if assembly.loads or assembly.actions:

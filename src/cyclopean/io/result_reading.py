@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["is_result", "read_result"]
 
-RESULT, CERTIFICATE = "cyclopean.result/1", "cyclopean.certificate/1"
+RESULT, CERTIFICATE = "cyclopean.result/1", "cyclopean.certificate/2"
 WORDS = ("stable", "unstable", "undecided")
 DOWN = (0.0, 0.0, -9.80665)  # m/s2
 
@@ -298,6 +298,7 @@ def _fixed(
 
 def _residuals(shown: str, data: dict[str, Any]) -> dict[str, float]:
     rows = mapping(data.get("residuals") or {}, f"{shown}: residuals")
-    return {
-        name: np.nan if value is None else number(value, f"{shown}: residuals.{name}") for name, value in rows.items()
-    }
+    return {  # a bound may be as large as a double
+        name: np.nan if value is None else number(value if name != "bound" else 0, f"{shown}: residuals.{name}")
+        for name, value in rows.items()
+    } | ({"bound": float(rows["bound"])} if isinstance(rows.get("bound"), float) else {})

@@ -4,20 +4,24 @@ Standard library only, one file, nothing of the program that wrote the certifica
 
     python checker.py CERT.json        python -m cyclopean.proof CERT.json        verify(json.load(file))
 
-**What is proved.** A certificate `cyclopean.certificate/1` holds blocks (closed polygon meshes, metres), contacts
-(planar polygons, whose area normal N points from block `a` into block `b`), loads, gravity, and one of four proofs.
+**What is proved.** A certificate `cyclopean.certificate/2` holds blocks (closed polygon meshes, metres), contacts
+(planar polygons, whose area normal N points from block `a` into block `b`), loads, gravity, and one of six proofs. A
+tolerance belongs to the block, the point or the component (free blocks that contacts join) that it is about.
 
 *rbe-state*, "stable under rigid-block equilibrium": a force F on `b` (and -F on `a`) at every vertex of every contact
-polygon. No force pulls, F.N >= 0; none leaves its friction cone, |F|^2 |N|^2 <= (1 + mu^2) (F.N)^2; and on every
-free block forces and moments balance weight and loads. The first two hold exactly, the balance to `BALANCE`.
+polygon. No force pulls, F.N >= 0; none leaves its friction cone, |F|^2 |N|^2 <= (1 + mu^2) (F.N)^2; together they are
+no larger than `BOUND` times what the component weighs and bears. All that exactly. And on every free block forces and
+moments balance weight and loads: to `BALANCE` of the block's own weight (moments: times the diagonal of its box), and
+exactly, where what is left can be sent down to the supports without leaving a cone; where it cannot, to `BALANCE` of
+the lightest block of the component. The claim says which.
 
 *rbe-mechanism*, "unstable": a velocity v and a spin w for every free block. With dd the velocity of `b` relative to
-`a` at a contact point, virtual work gives for *every* set of forces f that balances the loads p
+`a` at a contact point, virtual work gives for every state of a component, with f its forces and r what they leave,
 
-    p.y = sum f.(-dd) <= sum f.P(-dd) <= ||f|| ||P(-dd)||        (P projects onto the friction cone, which holds f)
+    p.y = sum f.(-dd) + sum r.y <= ||f|| ||P(-dd)|| + sum |r| |y|        (P projects onto the friction cone)
 
-so with p.y > 0 every balancing f is at least p.y / ||P(-dd)|| large. From `BOUND` total weights on, we call that
-unstable. The claim is about the contacts listed, with Coulomb cones and associated (dilatant) flow, and nothing else.
+so that no state exists where p.y is more than the bounds of ||f|| and |r| allow. One component is enough. The claim is
+about the contacts listed, with Coulomb cones and associated (dilatant) flow, and nothing else.
 
 *cra-state*, "stable under coupled rigid-block analysis": forces as in an rbe-state, and a virtual displacement of every
 free block that they are coupled with. With dd = dn n + dd_t the displacement of `b` relative to `a` at a contact point:
@@ -31,8 +35,8 @@ beta_min / eps.
 
 *limit-bounds*, bounds of a multiplier: loads p0 + t p1, p1 the `live` ones. At t = `lower` forces, as in an rbe-state.
 At t = `upper` a motion y, as in an rbe-mechanism, in which the live loads do not work backwards, p1.y >= 0: what drives
-it at `upper` then drives it at every larger t, and forces below `BOUND` weights (of the loads at `upper`) hold none of
-them. Either side may be absent.
+it at `upper` then drives it at every larger t. Either side may be absent. Instead of `upper` there may be a
+`recession`, forces that balance p1 alone: any multiple of them, added to those at `lower`, holds a larger multiplier.
 
 **Partial supports.** A block may be `held` in some directions: displacements of its centre of mass along the world's
 axes, rotations about them. There supports bear whatever comes, so that nothing has to balance, and every motion must
@@ -50,14 +54,16 @@ and W then counts all pulls beside the loads. The claim says how strong the join
 displacement and a rotation each. A displacement of every free block, and forces as in an rbe-state, go with it: with dd
 of `b` relative to `a` no point closes or slides without opening, dn >= mu |dd_t| (associated flow), no force works,
 F.dd = 0, and what has opened carries nothing, |F| dn = 0. All to `SETTLING` of the largest displacement of a contact
-point on a block that the ground moves. The first two make it the least of -p.y over all such displacements, so that
+point of the component on a block that the ground moves. The first two make it the least of -p.y over all such, so that
 nothing moves further; with the third no force is due to sliding that opens, which dry stone does not do.
 
-**What is checked first.** Meshes closed and turned outward (exact volume > 0); every contact point within `tolerance`
-of a face of `a` that looks along N and of a face of `b` that looks against N. (N itself may lean from the face by what
-the tolerance is of the contact's width, 18 degrees at most: tiny contacts are as good as the tolerance.)
-Not checked: whether blocks overlap, or whether all contacts that exist are
-listed. (Fewer contacts make a state harder, a mechanism easier.)
+**What is checked first.** Meshes closed, turned outward (exact volume > 0) and bounding solids (no shell without volume
+or inside out, no two faces that lie on each other: see `_require_solid`); every contact point within `tolerance`
+of a face of `a` that looks along N and of a face of `b` that looks against N, to a thousandth; where the file says that
+surfaces are rough or curved, to 18 degrees, and forces are inside the cones about the faces' normals as well. At a
+contact no more of the tolerance counts than a share of the smaller block, and none is as narrow as a few tolerances.
+The claim tells how far contacts are off, and how deep blocks overlap. Not checked: whether all contacts that exist are
+listed. (By rigid-block equilibrium fewer contacts make a state harder, a mechanism easier.)
 
 **Arithmetic.** A float is the exact fraction it is. Each kind of quantity (lengths, forces, densities, gravity,
 velocities, displacements) is multiplied by one power of two that turns all of it into integers; every decision compares
@@ -65,46 +71,65 @@ integers. Roots are integer roots, rounded in the direction that never helps the
 only.
 """
 
+import gc
 import hashlib
+import heapq
 import json
 import math
 import os
 import sys
+from bisect import bisect_left
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import chain, pairwise
+from itertools import chain, combinations, pairwise, product
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
-__all__ = ["NotACertificateError", "Report", "main", "seal", "verify", "verify_file"]
+__all__ = ["NotACertificateError", "Report", "main", "read_file", "seal", "verify", "verify_file"]
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Thresholds. They live here so that no file can weaken them.
 
-SCHEMA = "cyclopean.certificate/1"
+SCHEMA = "cyclopean.certificate/2"
+FIRST_SCHEMA = "cyclopean.certificate/1"
 
 BALANCE = Fraction(1, 10**9)
-"""Largest out-of-balance force, relative to the total weight W (moment: to W times the mean block size). Doubles
-reach 1e-12 on good models; 1e-9 of a 100-tonne wall is the weight of a pinch of sand."""
+"""Largest out-of-balance force on a block, relative to that block's own weight (moment: to that times the diagonal of
+its box). Doubles reach 1e-12; 1e-9 of a stone of a tonne is the weight of a grain of sand."""
 
 BOUND = 10**6
-"""Forces a mechanism must demand, in total weights. No masonry bears a million times itself; a solver's mechanism is
-exact to about 1e-13, so that a true one passes easily and a nearly stable model does not."""
+"""Forces in total weights of a component (free blocks joined by contacts) that a state may not exceed, and that a
+mechanism must demand: so no model has both. No masonry bears a million times itself; a solver's mechanism is exact to
+about 1e-13, so that a true one passes easily and a nearly stable model does not."""
 
-MU_FLOOR = 1e-12
-"""A state may use at least this friction coefficient: a frictionless cone is a ray, and almost no ray holds a triple
-of doubles. A thousand times below `BALANCE`, so that it carries nothing."""
+STANDARD_GRAVITY = 9.80665
+"""By which a block's own weight is counted in a model without gravity."""
+
+STEEP = 5
+"""Friction above which forces are not corrected, see `_require_modest`."""
+
+LEAN = 10**6
+"""1 / sin^2 of the angle, a thousandth, by which a contact's normal may lean from the faces it lies on."""
 
 FACE_ALIGNMENT = Fraction(19, 20)
-"""Least cosine (18 degrees) between a contact's normal and the face it lies on: facets may stand for a curved joint,
-cut into ten or more a half circle; the side of a block may not stand for its top."""
+"""Least cosine (18 degrees) between a contact's normal and its faces where the file says that the surface is rough or
+curved: facets may stand for a curved joint, cut into ten or more a half circle; the side of a block may not stand for
+its top. Forces are then inside the cones about the faces' normals as well."""
 
 TOLERANCE_SHARE = Fraction(5, 1000)
-"""Largest stated tolerance, relative to the diagonal of the box around all blocks."""
+"""Largest tolerance that counts at a contact, relative to the diagonal of the box around the smaller of its blocks: a
+huge neighbour must not make room for floating contacts."""
 
-FREE_SHARE = Fraction(10, 1000)
-"""Likewise relative to the box around the **free** blocks alone: a huge or far-away support must not make room for
-floating contacts."""
+ROUGH_SHARE = Fraction(25, 1000)
+"""Likewise where the file says that the surface is rough or curved."""
+
+NARROW = 4
+"""Tolerances: a contact no wider than that (its area over half its perimeter) carries nothing. It may not be there."""
+
+TOLD_LEAN, TOLD_SHARE = 1e-4, 1e-5
+"""Lean of a contact, and distance from its faces by the size of its smaller block, from which the claim tells them."""
 
 TINY, HUGE = 1e-150, 1e100
 """Magnitudes of non-zero numbers accepted. Rounding noise (1e-17 * 1e-17) fits in; an exponent meant to make the
@@ -116,17 +141,34 @@ divisions lose less than 1e-28 even where the file holds small whole numbers."""
 
 COUPLING = Fraction(1, 10**9)
 """How far a coupled state may miss its conditions at a point: displacements relative to eps, eta and beta_min, work
-relative to eps times the point's force (or the mean weight of a free block, where that is larger)."""
+relative to eps times the point's force (or the weight of the lighter free block there, where that is larger)."""
+
+SHORT = 1000
+"""By which a sliding of less than eps / 1000 is multiplied to measure whether friction opposes it, instead of by eps:
+else the direction of a very short one would mean nothing."""
 
 SETTLING = Fraction(1, 10**7)
-"""How far a settled state may miss its conditions: displacements relative to the settlement, work relative to that
-times the point's force (or the mean weight of a free block, where that is larger)."""
+"""How far a settled state may miss its conditions: displacements relative to the settlement of the component, work
+relative to that times the point's force (or the weight of the lighter free block there, where that is larger)."""
 
 ROOT_BITS = 64
 """Bits after the point of roots of integers that may be small."""
 
 MAX_DEPTH, MAX_NODES = 250, 1_000_000
 """Of a tree. Each split settles something about one point, so that honest trees are far from both."""
+
+VISITS, VISITS_PER_BYTE = 600_000, 50
+"""Contact points and blocks that all leaves of a tree may look at together: so many, and so many more for each byte of
+the certificate beyond `SMALL`. Each takes some microseconds. An honest leaf says something of every free block."""
+
+LONG = 256
+"""Bits of lengths and motions together from which on a visit counts double, from twice as many threefold, and so on."""
+
+SMALL, LARGEST = 1_000_000, 1 << 30
+"""Bytes: a certificate that must cost next to nothing whatever is in it, and the largest that is read at all."""
+
+SLIPPERY = 2
+"""A friction coefficient above which the claim says it: no dry stone has one."""
 
 CLAIMS = {
     "rbe-state": "stable under rigid-block equilibrium",
@@ -147,6 +189,8 @@ PROOF_FIELDS = {
     "rbe-settled": {"forces", "mechanism", "settlements"},
 }
 LIMIT_SIDES = ({"lower", "forces"}, {"upper", "mechanism"})
+UNBOUNDED_FIELDS = {"lower", "forces", "recession"}
+SURFACES = ("rough", "curved")
 STONE_FIELDS = {"id", "vertices", "faces", "density", "fixed"}
 JOINT_FIELDS = {"a", "b", "polygon", "mu"}
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -179,11 +223,15 @@ class Report:
         One line: how well it is proved, or the first thing that is wrong.
     figures : dict of str to float
         Finite numbers to show: `blocks`, `free`, `contacts`, `points`; for a state `equilibrium_force` and
-        `equilibrium_moment` (relative, must not exceed 1e-9); for a mechanism `bound` (total weights, must reach 1e6;
+        `equilibrium_moment` (in the block's own weight, must not exceed 1e-9) and `exact` (share of the components that
+        balance exactly); for a mechanism `bound` (weights and loads of its component, must reach 1e6;
         the largest float when no contact resists at all).
         For a coupled state also `gap`, `complementarity`, `alignment` (relative, must not exceed 1e-9) and
         `sliding_least` (eps; eta where there is no friction); for a tree `nodes`, `leaves`, `depth` and `least_margin`
         (what the tightest leaf has to spare, relative to the work that it compares).
+    assumed : tuple of str
+        What the proof takes as given: blocks, supports, contacts, friction, density, gravity, loads, tolerance; one
+        line each. Empty when that cannot be read.
     """
 
     proved: bool
@@ -191,6 +239,7 @@ class Report:
     claim: str
     reason: str
     figures: dict[str, float] = field(default_factory=dict)
+    assumed: tuple[str, ...] = ()
 
 
 def seal(certificate: Mapping[str, object]) -> str:
@@ -206,46 +255,92 @@ def seal(certificate: Mapping[str, object]) -> str:
     >>> seal({"kind": "rbe-state", "seal": "any"}) == seal({"kind": "rbe-state"})
     True
     """
+    return hashlib.sha256(_canonical(certificate)).hexdigest()
+
+
+def _canonical(certificate: Mapping[str, object]) -> bytes:
+    """The text that a seal covers."""
     rest = {key: value for key, value in certificate.items() if key != "seal"}
-    text = json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+    return json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False).encode("utf-8")
 
 
 def verify(certificate: Mapping[str, object]) -> Report:
     """Check one certificate; whatever is malformed is answered with `proved=False`, never with an exception.
 
-    >>> verify({"schema": "cyclopean.certificate/1", "kind": "rbe-state"}).reason
+    >>> verify({"schema": "cyclopean.certificate/2", "kind": "rbe-state"}).reason
     'fields missing: blocks, contacts, forces, gravity, loads, seal, tolerance'
     """
+    with _uncollected():
+        return _checked(certificate, b"")
+
+
+def _checked(certificate: Mapping[str, object], data: bytes) -> Report:
+    """Check a certificate; `data` is the file that it comes from, if any."""
     kind = certificate.get("kind") if isinstance(certificate, Mapping) else None
     kind = kind if isinstance(kind, str) and kind in CLAIMS else ""
     claim = CLAIMS.get(kind, "")
     figures: dict[str, float] = {}
+    assumed: tuple[str, ...] = ()
     try:
-        sheet = _read(certificate)
+        sheet = _read(certificate, data)
         claim += _conditions(sheet)
         figures = _counts(sheet)
-        result, reason = PROOFS[kind](sheet, _weigh(sheet))
-        figures |= result
+        assumed = _assumptions(sheet)
+        model = _weigh(sheet)
+        told, measured, unseen = _geometry_told(sheet, model)
+        assumed = (*assumed, *unseen)
+        claim, figures = claim + model.misfit.claimed() + told, figures | model.misfit.figures() | measured
+        result, reason, grade = PROOFS[kind](sheet, model)
+        claim, figures = claim + grade, figures | result
     except _RefusedError as refusal:
-        return Report(False, kind, claim, str(refusal), figures | refusal.figures)
-    return Report(True, kind, claim, reason, figures)
+        return Report(False, kind, claim, str(refusal), figures | refusal.figures, assumed)
+    return Report(True, kind, claim, reason, figures, assumed)
 
 
 def verify_file(path: str | os.PathLike[str]) -> Report:
-    """Check the certificate in a file.
+    """Check the certificate in a file; raises what `read_file` does."""
+    with _uncollected():
+        data = _bytes_of(path)
+        return _checked(_parsed(data), data)
+
+
+def read_file(path: str | os.PathLike[str]) -> dict[str, object]:
+    """Read a file that says that it is a certificate; nothing more is checked.
 
     Raises
     ------
     OSError
         The file cannot be read.
     NotACertificateError
-        It is not JSON, or not an object whose `schema` begins with `cyclopean.certificate/`.
+        It is not JSON, or not an object whose `schema` begins with `cyclopean.certificate/`; or it is too large.
     """
-    with open(path, "rb") as file:
-        data = file.read()
+    with _uncollected():
+        return _parsed(_bytes_of(path))
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Spare the search for garbage in cycles: there is none, and it would go through all numbers many times."""
+    was = gc.isenabled()
+    gc.disable()
     try:
-        content = json.loads(data, object_pairs_hook=_object_without_repeats)
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+def _bytes_of(path: str | os.PathLike[str]) -> bytes:
+    with open(path, "rb") as file:
+        data = file.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise NotACertificateError(f"holds more than {LARGEST >> 20} MB, more than any certificate")
+    return data
+
+
+def _parsed(data: bytes) -> dict[str, object]:
+    try:
+        content: Any = json.loads(data, object_pairs_hook=_object_without_repeats)
     except NotACertificateError:
         raise
     except (ValueError, RecursionError) as error:
@@ -253,7 +348,7 @@ def verify_file(path: str | os.PathLike[str]) -> Report:
     schema = content.get("schema") if isinstance(content, dict) else None
     if not (isinstance(schema, str) and schema.startswith("cyclopean.certificate/")):
         raise NotACertificateError("is JSON, but not a cyclopean.certificate object")
-    return verify(content)
+    return dict(content)
 
 
 def _object_without_repeats(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -283,6 +378,8 @@ class _Surface:
     faces: Sequence[Sequence[int]]
     used: frozenset[int]
     closed: bool
+    shells: Sequence[Sequence[int]] = ()  # numbers of faces that hang together by edges
+    shapes: dict[tuple[Vec, ...], "_Shape"] = field(default_factory=dict)  # by vertices from the block's origin
 
 
 class _Stone(NamedTuple):
@@ -304,6 +401,7 @@ class _Joint(NamedTuple):
     polygon: Sequence[Sequence[Number]]
     mu: Number
     tension: Number = 0.0
+    bent: bool = False  # whether the file says that the surface is rough or curved
 
 
 @dataclass(frozen=True, slots=True)
@@ -356,9 +454,11 @@ class _Split:
 
 @dataclass(frozen=True, slots=True)
 class _Sheet:
-    """A whole certificate, form checked, nothing computed. Of the last four each kind has its own, the rest is empty.
+    """A whole certificate, form checked, nothing computed. Of the last ones each kind has its own, the rest is empty.
 
-    `forces` go point by point, `motion` block by block (zero for fixed blocks), `tree` holds the nodes in preorder.
+    `forces` and `recession` go point by point: three numbers, or six whose halves add up; where there is no friction
+    one or two, times the contact's area vector. `motion` goes block by block (zero for fixed blocks), `tree` holds the
+    nodes in preorder, of the part of the model that `part` is, if it is not of all.
     """
 
     gravity: Sequence[Number]
@@ -371,6 +471,8 @@ class _Sheet:
     bounds: _Bounds | None
     tree: list[_Leaf | _Split]
     live: _Live | None = None
+    recession: list[Sequence[Number]] = field(default_factory=list)
+    part: "_Sheet | None" = None
 
 
 def _short(value: object, limit: int = 60) -> str:
@@ -385,19 +487,28 @@ def _refuse(reason: str, figures: dict[str, float] | None = None) -> NoReturn:
     raise _RefusedError(reason, figures)
 
 
-def _fields(value: object, names: set[str], where: str, optional: str = "") -> Mapping[str, object]:
-    """Require an object with exactly these fields, and perhaps the optional one."""
+def _fields(value: object, names: set[str], where: str, *optional: str) -> Mapping[str, object]:
+    """Require an object with exactly these fields, and perhaps some of the optional ones."""
     if type(value) is dict and value.keys() == names:
         return value
     if not isinstance(value, Mapping):
         _refuse(f"{where} is not an object")
-    if optional and optional in value:
-        names = names | {optional}
+    names = names | (set(optional) & value.keys())
     if missing := names - value.keys():
-        _refuse(f"{where}fields missing: {', '.join(sorted(missing))}")
+        _refuse(f"{where}fields missing: {_some(sorted(missing), 12)}")
     if extra := value.keys() - names:
         _refuse(f"{where}unknown field: {_short(min(map(str, extra)))}")
     return value
+
+
+def _some(names: Sequence[str], most: int = 3) -> str:
+    """The first few names, and how many more there are.
+
+    >>> _some(["a", "b", "c"]), _some(["a", "b", "c", "d", "e"])
+    ('a, b, c', 'a, b, c and 2 more')
+    """
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(map(_short, names[:most])) + more
 
 
 def _items(value: object, where: str) -> Sequence[object]:
@@ -426,20 +537,21 @@ def _row(value: object, length: int, where: str) -> Sequence[Number]:
 
 def _triples(value: object, whole: str, one: str) -> list[Sequence[Number]]:
     """Require a list of rows of three numbers: each row of three ordinary floats as it is, by the short way."""
-    rows: list[Sequence[Number]] = []
-    for i, row in enumerate(_items(value, whole)):
-        if type(row) is list and len(row) == 3:
-            x, y, z = row
-            if (
-                type(x) is type(y) is type(z) is float
-                and (TINY <= x <= HUGE or -HUGE <= x <= -TINY or x == 0)
-                and (TINY <= y <= HUGE or -HUGE <= y <= -TINY or y == 0)
-                and (TINY <= z <= HUGE or -HUGE <= z <= -TINY or z == 0)
-            ):
-                rows.append(row)
-                continue
-        rows.append(_row(row, 3, f"{one} {i}"))
-    return rows
+    rows = _items(value, whole)
+    return [row if _is_plain(row) else _row(row, 3, f"{one} {i}") for i, row in enumerate(rows)]  # type: ignore[misc]
+
+
+def _is_plain(row: object) -> bool:
+    """Whether this is a list of three floats that `_number` would take."""
+    if type(row) is not list or len(row) != 3:
+        return False
+    x, y, z = row
+    return (
+        type(x) is type(y) is type(z) is float
+        and (TINY <= x <= HUGE or -HUGE <= x <= -TINY or x == 0)
+        and (TINY <= y <= HUGE or -HUGE <= y <= -TINY or y == 0)
+        and (TINY <= z <= HUGE or -HUGE <= z <= -TINY or z == 0)
+    )
 
 
 def _name(value: object, numbers: Mapping[str, int], where: str) -> int:
@@ -448,16 +560,16 @@ def _name(value: object, numbers: Mapping[str, int], where: str) -> int:
     return numbers[value]
 
 
-def _read(certificate: object) -> _Sheet:
+def _read(certificate: object, data: bytes = b"") -> _Sheet:
     """Check schema, kind, keys, types, names, counts and the seal."""
     if not isinstance(certificate, Mapping):
         _refuse("the certificate is not an object")
-    if certificate.get("schema") != SCHEMA:
-        _refuse(f"schema is not {SCHEMA}")
+    _require_schema(certificate.get("schema"))
     kind = certificate.get("kind")
     if not isinstance(kind, str) or kind not in CLAIMS:
         _refuse(f"kind {_short(kind)} is not one this checker knows")
-    top = _fields(certificate, COMMON_FIELDS | PROOF_FIELDS[kind] | _limit_sides(certificate, kind), "")
+    optional = ("component",) if kind == "cra-tree" else ()
+    top = _fields(certificate, COMMON_FIELDS | PROOF_FIELDS[kind] | _limit_sides(certificate, kind), "", *optional)
 
     known: dict[tuple[tuple[int, ...], ...], _Surface] = {}
     stones = [_read_stone(value, i, known) for i, value in enumerate(_items(top["blocks"], "blocks"))]
@@ -472,27 +584,93 @@ def _read(certificate: object) -> _Sheet:
     if kind not in PULLING_KINDS and any(joint.tension for joint in joints):
         _refuse(f"joints that pull are no part of a {kind}")
     pushes = [_read_push(value, i, numbers) for i, value in enumerate(_items(top["loads"], "loads"))]
-    points = sum(len(joint.polygon) for joint in joints)
-    forces = _read_forces(top["forces"], points, "") if "forces" in top else []
+    forces = _read_forces(top["forces"], joints, "force") if "forces" in top else []
+    recession = _read_forces(top["recession"], joints, "recession") if "recession" in top else []
     motion = _read_motion(top["mechanism"], stones, "") if "mechanism" in top else []
     if "settlements" in top:
         motion = _read_settlements(top["settlements"], stones, motion)
     bounds = _read_bounds(top) if "eps" in top else None
-    tree = _read_tree(top["tree"], stones, points) if "tree" in top else []
+    text = _sealed_text(top, data) or _text_of(top)
     live = _read_live(top, numbers) if "live" in top else None
     gravity = _row(top["gravity"], 3, "gravity")
     tolerance = _number(top["tolerance"], "tolerance")
     if tolerance < 0:
         _refuse("tolerance is negative")
-    if top["seal"] != _seal_of(top):
+    sheet = _Sheet(gravity, tolerance, stones, joints, pushes, forces, motion, bounds, [], live, recession)
+    if "tree" in top:
+        sheet = _with_tree(sheet, top, numbers, len(text))
+    if not text:
+        _refuse("the tree is too deep")
+    if top["seal"] != hashlib.sha256(text).hexdigest():
         _refuse("the seal does not match: the file was damaged or edited")
-    return _Sheet(gravity, tolerance, stones, joints, pushes, forces, motion, bounds, tree, live)
+    return sheet
+
+
+def _with_tree(sheet: _Sheet, top: Mapping[str, object], numbers: Mapping[str, int], size: int) -> _Sheet:
+    """Read a tree: of the whole model, or of the component that one of its blocks names."""
+    part = None
+    if "component" in top:
+        part = _part_with(sheet, _name(top["component"], numbers, "component"))
+    of = part or sheet
+    tree = _read_tree(top["tree"], of.stones, of.joints, size)
+    return replace(sheet, tree=tree, part=None if part is None else replace(part, tree=tree))
+
+
+def _part_with(sheet: _Sheet, block: int) -> _Sheet:
+    """The component that holds a free block, with the supports that it touches, as a model of its own."""
+    component, _ = _components(sheet)
+    if component[block] < 0:
+        _refuse(f"component: {_short(sheet.stones[block].name)} is a support, not a free block")
+    joints = [joint for joint in sheet.joints if component[block] in (component[joint.a], component[joint.b])]
+    kept = {i for i, c in enumerate(component) if c == component[block]}
+    kept |= {i for joint in joints for i in (joint.a, joint.b)}
+    number = {i: k for k, i in enumerate(sorted(kept))}
+    return replace(
+        sheet,
+        stones=[sheet.stones[i] for i in number],
+        joints=[joint._replace(a=number[joint.a], b=number[joint.b]) for joint in joints],
+        pushes=[replace(push, block=number[push.block]) for push in sheet.pushes if push.block in number],
+    )
+
+
+def _components(sheet: _Sheet) -> tuple[list[int], int]:
+    """Component of every block, -1 for supports, and how many there are: free blocks that contacts join."""
+    beside: list[list[int]] = [[] for _ in sheet.stones]
+    for joint in sheet.joints:
+        beside[joint.a].append(joint.b)
+        beside[joint.b].append(joint.a)
+    component, count = [-1] * len(sheet.stones), 0
+    for first, stone in enumerate(sheet.stones):
+        if stone.fixed or component[first] >= 0:
+            continue
+        component[first], pending = count, [first]
+        while pending:
+            for other in beside[pending.pop()]:
+                if component[other] < 0 and not sheet.stones[other].fixed:
+                    component[other] = count
+                    pending.append(other)
+        count += 1
+    return component, count
+
+
+def _require_schema(schema: object) -> None:
+    """Require the schema that this checker knows, and tell the one before it from anything else."""
+    if schema == SCHEMA:
+        return
+    if schema == FIRST_SCHEMA:
+        _refuse(
+            "certificate of version 1: its tolerances were those of the whole model;"
+            " check the model again to get one of version 2"
+        )
+    _refuse(f"schema is not {SCHEMA}")
 
 
 def _limit_sides(certificate: Mapping[str, object], kind: str) -> set[str]:
-    """Fields of the sides that bounds of a multiplier have: one is enough."""
+    """Fields of the sides that bounds of a multiplier have: one is enough; with a recession there is no upper one."""
     if kind != "limit-bounds":
         return set()
+    if "recession" in certificate:
+        return UNBOUNDED_FIELDS
     return set().union(*(side for side in LIMIT_SIDES if side & certificate.keys())) or LIMIT_SIDES[0]
 
 
@@ -505,12 +683,27 @@ def _read_live(top: Mapping[str, object], numbers: Mapping[str, int]) -> _Live:
     return _Live(_row(entry["gravity"], 3, "live: gravity"), pushes, lower, upper)
 
 
-def _seal_of(top: Mapping[str, object]) -> str:
-    """Seal of a certificate of which all else has been read: nothing can be wrong but how much Python's stack holds."""
+def _sealed_text(top: Mapping[str, object], data: bytes) -> bytes:
+    """The text of a file that is canonical as it stands, but for line breaks and the seal; nothing if it is not.
+
+    That it has the hash that the seal says is enough: the text was not damaged.
+    """
+    given = top["seal"]
+    if not isinstance(given, str):
+        return b""
+    text = data.replace(b"\n", b"").replace(f',"seal":"{given}"'.encode(errors="replace"), b"", 1)
+    return text if hashlib.sha256(text).hexdigest() == given else b""
+
+
+def _text_of(top: Mapping[str, object]) -> bytes:
+    """What the seal of a certificate covers; nothing where JSON has no such values, or Python's stack is too small.
+
+    Reading it tells what is wrong: all but a tree that is just too deep.
+    """
     try:
-        return seal(top)
-    except RecursionError:
-        _refuse("the tree is too deep")
+        return _canonical(top)
+    except (RecursionError, TypeError, ValueError):
+        return b""
 
 
 def _read_stone(value: object, i: int, known: dict[tuple[tuple[int, ...], ...], _Surface]) -> _Stone:
@@ -525,9 +718,7 @@ def _read_stone(value: object, i: int, known: dict[tuple[tuple[int, ...], ...], 
     if density < 0 or (density == 0 and not fixed):
         _refuse(f"{where}: density is not positive")
     vertices = _triples(entry["vertices"], f"{where}: vertices", f"{where}: vertex")
-    surface = _read_surface(entry["faces"], where, known)
-    if not max(surface.used, default=-1) < len(vertices):
-        _refuse(f"{where}: a face is not three or more different vertex numbers")
+    surface = _read_surface(entry["faces"], len(vertices), where, known)
     held = _read_held(entry["held"], fixed, where) if "held" in entry else _Stone._field_defaults["held"]
     return _Stone(name, vertices, surface, density, fixed, held)
 
@@ -545,15 +736,21 @@ def _read_held(value: object, fixed: bool, where: str) -> tuple[bool, ...]:
     return held
 
 
-def _read_surface(value: object, where: str, known: dict[tuple[tuple[int, ...], ...], _Surface]) -> _Surface:
-    """Read faces; the same faces once only. True and 1.0 are as good a key as 1, but no vertex numbers."""
+def _read_surface(
+    value: object, count: int, where: str, known: dict[tuple[tuple[int, ...], ...], _Surface]
+) -> _Surface:
+    """Read faces; the same faces once only. True and 1.0 are as good a key as 1, but no vertex numbers.
+
+    Numbers are bounded before they are hashed: multiples of 2**61 - 1 all have the hash 0.
+    """
     key: Any = tuple([tuple(_items(face, f"{where}: a face")) for face in _items(value, f"{where}: faces")])
-    if not set(map(type, chain.from_iterable(key))) <= {int}:
+    corners = list(chain.from_iterable(key))
+    if not (set(map(type, corners)) <= {int} and min(corners, default=0) >= 0 and max(corners, default=-1) < count):
         _refuse(f"{where}: a face is not three or more different vertex numbers")
     if key not in known:
-        if any(len(face) < 3 or len(set(face)) != len(face) or min(face) < 0 for face in key):
+        if any(len(face) < 3 or len(set(face)) != len(face) for face in key):
             _refuse(f"{where}: a face is not three or more different vertex numbers")
-        known[key] = _Surface(key, frozenset().union(*key), _is_closed(key))
+        known[key] = _Surface(key, frozenset().union(*key), _is_closed(key), _shells(key))
     return known[key]
 
 
@@ -566,7 +763,7 @@ def _is_closed(faces: Sequence[Sequence[int]]) -> bool:
 
 def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Sequence[_Stone]) -> _Joint:
     where = f"contact {i}"
-    entry = _fields(value, JOINT_FIELDS, f"{where}: ", "tension")
+    entry = _fields(value, JOINT_FIELDS, f"{where}: ", "tension", "surface")
     a, b = _name(entry["a"], numbers, where), _name(entry["b"], numbers, where)
     if a == b:
         _refuse(f"{where} joins block {_short(stones[a].name)} to itself")
@@ -581,7 +778,9 @@ def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Seque
     polygon = _triples(entry["polygon"], f"{where}: polygon", f"{where}: point")
     if len(polygon) < 3:
         _refuse(f"{where}: polygon has fewer than three points")
-    return _Joint(a, b, polygon, mu, tension)
+    if "surface" in entry and entry["surface"] not in SURFACES:
+        _refuse(f"{where}: surface is neither rough nor curved")
+    return _Joint(a, b, polygon, mu, tension, "surface" in entry)
 
 
 def _label(sheet: _Sheet, i: int) -> str:
@@ -597,7 +796,31 @@ def _read_push(value: object, i: int, numbers: Mapping[str, int]) -> _Push:
     return _Push(block, force, point)
 
 
-def _read_forces(value: object, points: int, where: str) -> list[Sequence[Number]]:
+def _read_forces(value: object, joints: Sequence[_Joint], what: str) -> list[Sequence[Number]]:
+    """Read the force at every contact point: three numbers, or six whose halves add up to it.
+
+    A cone without friction is a ray that almost no three doubles lie on: there the file gives one number, or two that
+    add up, and the force is that times the contact's area vector.
+    """
+    rows = _items(value, f"{what}s")
+    if len(rows) != sum(len(joint.polygon) for joint in joints):
+        _refuse(f"{len(rows)} {what}s for {sum(len(joint.polygon) for joint in joints)} contact points")
+    found: list[Sequence[Number]] = []
+    for joint in joints:
+        single = 3 if joint.mu else 1
+        for row in rows[len(found) : len(found) + len(joint.polygon)]:
+            if single == 3 and _is_plain(row):
+                found.append(row)  # type: ignore[arg-type]
+                continue
+            count = len(_items(row, f"{what} {len(found)}"))
+            if count not in (single, 2 * single):
+                _refuse(f"{what} {len(found)} has {count} numbers instead of {single} or {2 * single}")
+            found.append(_row(row, count, f"{what} {len(found)}"))
+    return found
+
+
+def _read_vectors(value: object, points: int, where: str) -> list[Sequence[Number]]:
+    """Read the vectors of a leaf, one for every contact point."""
     rows = _triples(value, f"{where}forces", f"{where}force")
     if len(rows) != points:
         _refuse(f"{where}{len(rows)} forces for {points} contact points")
@@ -634,8 +857,15 @@ def _read_bounds(top: Mapping[str, object]) -> _Bounds:
     return _Bounds(eps, eta, beta)
 
 
-def _read_tree(value: object, stones: Sequence[_Stone], points: int) -> list[_Leaf | _Split]:
-    """Read the nodes of a tree in preorder, each before its branches, the branches in their order."""
+def _read_tree(value: object, stones: Sequence[_Stone], joints: Sequence[_Joint], size: int) -> list[_Leaf | _Split]:
+    """Read the nodes of a tree in preorder, each before its branches, the branches in their order.
+
+    Every leaf will look at all points and blocks; of that there may be no more than the certificate's bytes allow.
+    """
+    points = sum(len(joint.polygon) for joint in joints)
+    visits = VISITS + VISITS_PER_BYTE * max(0, size - SMALL)
+    shapes = chain((stone.vertices for stone in stones), (joint.polygon for joint in joints))
+    finest = _exponent(chain.from_iterable(chain.from_iterable(shapes)))
     nodes: list[_Leaf | _Split] = []
     pending = [(value, 0)]
     while pending:
@@ -644,6 +874,11 @@ def _read_tree(value: object, stones: Sequence[_Stone], points: int) -> list[_Le
             _refuse(f"the tree is deeper than {MAX_DEPTH} splits, or has more than {MAX_NODES} nodes")
         node, branches = _read_node(raw, stones, points, f"tree node {len(nodes)}: ")
         nodes.append(node)
+        if isinstance(node, _Leaf):
+            bits = finest + _exponent(chain.from_iterable(node.motion or ()))
+            visits -= (points + len(stones)) * (1 + bits // LONG)
+        if visits < 0:
+            _refuse(f"the tree has too many leaves for {points} contact points, {len(stones)} blocks and its own size")
         pending.extend((branch, depth + 1) for branch in reversed(branches))
     return nodes
 
@@ -656,7 +891,7 @@ def _read_node(
     if "point" not in keys:
         proof = _fields(value, {"mechanism", "forces"} & keys or {"mechanism or forces"}, where)
         motion = _read_motion(proof["mechanism"], stones, where) if "mechanism" in proof else None
-        forces = _read_forces(proof["forces"], points, where) if "forces" in proof else None
+        forces = _read_vectors(proof["forces"], points, where) if "forces" in proof else None
         return _Leaf(motion, forces), ()
     if "rays" in keys:
         node = _fields(value, {"point", "rays", "sectors"}, where)
@@ -687,10 +922,23 @@ def _conditions(sheet: _Sheet) -> str:
     """What a claim depends on beside its kind, to be printed behind it."""
     partly = sum(any(stone.held) for stone in sheet.stones)
     more = f" ({partly} of {len(sheet.stones)} blocks partly held)" if partly else ""
+    more += _caveats(sheet)
     pulling = [joint.tension for joint in sheet.joints if joint.tension]
     if pulling:
         more += f", COUNTING ON JOINTS THAT PULL: {len(pulling)} of {len(sheet.joints)}, up to {max(pulling):.6g} Pa"
-    return (_coupled_conditions(sheet) if sheet.live is None else _claimed(sheet.live)) + more
+    return (_coupled_conditions(sheet) if sheet.live is None else _claimed(sheet.live, bool(sheet.recession))) + more
+
+
+def _caveats(sheet: _Sheet) -> str:
+    """What would let a person expect more of a claim than it says."""
+    said = []
+    if not any(sheet.gravity) and not (sheet.live and any(sheet.live.gravity)):
+        said.append("with zero gravity")
+    if all(stone.fixed for stone in sheet.stones):
+        said.append("no block is free")
+    if (most := max((joint.mu for joint in sheet.joints), default=0)) > SLIPPERY:
+        said.append(f"mu up to {most:.6g}")
+    return "".join(f", {what}" for what in said)
 
 
 def _coupled_conditions(sheet: _Sheet) -> str:
@@ -698,13 +946,14 @@ def _coupled_conditions(sheet: _Sheet) -> str:
     if sheet.bounds is None:
         return ""
     eta, beta = (float(Fraction(x) / Fraction(sheet.bounds.eps)) for x in (sheet.bounds.eta, sheet.bounds.beta))
-    listed = ", listed contacts" if sheet.tree else ""
-    return f" (eta = {eta:.15g} eps, beta_min = {beta:.15g} eps{listed})"
+    return f" (eta = {eta:.15g} eps, beta_min = {beta:.15g} eps, listed contacts)"
 
 
-def _claimed(live: _Live) -> str:
+def _claimed(live: _Live, unbounded: bool) -> str:
     """What is claimed of which multipliers."""
-    stands = "" if live.lower is None else f"forces hold it at {live.lower:.15g}"
+    stands = (
+        "" if live.lower is None else f"forces hold it at {live.lower:.15g}" + " and at every larger one" * unbounded
+    )
     falls = "" if live.upper is None else f"none hold it from {live.upper:.15g} on (listed contacts, associated flow)"
     return f": {', '.join(part for part in (stands, falls) if part)}"
 
@@ -716,6 +965,61 @@ def _counts(sheet: _Sheet) -> dict[str, float]:
         "contacts": len(sheet.joints),
         "points": sum(len(joint.polygon) for joint in sheet.joints),
     }
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What a proof takes as given.
+
+
+def _assumptions(sheet: _Sheet) -> tuple[str, ...]:
+    """What the proof assumes, for a person to hold against the structure: one aligned line each."""
+    free = [stone for stone in sheet.stones if not stone.fixed]
+    fixed = [stone.name for stone in sheet.stones if stone.fixed]
+    held = [stone.name for stone in free if any(stone.held)]
+    pulls = [joint.tension for joint in sheet.joints if joint.tension]
+    points = sum(len(joint.polygon) for joint in sheet.joints)
+    lines = {
+        "blocks": f"{len(sheet.stones)}, {len(free)} of them free",
+        "supports": _some(fixed) or "none",
+        "held": f"partly: {_some(held)}" if held else "",
+        "contacts": f"{len(sheet.joints)} listed, {points} points; nothing else touches",
+        "friction": f"mu {_span([joint.mu for joint in sheet.joints])}",
+        "tension": f"{len(pulls)} of {len(sheet.joints)} joints pull, {_span(pulls)} Pa" if pulls else "",
+        "density": f"{_span([stone.density for stone in free])} kg/m3",
+        "gravity": f"{_triple(sheet.gravity)} m/s2, in size {math.hypot(*sheet.gravity):.6g}",
+        "loads": _summed([push for push in sheet.pushes if not sheet.stones[push.block].fixed]),
+        "live": _live_line(sheet.live) if sheet.live else "",
+        "tolerance": f"contacts lie within {sheet.tolerance:.3g} m of faces",
+    }
+    return tuple(f"{name:<10} {said}" for name, said in lines.items() if said)
+
+
+def _span(values: Sequence[Number]) -> str:
+    """One number, or from where to where several run.
+
+    >>> _span([0.5, 0.5]), _span([0.5, 0.84]), _span([])
+    ('0.5', '0.5 to 0.84', 'none')
+    """
+    if not values:
+        return "none"
+    low, high = f"{min(values):.6g}", f"{max(values):.6g}"
+    return low if min(values) == max(values) else f"{low} to {high}"
+
+
+def _triple(vector: Sequence[Number]) -> str:
+    return "(" + ", ".join(f"{x + 0.0:.6g}" for x in vector) + ")"
+
+
+def _summed(pushes: Sequence[_Push]) -> str:
+    """How many loads there are, and their resultant."""
+    if not pushes:
+        return "none beside the weight"
+    total = [math.fsum(push.force[axis] for push in pushes) for axis in range(3)]
+    return f"{len(pushes)}, together {_triple(total)} N"
+
+
+def _live_line(live: _Live) -> str:
+    return f"times the multiplier: gravity {_triple(live.gravity)} m/s2; loads {_summed(live.pushes)}"
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -737,13 +1041,28 @@ def _exponent(numbers: Iterable[Number], guard: int = GUARD_BITS) -> int:
     return max(53 - math.frexp(min(sizes))[1], guard - math.frexp(max(sizes))[1], 0)
 
 
+FINEST = 600
+"""Every number that `_number` accepts is an integer times 2**-551 and below 2**333: times 2**600 still a double."""
+
+
+def _fineness(numbers: Iterable[Number]) -> int:
+    """Find the least k for which every number times 2**k is an integer: short integers where coordinates are round.
+
+    >>> _fineness([0.75, 5.0]), _fineness([0.1]), _fineness([])
+    (2, 55, 0)
+    """
+    return max((x.as_integer_ratio()[1] for x in set(numbers)), default=1).bit_length() - 1
+
+
 def _integer(x: Number, k: int) -> int:
     """Scale to the integer x * 2**k, for a k from `_exponent`: exact, as only the exponent of a double changes."""
-    return int(math.ldexp(x, k))
+    return int(math.ldexp(x, k)) if k <= FINEST else int(math.ldexp(x, FINEST)) << k - FINEST
 
 
 def _vectors(rows: Iterable[Sequence[Number]], k: int) -> list[Vec]:
-    """Scale rows of three, as `_integer` does: `_number` sees to it that 2**k is a double, and the products are."""
+    """Scale rows of three, as `_integer` does."""
+    if k > FINEST:
+        return [_vector(row, k) for row in rows]
     s = 2.0**k
     return [(int(x * s), int(y * s), int(z * s)) for x, y, z in rows]
 
@@ -785,20 +1104,6 @@ def _root_above(n: int) -> int:
     return root if root * root == n else root + 1
 
 
-def _cube_root_below(n: int) -> int:
-    """Largest integer whose cube is at most n >= 0, by Newton's method from above.
-
-    >>> [_cube_root_below(n) for n in (0, 1, 7, 8, 26, 27, 10**60)]
-    [0, 1, 1, 2, 2, 3, 100000000000000000000]
-    """
-    if n == 0:
-        return 0
-    root = 1 << -(-n.bit_length() // 3)
-    while (lower := (2 * root + n // (root * root)) // 3) < root:
-        root = lower
-    return root
-
-
 def _quotient_above(n: int, d: int) -> int:
     """|n| / d rounded up."""
     return -(-abs(n) // d)
@@ -820,29 +1125,95 @@ def _as_float(numerator: int, denominator: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Solid:
-    """Mass properties of a block: `volume6` = 6 V and `moment24` = 24 V c, with c the centre of mass.
+    """Mass properties of a block: `volume6` = 6 V and `moment24` = 24 V c, with c the centre of mass; `box2` = D^2 of
+    the box around it.
 
-    Units: 2**-3k and 2**-4k of m3 and m4, with k the exponent of lengths. So c = moment24 / (4 volume6).
+    Units: 2**-3k, 2**-4k and 2**-2k of m3, m4 and m2, with k the exponent of lengths. So c = moment24 / (4 volume6).
     """
 
     volume6: int
     moment24: Vec
+    box2: int
+    pieces: int = 1  # outer shells of its mesh, see `_require_solid`
 
 
-class _Facet(NamedTuple):
-    """A flat piece of a block's surface: its corners and its area vector (twice the area, outward), with its square."""
+Ratio2 = tuple[int, int]  # a squared length as numerator and denominator, in units 2**-2k
 
-    ring: Sequence[Vec]
-    normal: Vec
-    normal2: int
+
+@dataclass(slots=True)
+class _Shape:
+    """What blocks of one shape share; lengths are from the origin of the block, its first face's first corner.
+
+    `seats` holds how contacts lie on it, by tolerance and place.
+    """
+
+    pieces: int
+    volume6: int
+    moment24: Vec
+    box2: int
+    facets: list["_Facet"]
+    contacts: int = 0
+    index: "_Index | None" = None
+    seats: dict[tuple[object, ...], "_Seat"] = field(default_factory=dict)
+
+    def near(self, patch: "_Patch") -> tuple[Sequence["_Facet"], int]:
+        """Facets that may be near a contact, and how many were looked at to find them."""
+        self.contacts += 1
+        if len(self.facets) <= FEW or self.contacts <= FEW:
+            return self.facets, len(self.facets)
+        if self.index is None:
+            boxes = [facet.prepared() for facet in self.facets]
+            self.index = _Index([facet.low for facet in boxes], [facet.high for facet in boxes])
+        room = _tolerance_above(patch.tolerance2)
+        found = self.index.near(*_box(patch.points), room)
+        return [self.facets[number] for number in found], len(found) + 1
+
+
+Body = tuple[Vec, _Shape]  # a block's origin, and what is measured from there
 
 
 class _Patch(NamedTuple):
-    """A contact in integers: its points and its area vector N, from `a` into `b`."""
+    """A contact in integers: its points and its area vector N, from `a` into `b`.
+
+    `tolerance2` is what counts at it; `normals` holds, where the surface is rough or curved, the area vectors of the
+    faces that each point lies on: those of `a`, and those of `b` turned round.
+    """
 
     points: list[Vec]
     normal: Vec
     normal2: int
+    tolerance2: Ratio2
+    normals: list[tuple[list[Vec], list[Vec]]]
+
+
+@dataclass(slots=True)
+class _Misfit:
+    """What was let pass of how contacts lie on faces, the most of each; floats, for the claim only.
+
+    `off` is how far a point is from a face, `gap` and `overlap` the distance of the two faces, all in metres; `lean`
+    the angle between a contact's normal and a face's; `share` the largest of the lengths by the smaller block's size.
+    """
+
+    off: float = 0.0
+    gap: float = 0.0
+    overlap: float = 0.0
+    lean: float = 0.0
+    share: float = 0.0
+    bent: int = 0
+
+    def figures(self) -> dict[str, float]:
+        """As they stand in the report."""
+        return {"misfit": self.off, "contact_gap": self.gap, "contact_overlap": self.overlap, "lean": self.lean}
+
+    def claimed(self) -> str:
+        """What a claim says of it, where a person should know."""
+        if not self.bent and self.lean <= TOLD_LEAN and self.share <= TOLD_SHARE:
+            return ""
+        said = f", contacts up to {self.off:.2g} m off the faces"
+        said += f" (gaps up to {self.gap:.2g} m)" if self.gap > 0.0 else ""
+        said += f" (faces up to {self.overlap:.2g} m into each other)" if self.overlap > 0.0 else ""
+        said += f", leaning by up to {math.degrees(self.lean):.2g} degrees" if self.lean > TOLD_LEAN else ""
+        return said + (f", {self.bent} of them on surfaces said to be rough or curved" if self.bent else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -850,7 +1221,8 @@ class _Model:
     """The model in integers; the exponents say in what power of two each kind of quantity is counted.
 
     Forces are counted in 2**-`per_force` / 6 N wherever weights come in (`weight6`, `total6_*`): rho V g is
-    rho (6 V) g / 6, and so stays an integer.
+    rho (6 V) g / 6, and so stays an integer. A block's own weight w is its mass times the root of `own_gravity2`,
+    whatever loads there are.
     """
 
     solids: list[_Solid]
@@ -858,29 +1230,41 @@ class _Model:
     masses6: list[int]  # density times volume6; 0 for a fixed block
     gravity: Vec
     loads: list[tuple[int, Vec, Vec]]  # block, force, point; free blocks only
-    total6_below: int  # total weight W, bounded from both sides
-    total6_above: int
+    component: list[int]  # of every block; -1 = a support
+    total6_below: list[int]  # total weight W of every component, bounded from both sides
+    total6_above: list[int]
     per_length: int
     per_load: int
     per_weight: int
     per_force: int  # the finer of the last two
-    finer: int = 0  # bits by which motions are counted finer, so that partly held blocks move exactly; see `_motion`
+    lightest6: list[int]  # of every block the least of `masses6` in its component; 0 for a fixed block
+    own_gravity2: int
+    per_own: int  # of own weights, over 6
+    finer: int  # bits by which motions are counted finer, so that partly held blocks move exactly; see `_motion`
+    misfit: _Misfit
+
+    def part_of(self, joint: _Joint) -> int:
+        """The component that a contact belongs to."""
+        return max(self.component[joint.a], self.component[joint.b])
+
+    @property
+    def parts(self) -> int:
+        """How many components there are."""
+        return len(self.total6_below)
 
 
 def _weigh(sheet: _Sheet) -> _Model:
     """Check the geometry and turn the model into integers."""
-    k = _exponent(_lengths(sheet), guard=1)
-    tolerance = _integer(sheet.tolerance, k)
-    _require_modest_tolerance(sheet, tolerance, k)
-    patches = [_patch(sheet, i, tolerance, k) for i in range(len(sheet.joints))]
-    solids = _solids_under_contacts(sheet, patches, tolerance, k)
-
-    per_density = _exponent(stone.density for stone in sheet.stones)
+    k = _fineness(_lengths(sheet))
+    solids, patches, misfit = _fitted(sheet, k)
+    component, parts = _components(sheet)
+    per_density = _fineness(stone.density for stone in sheet.stones)
     per_gravity = _exponent(sheet.gravity)
     per_load = _exponent(x for push in sheet.pushes for x in push.force)
     per_weight = per_density + per_gravity + 3 * k
-    per_force = max(per_load, per_weight)
     gravity = _vector(sheet.gravity, per_gravity)
+    own = sheet.gravity if any(sheet.gravity) else (STANDARD_GRAVITY, 0.0, 0.0)
+    own_gravity = _vector(own, per_own := _exponent(own))
     masses6 = [
         0 if stone.fixed else _integer(stone.density, per_density) * solid.volume6
         for stone, solid in zip(sheet.stones, solids, strict=True)
@@ -890,43 +1274,81 @@ def _weigh(sheet: _Sheet) -> _Model:
         for push in sheet.pushes
         if not sheet.stones[push.block].fixed
     ]
-    finer = per_force - per_weight, per_force - per_load
-    below, above = _totals6(sheet, masses6, gravity, loads, *finer)
-    grid = _finer(sheet, solids)
-    return _Model(solids, patches, masses6, gravity, loads, below, above, k, per_load, per_weight, per_force, grid)
+    model = _Model(
+        solids=solids,
+        patches=patches,
+        masses6=masses6,
+        gravity=gravity,
+        loads=loads,
+        component=component,
+        total6_below=[0] * parts,
+        total6_above=[0] * parts,
+        per_length=k,
+        per_load=per_load,
+        per_weight=per_weight,
+        per_force=max(per_load, per_weight),
+        lightest6=_lightest(masses6, component),
+        own_gravity2=_dot(own_gravity, own_gravity),
+        per_own=per_density + per_own + 3 * k,
+        finer=_finer(sheet, solids),
+        misfit=misfit,
+    )
+    return _with_totals(sheet, model)
 
 
-def _totals6(
-    sheet: _Sheet, masses6: list[int], gravity: Vec, loads: list[tuple[int, Vec, Vec]], by_weight: int, by_load: int
-) -> tuple[int, int]:
-    """6 times the total weight W, bounded from both sides; from below without what partial supports bear."""
+def _with_totals(sheet: _Sheet, model: _Model) -> _Model:
+    """6 times the weight W of every component, bounded from both sides.
 
-    def total6(root: Callable[[int], int]) -> int:
-        weight6 = sum(masses6) * root(_dot(gravity, gravity)) << by_weight
-        return weight6 + (6 * sum(root(_dot(f, f)) for _, f, _ in loads) << by_load)
-
-    borne = _borne6(sheet, masses6, gravity, loads, by_weight, by_load)
-    return total6(math.isqrt) - borne, total6(_root_above)
-
-
-def _borne6(
-    sheet: _Sheet, masses6: list[int], gravity: Vec, loads: list[tuple[int, Vec, Vec]], by_weight: int, by_load: int
-) -> int:
-    """6 times what partial supports bear of W, rounded up: it must not make room for forces that do not balance.
-
-    A weight counts only along directions that are free; so does a load, unless its block may turn.
+    From below without what partial supports bear: it must not make room for forces that do not balance. Of a block
+    that is partly held a weight counts only along directions that are free; so does a load, unless the block may turn.
     """
-    borne = 0
-    for mass6, stone in zip(masses6, sheet.stones, strict=True):
-        if any(stone.held):
-            left = _freed(gravity, stone.held[:3])
-            borne += mass6 * (math.isqrt(_dot(gravity, gravity)) - math.isqrt(_dot(left, left))) << by_weight
-    for block, force, _ in loads:
+    by_weight, by_load = model.per_force - model.per_weight, model.per_force - model.per_load
+    below, above = [0] * model.parts, [0] * model.parts
+    whole2 = _dot(model.gravity, model.gravity)
+    for i, (mass6, stone) in enumerate(zip(model.masses6, sheet.stones, strict=True)):
+        if not stone.fixed:
+            left = _freed(model.gravity, stone.held[:3]) if any(stone.held) else model.gravity
+            below[model.component[i]] += mass6 * math.isqrt(_dot(left, left)) << by_weight
+            above[model.component[i]] += mass6 * _root_above(whole2) << by_weight
+    for block, force, _ in model.loads:
         held = sheet.stones[block].held
-        if all(held[3:]):
-            left = _freed(force, held[:3])
-            borne += 6 * (math.isqrt(_dot(force, force)) - math.isqrt(_dot(left, left))) << by_load
-    return borne
+        left = _freed(force, held[:3]) if all(held[3:]) else force
+        below[model.component[block]] += 6 * math.isqrt(_dot(left, left)) << by_load
+        above[model.component[block]] += 6 * _root_above(_dot(force, force)) << by_load
+    return replace(model, total6_below=below, total6_above=above)
+
+
+def _least_loads6(model: _Model) -> list[int]:
+    """6 times the least, on every block, of its weight and the loads of its component that are not zero; else 0."""
+    pushed: list[list[int]] = [[] for _ in range(model.parts)]
+    for block, force, _ in model.loads:
+        size = math.isqrt(_dot(force, force)) << model.per_force - model.per_load
+        pushed[model.component[block]].append(6 * size)
+    least = [min(filter(None, sizes), default=0) for sizes in pushed]
+    pull = math.isqrt(_dot(model.gravity, model.gravity)) << model.per_force - model.per_weight
+    weights = [mass6 * pull for mass6 in model.masses6]
+    return [
+        min(filter(None, (least[c], weight)), default=0) for c, weight in zip(model.component, weights, strict=True)
+    ]
+
+
+def _lightest(masses6: Sequence[int], component: Sequence[int]) -> list[int]:
+    """Of every block the least mass in its component; 0 for supports."""
+    least: dict[int, int] = {-1: 0}
+    for mass6, c in zip(masses6, component, strict=True):
+        least[c] = min(mass6, least.get(c, mass6))
+    return [least[c] for c in component]
+
+
+def _own_weight_below(model: _Model, block: int, per_force: int) -> int:
+    """A free block's own weight in 2**-per_force N, rounded down."""
+    weight6 = model.masses6[block] * math.isqrt(model.own_gravity2)
+    return (weight6 << per_force) // (6 << model.per_own)
+
+
+def _lighter_weight_below(model: _Model, joint: _Joint, per_force: int) -> int:
+    """The own weight of the lighter free block at a contact, in 2**-per_force N, rounded down."""
+    return min(_own_weight_below(model, i, per_force) for i in (joint.a, joint.b) if model.component[i] >= 0)
 
 
 def _freed(vector: Vec, held: Sequence[bool]) -> Vec:
@@ -943,33 +1365,13 @@ def _finer(sheet: _Sheet, solids: Sequence[_Solid]) -> int:
 
 
 def _lengths(sheet: _Sheet) -> Iterator[Number]:
-    """Every length and coordinate in the file."""
-    yield sheet.tolerance
+    """Every coordinate in the file. (The tolerance is compared apart: it would make all integers long.)"""
     for stone in sheet.stones:
         yield from chain.from_iterable(stone.vertices)
     for joint in sheet.joints:
         yield from chain.from_iterable(joint.polygon)
     for push in (*sheet.pushes, *(sheet.live.pushes if sheet.live else ())):
         yield from push.point
-
-
-def _require_modest_tolerance(sheet: _Sheet, tolerance: int, k: int) -> None:
-    """Require tolerance <= TOLERANCE_SHARE of the model's size and FREE_SHARE of that of its free blocks together.
-
-    Sizes are diagonals of boxes around the vertices that a face uses. Without free blocks there are no contacts to
-    place, so any tolerance will do.
-    """
-    free = [stone for stone in sheet.stones if not stone.fixed]
-    if not free:
-        return
-    for stones, share, what in ((free, FREE_SHARE, "free blocks together"), (sheet.stones, TOLERANCE_SHARE, "model")):
-        corners = [stone.vertices[i] for stone in stones for i in stone.surface.used]
-        if not corners:
-            _refuse("a free block has no faces")
-        low, high = _box(corners)
-        diagonal = _minus(_vector(high, k), _vector(low, k))
-        if not (tolerance * share.denominator) ** 2 <= share.numerator**2 * _dot(diagonal, diagonal):
-            _refuse(f"tolerance is more than {float(share):.1%} of the size of the {what}")
 
 
 T = TypeVar("T", int, float)
@@ -1000,7 +1402,7 @@ def _area_vector(ring: Sequence[Vec]) -> Vec:
     return x, y, z
 
 
-def _is_flat(ring: Sequence[Vec], normal: Vec, normal2: int, tolerance: int) -> bool:
+def _is_flat(ring: Sequence[Vec], normal: Vec, normal2: int, tolerance2: Ratio2) -> bool:
     """Whether every corner lies within tolerance of the plane through their mean.
 
     |(r - mean).n| <= t |n|, times the number of corners and squared. Of a quadrilateral n is at right angles to both
@@ -1008,60 +1410,203 @@ def _is_flat(ring: Sequence[Vec], normal: Vec, normal2: int, tolerance: int) -> 
     """
     if len(ring) == 3:
         return True
+    t, u = tolerance2
     if len(ring) == 4:
         (ax, ay, az), (bx, by, bz), _, _ = ring
         x, y, z = normal
         rise = (bx - ax) * x + (by - ay) * y + (bz - az) * z
-        return rise == 0 or rise * rise <= 4 * tolerance * tolerance * normal2
+        return rise == 0 or rise * rise * u <= 4 * t * normal2
     heights = [_dot(r, normal) for r in ring]
     count, total = len(ring), sum(heights)
-    limit = (count * tolerance) ** 2 * normal2
-    return all((count * h - total) ** 2 <= limit for h in heights)
+    limit = count * count * t * normal2
+    return all((count * h - total) ** 2 * u <= limit for h in heights)
 
 
-def _patch(sheet: _Sheet, i: int, tolerance: int, k: int) -> _Patch:
-    """Turn a contact polygon into integers; it must have an area, and be flat."""
-    points = _vectors(sheet.joints[i].polygon, k)
-    normal = _area_vector(points)
-    normal2 = _dot(normal, normal)
-    if normal2 == 0:
-        _refuse(f"{_label(sheet, i)}: polygon has no area")
-    if not _is_flat(points, normal, normal2, tolerance):
-        _refuse(f"{_label(sheet, i)}: polygon is not flat within the tolerance")
-    return _Patch(points, normal, normal2)
-
-
-def _solids_under_contacts(sheet: _Sheet, patches: Sequence[_Patch], tolerance: int, k: int) -> list[_Solid]:
-    """Check every block, and on it the contacts it takes part in; block by block, to keep the memory small."""
-    sides: list[list[tuple[int, int]]] = [[] for _ in sheet.stones]
+def _fitted(sheet: _Sheet, k: int) -> tuple[list[_Solid], list[_Patch], _Misfit]:
+    """Check every block, and that every contact lies on faces of both of its blocks."""
+    tn, td = sheet.tolerance.as_integer_ratio()
+    stated2: Ratio2 = (tn << k) ** 2, td * td
+    bodies = [_body(stone, k, stated2) for stone in sheet.stones]
+    misfit = _Misfit(bent=sum(joint.bent for joint in sheet.joints))
+    looks = _Looks(sum(len(joint.polygon) for joint in sheet.joints) + sum(len(s.surface.faces) for s in sheet.stones))
+    patches: list[_Patch] = []
+    known: dict[object, tuple[Vec, int]] = {}
     for i, joint in enumerate(sheet.joints):
-        sides[joint.a].append((i, 1))
-        sides[joint.b].append((i, -1))
-    solids = []
-    for stone, touching in zip(sheet.stones, sides, strict=True):
-        vertices = _vectors(stone.vertices, k)
-        if not stone.surface.closed:
-            _refuse(f"block {_short(stone.name)}: its faces do not close, or are not turned the same way")
-        solids.append(_solid(stone, vertices))
-        if touching:
-            facets = _facets(stone, vertices, tolerance)
-            for i, sign in touching:
-                off = _off_surface(facets, patches[i], sign, tolerance)
-                if off is not None:
-                    side = "a" if sign == 1 else "b"
-                    _refuse(f"{_label(sheet, i)}: point {off} is not on a face of its block {side} that looks along it")
-    return solids
+        a, b = bodies[joint.a], bodies[joint.b]
+        box2 = min(a[1].box2, b[1].box2)
+        patch = _patch(sheet, i, _capped(stated2, box2, ROUGH_SHARE if joint.bent else TOLERANCE_SHARE), k, known)
+        one, two = _on_body(sheet, i, a, patch, 1, k, looks), _on_body(sheet, i, b, patch, -1, k, looks)
+        patch.normals.extend(zip(one.normals, two.normals, strict=True))
+        _note(misfit, one, two, box2, k)
+        patches.append(patch)
+    return [_solid(*body) for body in bodies], patches, misfit
 
 
-def _solid(stone: _Stone, vertices: Sequence[Vec]) -> _Solid:
-    """Volume and first moment: signed tetrahedra from a local origin o to the fan triangles (a, b, c) of the faces.
+def _body(stone: _Stone, k: int, stated2: Ratio2) -> Body:
+    """Check that a block bounds a solid, and measure it: once for all blocks of the same shape."""
+    surface, vertices = stone.surface, _vectors(stone.vertices, k)
+    if not surface.faces:
+        _refuse(f"block {_short(stone.name)} has no faces")
+    ox, oy, oz = origin = vertices[surface.faces[0][0]]
+    local = tuple([(x - ox, y - oy, z - oz) for x, y, z in vertices])
+    shape = surface.shapes.get(local)
+    if shape is None:
+        shape = _shape(stone, local, stated2)
+        if len(local) <= MAX_KEPT and len(surface.shapes) < MAX_KEPT:
+            surface.shapes[local] = shape
+    return origin, shape
 
-    6 V = sum det(a, b, c), and 24 V (c - o) = sum det (a + b + c), with a, b, c measured from o. The origin is a
-    vertex, so that the tetrahedra of the faces at it vanish.
+
+def _shape(stone: _Stone, local: Sequence[Vec], stated2: Ratio2) -> _Shape:
+    surface, where = stone.surface, f"block {_short(stone.name)}"
+    if not surface.closed:
+        _refuse(f"{where}: its faces do not close, or are not turned the same way")
+    low, high = _box(local[i] for i in surface.used)
+    diagonal = _minus(high, low)
+    box2 = _dot(diagonal, diagonal)
+    volume6, moment24 = _moments(surface.faces, local)
+    if not volume6 > 0:
+        _refuse(f"{where}: its volume is not positive, its faces look inward")
+    pieces = _require_solid(where, surface, local)
+    return _Shape(pieces, volume6, moment24, box2, _facets(surface, local, _capped(stated2, box2, TOLERANCE_SHARE)))
+
+
+def _solid(origin: Vec, shape: _Shape) -> _Solid:
+    """Mass properties of a block: 24 V c is what it is from the origin o, and 24 V o."""
+    moment24 = _plus(shape.moment24, _times(4 * shape.volume6, origin))
+    return _Solid(shape.volume6, moment24, shape.box2, shape.pieces)
+
+
+def _on_body(sheet: _Sheet, i: int, body: Body, patch: _Patch, sign: int, k: int, looks: "_Looks") -> "_Seat":
+    """How a contact lies on a block: once for all that lie alike on blocks of the same shape."""
+    (ox, oy, oz), shape = body
+    points = [(x - ox, y - oy, z - oz) for x, y, z in patch.points]
+    place = (sign, sheet.joints[i].bent, patch.tolerance2, *points)
+    seat = shape.seats.get(place)
+    if seat is None:
+        local = patch._replace(points=points)
+        facets, count = shape.near(local)
+        looks.spend(count)
+        seat = _seat(sheet, i, facets, local, sign, k, looks)
+        if len(points) <= MAX_KEPT and len(shape.seats) < MAX_KEPT:
+            shape.seats[place] = seat
+    return seat
+
+
+class _Looks:
+    """Counts looks at facets and edges: an honest contact is on a few, hostile files would take hours."""
+
+    def __init__(self, size: int) -> None:
+        self.left = MAX_LOOKS[0] + MAX_LOOKS[1] * size
+
+    def spend(self, count: int) -> None:
+        """Take some off; no more may be spent than there are."""
+        self.left -= count
+        if self.left < 0:
+            _refuse("too many faces under its contacts to look at")
+
+
+class _Index:
+    """Boxes sorted into rows, or squares of the two axes along which they spread most, to find those near a place."""
+
+    __slots__ = ("axes", "count", "low", "per", "squares", "steps", "wide")
+
+    def __init__(self, lows: Sequence[Sequence[int]], highs: Sequence[Sequence[int]]) -> None:
+        least, most = [min(x) for x in zip(*lows, strict=True)], [max(x) for x in zip(*highs, strict=True)]
+        self.axes = sorted(range(len(least)), key=lambda axis: least[axis] - most[axis])[:2]
+        self.count, self.low = len(lows), [least[axis] for axis in self.axes]
+        self.per = self.count if len(self.axes) == 1 else math.isqrt(self.count)
+        self.steps = [(most[axis] - least[axis]) // self.per + 1 for axis in self.axes]
+        self.squares: dict[tuple[int, ...], list[int]] = {}
+        self.wide: list[int] = []  # what is in too many squares
+        for number, (low, high) in enumerate(zip(lows, highs, strict=True)):
+            ranges = self._ranges(low, high, 0)
+            if math.prod(map(len, ranges)) > FEW:
+                self.wide.append(number)
+                continue
+            for square in product(*ranges):
+                self.squares.setdefault(square, []).append(number)
+
+    def _ranges(self, low: Sequence[int], high: Sequence[int], room: int) -> list[range]:
+        return [
+            range(max((low[axis] - room - start) // step, 0), min((high[axis] + room - start) // step, self.per) + 1)
+            for axis, start, step in zip(self.axes, self.low, self.steps, strict=True)
+        ]
+
+    def near(self, low: Sequence[int], high: Sequence[int], room: int) -> Sequence[int]:
+        """Numbers, in order, of all boxes that are within `room` of another one, and of some that are not."""
+        ranges = self._ranges(low, high, room)
+        if math.prod(map(len, ranges)) > self.count:
+            return range(self.count)
+        return sorted(set(self.wide).union(*[self.squares.get(square, ()) for square in product(*ranges)]))
+
+
+def _tolerance_above(tolerance2: Ratio2) -> int:
+    return _root_above(_quotient_above(*tolerance2))
+
+
+def _capped(tolerance2: Ratio2, box2: int, share: Fraction) -> Ratio2:
+    """The square of the tolerance, or of the share of a block's size if that is less."""
+    cap: Ratio2 = share.numerator**2 * box2, share.denominator**2
+    return tolerance2 if tolerance2[0] * cap[1] <= cap[0] * tolerance2[1] else cap
+
+
+def _patch(sheet: _Sheet, i: int, tolerance2: Ratio2, k: int, known: dict[object, tuple[Vec, int]]) -> _Patch:
+    """Turn a contact polygon into integers; it must have an area, be flat, and wider than a few tolerances.
+
+    That is looked at once for all that are `known` to be alike.
     """
-    faces = stone.surface.faces
-    ox, oy, oz = vertices[faces[0][0]]
-    local = [(x - ox, y - oy, z - oz) for x, y, z in vertices]
+    joint = sheet.joints[i]
+    points = _vectors(joint.polygon, k)
+    ox, oy, oz = points[0]
+    outline = (joint.bent, tolerance2, *[(x - ox, y - oy, z - oz) for x, y, z in points])
+    if outline not in known:
+        normal = _area_vector(points)
+        normal2 = _dot(normal, normal)
+        if normal2 == 0:
+            _refuse(f"{_label(sheet, i)}: polygon has no area")
+        if not _is_flat(points, normal, normal2, tolerance2):
+            _refuse(f"{_label(sheet, i)}: polygon is not flat within the tolerance")
+        if not joint.bent and not _is_wide(points, normal2, tolerance2):
+            _refuse(
+                f"{_label(sheet, i)}: polygon is no wider than {NARROW} tolerances; it carries nothing, leave it out"
+            )
+        if len(points) > MAX_KEPT or len(known) >= MAX_KEPT:
+            return _Patch(points, normal, normal2, tolerance2, [])
+        known[outline] = normal, normal2
+    return _Patch(points, *known[outline], tolerance2, [])
+
+
+def _is_wide(points: Sequence[Vec], normal2: int, tolerance2: Ratio2) -> bool:
+    """Whether |N| / perimeter exceeds `NARROW` tolerances; |dx| + |dy| + |dz| is at least an edge's length."""
+    t, u = tolerance2
+    edges = [_minus(b, a) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    around = sum(abs(x) + abs(y) + abs(z) for x, y, z in edges)
+    if normal2 * u > NARROW**2 * t * around**2:
+        return True
+    return normal2 * u > NARROW**2 * t * sum(_root_above(_dot(edge, edge)) for edge in edges) ** 2
+
+
+def _note(misfit: _Misfit, one: "_Seat", two: "_Seat", box2: int, k: int) -> None:
+    """Keep the most of what a contact's two sides were let pass; `box2` is the square of the smaller block's size."""
+    misfit.lean = max(misfit.lean, one.lean, two.lean)
+    if one.heights or two.heights or one.aside or two.aside:
+        off, gap, overlap = max(one.aside, two.aside), 0.0, 0.0
+        for number in one.heights.keys() | two.heights.keys():
+            above, below = one.heights.get(number, 0.0), two.heights.get(number, 0.0)
+            off, gap, overlap = max(off, abs(above), abs(below)), max(gap, above + below), max(overlap, -above - below)
+        misfit.off, misfit.gap = max(misfit.off, off), max(misfit.gap, gap)
+        misfit.overlap = max(misfit.overlap, overlap)
+        size = math.sqrt(_as_float(box2, 1 << 2 * k))
+        misfit.share = max(misfit.share, max(off, gap, overlap) / size if size else 0.0)
+
+
+def _moments(faces: Sequence[Sequence[int]], local: Sequence[Vec]) -> tuple[int, Vec]:
+    """Volume and first moment: signed tetrahedra from the origin to the fan triangles (a, b, c) of the faces.
+
+    6 V = sum det(a, b, c), and 24 V c = sum det (a + b + c). The origin is a vertex, so that the tetrahedra of the
+    faces at it vanish.
+    """
     volume6, mx, my, mz = 0, 0, 0, 0
     for face in faces:
         ax, ay, az = local[face[0]]
@@ -1076,25 +1621,824 @@ def _solid(stone: _Stone, vertices: Sequence[Vec]) -> _Solid:
                     my += det * (ay + by + cy)
                     mz += det * (az + bz + cz)
                 bx, by, bz = cx, cy, cz
-    if not volume6 > 0:
-        _refuse(f"block {_short(stone.name)}: its volume is not positive, its faces look inward")
-    v = 4 * volume6
-    return _Solid(volume6, (mx + v * ox, my + v * oy, mz + v * oz))
+    return volume6, (mx, my, mz)
 
 
-def _facets(stone: _Stone, vertices: Sequence[Vec], tolerance: int) -> list[_Facet]:
-    """Cut the surface into flat pieces: each flat face whole, any other as the triangles of its fan."""
-    facets = []
-    for face in stone.surface.faces:
+# Does a mesh bound a solid? Its faces close and are turned alike (`_is_closed`), yet there may be shells without volume
+# or turned inside out, one shell inside another, and faces that lie on each other. A convex block can have none of
+# that, which a few products tell; all others are looked at shell by shell and plane by plane.
+
+FLAT_BITS = 20
+"""A corner may stand out of the plane of a face of a convex block by 2**-20 of how far the block reaches below it."""
+
+THIN_BITS = 30
+"""A shell thinner than 2**-30 of its own size has no volume: that is rounding, as where a sheet was rotated."""
+
+MAX_CONVEX = 4000
+"""Faces times vertices up to which a block is tried for being convex."""
+
+MAX_NESTING = 4_000, 100
+"""Triangles looked at to tell which shells of a block lie inside which: so many, and so many more for each face."""
+
+MAX_BESIDE = 4_000, 1_000
+"""Pairs of shells compared: so many, and so many more for each shell."""
+
+MAX_SWEEP = 10_000, 100
+"""Steps taken to tell whether faces in one plane lie on each other: so many, and so many more for each edge."""
+
+MAX_NAMED = 30
+"""Faces among which those that lie on each other are looked for, to be named."""
+
+SAMPLES = 8
+"""Places of a shell that are looked up in the others."""
+
+MAX_KEPT = 256
+"""Points up to which a shape or an outline is kept, to be known again, and how many are."""
+
+FEW = 16
+"""Facets, edges and contacts up to which there is no use in sorting them by place."""
+
+MAX_LOOKS = 1_000_000, 50
+"""Facets, and edges of large ones, that contacts look at: so many, and so many more for each point and each face."""
+
+
+def _shells(faces: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Group the faces of a mesh that hang together by edges.
+
+    >>> _shells([(0, 1, 2), (3, 4, 5), (2, 1, 6), (5, 4, 3)])
+    [[0, 2], [1, 3]]
+    """
+    around: dict[tuple[int, int], list[int]] = {}
+    for number, face in enumerate(faces):
+        for i, j in zip(face, [*face[1:], face[0]], strict=True):
+            around.setdefault((i, j) if i < j else (j, i), []).append(number)
+    beside: list[list[int]] = [[] for _ in faces]
+    for numbers in around.values():
+        for one, two in pairwise(numbers):
+            beside[one].append(two)
+            beside[two].append(one)
+    shells, seen = [], bytearray(len(faces))
+    for start in range(len(faces)):
+        if not seen[start]:
+            seen[start] = 1
+            shell = [start]
+            for number in shell:
+                for other in beside[number]:
+                    if not seen[other]:
+                        seen[other] = 1
+                        shell.append(other)
+            shells.append(sorted(shell))
+    return shells
+
+
+def _require_solid(where: str, surface: _Surface, vertices: Sequence[Vec]) -> int:
+    """Require that a closed mesh of positive volume bounds a solid; count its outer shells.
+
+    No shell may be without volume; shells turned inward are holes, inside exactly one more outward shell than inward
+    ones; outward shells are outside of all that is stone. No two faces may lie on each other, neither back to back
+    (a sheet without thickness, or a cut without width) nor facing the same way. A surface that crosses itself
+    otherwise is not looked for.
+    """
+    if len(surface.shells) == 1 and _is_convex(surface, vertices):
+        return 1
+    pieces = 1 if len(surface.shells) == 1 else _outer_shells(where, surface, vertices)
+    _require_single_faces(where, surface.faces, vertices)
+    return pieces
+
+
+def _is_convex(surface: _Surface, vertices: Sequence[Vec]) -> bool:
+    """Whether a shell bounds a convex solid, all but 2**-FLAT_BITS: no corner is in front of the plane of a face.
+
+    So the surface lies on its convex hull, and goes round it a whole number of times. Once, if the corners in one plane
+    are four or fewer: around them, on the side of the hull where no corner stands between two others, there can be one
+    edge only, and each directed edge occurs once.
+    """
+    faces = surface.faces
+    if len(faces) * len(vertices) > MAX_CONVEX:
+        return False
+    once = False
+    for face in faces:
+        nx, ny, nz = _area_vector([vertices[i] for i in face])
+        heights = [nx * x + ny * y + nz * z for x, y, z in vertices]
+        base = heights[face[0]] if len(face) == 3 else min([heights[i] for i in face])
+        depth = base - min(heights)
+        if not (depth > 0 and max(heights) - base << FLAT_BITS <= depth):
+            return False
+        if not once:
+            level = base - (depth >> FLAT_BITS - 1)
+            once = sum([height >= level for height in heights]) <= 4
+    return once
+
+
+class _Triangle(NamedTuple):
+    """A triangle of a shell, with its area vector (twice the area, outward) and its box, wider by rounding.
+
+    A point is on the triangle if its height times the area vector's length is at most `limit`.
+    """
+
+    a: Vec
+    b: Vec
+    c: Vec
+    normal: Vec
+    low: Vec
+    high: Vec
+    limit: int
+
+
+class _Shell(NamedTuple):
+    """A connected part of a mesh: its faces' numbers, the triangles of their fans, 6 V, and its box."""
+
+    numbers: Sequence[int]
+    triangles: list[_Triangle]
+    volume6: int
+    low: Vec
+    high: Vec
+
+
+def _outer_shells(where: str, surface: _Surface, vertices: Sequence[Vec]) -> int:
+    """Count the shells that are no holes; refuse those without volume, turned inside out, or inside another's stone.
+
+    A shell is where its corners are that lie on no other shell, or, where all do, the middles of its triangles; some of
+    each are looked up. All is counted in thirds, so that these are integers.
+    """
+    thirds = [_times(3, vertex) for vertex in vertices]
+    low, high = _box(thirds)
+    slack = sum(_minus(high, low)) >> THIN_BITS
+    shells = [_shell(where, surface, numbers, thirds, slack) for numbers in surface.shells]
+    allowed = MAX_NESTING[0] + MAX_NESTING[1] * len(surface.faces)
+    for shell, near in zip(shells, _neighbours(where, shells), strict=True):
+        found: set[int] = set()
+        some = shell.triangles[:: -(-len(shell.triangles) // SAMPLES)]
+        corners, middles = [t.a for t in some], [_middle(t) for t in some]
+        for point in chain(corners, middles):
+            around = [other for other in near if _is_in_box(point, other)]
+            allowed -= sum(len(other.triangles) for other in around)
+            if allowed < 0:
+                _refuse(f"{where}: too many shells of its mesh are beside each other")
+            turns = [_winding(other.triangles, point) for other in around]
+            if None not in turns:
+                found.add(sum(turn or 0 for turn in turns))
+            if found and point == corners[-1]:
+                break
+        _require_place(where, shell, found)
+    return sum(shell.volume6 > 0 for shell in shells)
+
+
+def _middle(triangle: "_Triangle") -> Vec:
+    """The middle of a triangle whose corners are multiples of three."""
+    x, y, z = _plus(_plus(triangle.a, triangle.b), triangle.c)
+    return x // 3, y // 3, z // 3
+
+
+def _require_place(where: str, shell: _Shell, found: set[int]) -> None:
+    """Require that the other shells go round a hole once, and not round stone: `found` is how often they do."""
+    hole = int(shell.volume6 < 0)
+    if found == {hole}:
+        return
+    fault = "lies on another"
+    if found:
+        fault = "lies inside another: stone that would count twice" if max(found) > hole else "is turned inside out"
+    _refuse(f"{where}: a shell of its mesh {fault} ({_numbered(shell.numbers)})")
+
+
+def _numbered(numbers: Sequence[int]) -> str:
+    """Name faces by their numbers.
+
+    >>> _numbered([3]), _numbered([3, 4]), _numbered(range(9))
+    ('face 3', 'faces 3 and 4', 'faces 0, 1 and 7 more')
+    """
+    if len(numbers) == 1:
+        return f"face {numbers[0]}"
+    if len(numbers) == 2:
+        return f"faces {numbers[0]} and {numbers[1]}"
+    return f"faces {numbers[0]}, {numbers[1]} and {len(numbers) - 2} more"
+
+
+def _shell(where: str, surface: _Surface, numbers: Sequence[int], vertices: Sequence[Vec], slack: int) -> _Shell:
+    """Cut a shell into triangles and measure it; it must be thicker than rounding: 6 V > 2**-THIN_BITS size x area."""
+    wide = slack, slack, slack
+    triangles = []
+    origin = vertices[surface.faces[numbers[0]][0]]
+    volume6, area = 0, 0
+    for number in numbers:
+        face = surface.faces[number]
+        a = vertices[face[0]]
+        for i, j in pairwise(face[1:]):
+            b, c = vertices[i], vertices[j]
+            normal = _cross(_minus(b, a), _minus(c, a))
+            low, high = _box((a, b, c))
+            around = sum(map(abs, normal))
+            triangles.append(_Triangle(a, b, c, normal, _minus(low, wide), _plus(high, wide), slack * around))
+            volume6 += _dot(_minus(a, origin), normal)
+            area += around
+    low, high = _box(vertices[i] for number in numbers for i in surface.faces[number])
+    if not abs(volume6) << THIN_BITS > sum(_minus(high, low)) * area:
+        _refuse(f"{where}: a shell of its mesh has no volume ({_numbered(numbers)})")
+    return _Shell(numbers, triangles, volume6, low, high)
+
+
+def _neighbours(where: str, shells: Sequence[_Shell]) -> list[list[_Shell]]:
+    """Find for each shell those whose boxes meet its own, sweeping along x."""
+    near: list[list[_Shell]] = [[] for _ in shells]
+    order = sorted(range(len(shells)), key=lambda i: shells[i].low[0])
+    allowed = MAX_BESIDE[0] + MAX_BESIDE[1] * len(shells)
+    for k, i in enumerate(order):
+        one = shells[i]
+        for j in order[k + 1 :]:
+            two = shells[j]
+            if two.low[0] > one.high[0]:
+                break
+            allowed -= 1
+            if one.low[1] <= two.high[1] and two.low[1] <= one.high[1]:
+                if one.low[2] <= two.high[2] and two.low[2] <= one.high[2]:
+                    near[i].append(two)
+                    near[j].append(one)
+        if allowed < 0:
+            _refuse(f"{where}: too many shells of its mesh are beside each other")
+    return near
+
+
+def _is_in_box(point: Vec, shell: _Shell) -> bool:
+    return all(low <= x <= high for low, x, high in zip(shell.low, point, shell.high, strict=True))
+
+
+def _winding(triangles: Iterable[_Triangle], point: Vec) -> int | None:
+    """How often a closed surface goes round a point (1 inside, 0 outside, -1 inside of one turned inward), or None if
+    the point is on it, as near as rounding lets be said.
+
+    Faces are counted that a ray up along z leaves by, less those that it enters by. The ray is thought to stand aside
+    of the point by (e, e^2, 0) with an e as small as need be, so that it meets no edge and runs along no face.
+    """
+    px, py, pz = point
+    turns = 0
+    for a, b, c, normal, low, high, limit in triangles:
+        if px < low[0] or px > high[0] or py < low[1] or py > high[1] or pz > high[2]:
+            continue
+        rise = _dot(normal, _minus(point, a))
+        if -limit <= rise <= limit and pz >= low[2] and _is_in_triangle(a, b, c, normal, point):
+            return None
+        up = normal[2]
+        if up and (rise < 0) == (up > 0) and rise:
+            side = up > 0
+            for (sx, sy, _), (ex, ey, _) in ((a, b), (b, c), (c, a)):
+                dx, dy = ex - sx, ey - sy
+                if ((dx * (py - sy) - dy * (px - sx) or -dy or dx) > 0) != side:
+                    break
+            else:
+                turns += 1 if side else -1
+    return turns
+
+
+def _is_in_triangle(a: Vec, b: Vec, c: Vec, normal: Vec, point: Vec) -> bool:
+    """Whether a point is on a triangle, its edges counted, or straight above or below; none is if it has no area."""
+    if not any(normal):
+        return False
+    return all(
+        _dot(normal, _cross(_minus(end, start), _minus(point, start))) >= 0 for start, end in ((a, b), (b, c), (c, a))
+    )
+
+
+class _Piece(NamedTuple):
+    """A flat piece of a face in its plane: corners in two coordinates, counter-clockwise, and which way it looks."""
+
+    number: int
+    ring: Sequence[tuple[int, int]]
+    back: bool
+
+
+def _require_single_faces(where: str, faces: Sequence[Sequence[int]], vertices: Sequence[Vec]) -> None:
+    """Require that no two faces lie on each other: that the pieces of faces in each plane have no area in common.
+
+    Faces that are flat are taken whole, others as the triangles of their fans, as for the volume. Where some of these
+    look backward the face is flat but for rounding, and which of them share a plane is chance: it is left out. Two
+    faces with the same corners lie on each other whether they are flat or not.
+    """
+    planes: dict[tuple[Vec, int], list[_Piece]] = {}
+    known: dict[frozenset[Vec], int] = {}
+    for number, face in enumerate(faces):
         ring = [vertices[i] for i in face]
+        twin = known.setdefault(frozenset(ring), number)
+        if twin != number:
+            _refuse(f"{where}: {_numbered([twin, number])} lie on each other, and bound no stone between them")
         normal = _area_vector(ring)
-        normal2 = _dot(normal, normal)
-        if len(ring) == 3 or (normal2 and _is_flat(ring, normal, normal2, tolerance)):
+        height = _dot(normal, ring[0])
+        if any(normal) and all([_dot(normal, corner) == height for corner in ring[1:]]):
             pieces = [(ring, normal)]
         else:
             fans = ([ring[0], *pair] for pair in pairwise(ring[1:]))
             pieces = [(fan, _area_vector(fan)) for fan in fans]
-        facets += [_Facet(piece, n, _dot(n, n)) for piece, n in pieces if any(n)]
+            if any(_dot(n, normal) < 0 for _, n in pieces):
+                continue
+            size2 = _dot(normal, normal)  # a sliver between corners on a line lies in any plane: 60 degrees are enough
+            pieces = [(fan, n) for fan, n in pieces if 4 * _dot(n, normal) ** 2 >= size2 * _dot(n, n)]
+        for corners, n in pieces:
+            if any(n):
+                key, outline = _in_plane(number, corners, n)
+                planes.setdefault(key, []).append(outline)
+    for outlines in planes.values():
+        if not _are_plainly_apart(outlines):
+            _require_apart(where, outlines)
+
+
+def _in_plane(number: int, ring: Sequence[Vec], normal: Vec) -> tuple[tuple[Vec, int], _Piece]:
+    """Find the plane of a flat piece of a face, the same for both sides of it, and the piece's outline in it.
+
+    The coordinate along which the plane leans least is left out.
+    """
+    x, y, z = map(abs, normal)
+    axis = 0 if x >= y and x >= z else 1 if y >= z else 2
+    back = normal[axis] < 0
+    share = math.gcd(*normal)
+    direction: Vec = (normal[0] // share, normal[1] // share, normal[2] // share)
+    if back:
+        direction, ring = _times(-1, direction), ring[::-1]
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    flat = [(corner[u], corner[v]) for corner in ring]
+    return (direction, _dot(direction, ring[0])), _Piece(number, flat, back)
+
+
+def _are_plainly_apart(outlines: Sequence[_Piece]) -> bool:
+    """Whether pieces in one plane are triangles or convex quadrilaterals whose boxes, sorted, do not overlap."""
+    spans = []
+    for outline in outlines:
+        ring = outline.ring
+        if len(ring) > 4 or (len(ring) == 4 and not _turns_left(ring)):
+            return False
+        xs, ys = zip(*ring, strict=True)
+        spans.append((min(xs), max(xs), min(ys), max(ys)))
+    if len(spans) == 1:
+        return True
+    if len(spans) > 8:
+        return False
+    return all(
+        one[1] <= two[0] or two[1] <= one[0] or one[3] <= two[2] or two[3] <= one[2]
+        for i, one in enumerate(spans)
+        for two in spans[:i]
+    )
+
+
+def _turns_left(ring: Sequence[tuple[int, int]]) -> bool:
+    """Whether a polygon turns left, or not, at each of its corners."""
+    (ax, ay), (bx, by) = ring[-2:]
+    for cx, cy in ring:
+        if (bx - ax) * (cy - by) - (by - ay) * (cx - bx) < 0:
+            return False
+        ax, ay, bx, by = bx, by, cx, cy
+    return True
+
+
+class _Rim(NamedTuple):
+    """An edge of flat pieces, from left to right: start, run, end; how many pieces are above it less those below."""
+
+    x: int
+    y: int
+    dx: int
+    dy: int
+    end_x: int
+    end_y: int
+    turn: int
+
+    def above(self, x: int, y: int) -> int:
+        """Positive if a point is above the edge's line, negative if below."""
+        return self.dx * (y - self.y) - self.dy * (x - self.x)
+
+    def is_along(self, other: "_Rim") -> bool:
+        """Whether both are parts of one line."""
+        return self.dx * other.dy == self.dy * other.dx and self.above(other.x, other.y) == 0
+
+
+def _require_apart(where: str, outlines: Sequence[_Piece]) -> None:
+    """Require that pieces in one plane have no area in common; name those that have."""
+    if not _do_overlap(where, outlines):
+        return
+    some = outlines[:MAX_NAMED]
+    for piece in some:
+        if _do_overlap(where, [piece]):
+            _refuse(f"{where}: face {piece.number} crosses itself")
+    for one, two in combinations(some, 2):
+        if _do_overlap(where, [one, two]):
+            how = ", facing the same way" if one.back == two.back else " back to back: no thickness is between them"
+            _refuse(f"{where}: {_numbered([one.number, two.number])} lie on each other{how}")
+    _refuse(f"{where}: {_numbered([outline.number for outline in outlines])}, in one plane, lie on each other")
+
+
+def _do_overlap(where: str, outlines: Sequence[_Piece]) -> bool:
+    """Whether pieces in one plane have any area in common, found by a line that sweeps along x (Shamos and Hoey 1976).
+
+    Edges in which two pieces adjoin cancel. Of those left, none may cross, and from each to the next one above it there
+    is one piece or none. Those that cross do so first as neighbours on the line, or one that starts where another
+    passes is out of turn.
+    """
+    starts, ends = _rims(outlines)
+    allowed = MAX_SWEEP[0] + MAX_SWEEP[1] * sum(map(len, ends.values()))
+    line: list[int] = []  # numbers of the edges that the line crosses, from below
+    turns: list[int] = []
+    rims: dict[int, _Rim] = {}
+    for x in sorted(starts.keys() | ends.keys()):
+        first, last = len(line), -1  # where something changes
+        for key in ends.get(x, ()):
+            place = line.index(key)
+            del line[place], turns[place], rims[key]
+            first, last = min(first, place), max(last - (last > place), place)
+        for key, rim in starts.get(x, ()):
+            place = _place_on(line, rims, rim)
+            line.insert(place, key)
+            turns.insert(place, rim.turn)
+            rims[key] = rim
+            first, last = min(first, place), max(last + (last >= place), place)
+        first, last = max(first - 1, 0), min(last + 1, len(line) - 1)
+        allowed -= 1 + max(last - first, 0) + len(line) // 64
+        if allowed < 0:
+            _refuse(f"{where}: too many faces in one plane")
+        covered = sum(turns[:first])
+        for place in range(first, last):
+            covered += turns[place]
+            below, above = rims[line[place]], rims[line[place + 1]]
+            if _do_cross(below, above) or (covered not in (0, 1) and not below.is_along(above)):
+                return True
+    return False
+
+
+def _rims(outlines: Sequence[_Piece]) -> tuple[dict[int, list[tuple[int, _Rim]]], dict[int, list[int]]]:
+    """Edges in which no two pieces adjoin, numbered, by where they start along x, and numbers by where they end."""
+    loose: Counter[tuple[tuple[int, int], tuple[int, int]]] = Counter()
+    for outline in outlines:
+        for tail, head in zip(outline.ring, [*outline.ring[1:], outline.ring[0]], strict=True):
+            if tail[0] < head[0]:
+                loose[tail, head] += 1
+            elif tail[0] > head[0]:
+                loose[head, tail] -= 1
+    starts: dict[int, list[tuple[int, _Rim]]] = {}
+    ends: dict[int, list[int]] = {}
+    key = 0
+    for ((ax, ay), (bx, by)), count in loose.items():
+        rim = _Rim(ax, ay, bx - ax, by - ay, bx, by, count)
+        if count:
+            starts.setdefault(ax, []).append((key, rim))
+            ends.setdefault(bx, []).append(key)
+            key += 1
+    return starts, ends
+
+
+def _place_on(line: Sequence[int], rims: Mapping[int, _Rim], rim: _Rim) -> int:
+    """Find the place of an edge on the line that sweeps over its start: by height, and of those that meet by slope."""
+    low, high = 0, len(line)
+    while low < high:
+        middle = (low + high) // 2
+        other = rims[line[middle]]
+        if (other.above(rim.x, rim.y) or other.dx * rim.dy - other.dy * rim.dx) > 0:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+def _do_cross(below: _Rim, above: _Rim) -> bool:
+    """Whether the lower of two neighbours is the upper one where the first of them ends."""
+    if below.end_x <= above.end_x:
+        return above.above(below.end_x, below.end_y) > 0
+    return below.above(above.end_x, above.end_y) < 0
+
+
+# Do blocks run into each other? It is told, and proves nothing, so floats do. Lengths are counted in the model's size.
+
+Point = tuple[float, float, float]
+
+MAX_BOXES = 1_000_000, 100_000
+"""Comparisons of boxes, and pairs of boxes that overlap, after which overlaps are not looked at."""
+
+FINE = 2.0**40
+"""Parts of the model's size in which boxes are sorted by place."""
+
+MAX_PROJECTED = 4_000_000
+"""Corners projected to measure how deep blocks run into each other, after which the pairs left are not looked at."""
+
+ROUNDING = 1e-12
+"""Of the model's size: depths below it are none."""
+
+
+class _Overlaps(NamedTuple):
+    """Blocks that run into each other: how deep the worst two do (m), which, how many pairs do by more than the
+    tolerance, and how many pairs were not looked at (None: none was).
+    """
+
+    depth: float
+    names: tuple[str, str]
+    pairs: int
+    unseen: int | None
+
+
+def _geometry_told(sheet: _Sheet, model: _Model) -> tuple[str, dict[str, float], tuple[str, ...]]:
+    """What a reader of the claim should know of the blocks: detached pieces, and blocks that run into each other.
+
+    For the claim, for the figures, and for what is assumed: pairs of blocks that were not looked at.
+    """
+    told, figures = "", {}
+    if several := sum(solid.pieces > 1 for solid in model.solids):
+        told += f", {several} block{'s' * (several > 1)} of several detached pieces"
+        figures["pieces"] = float(several)
+    found = _overlap_told(sheet)
+    if found.pairs:
+        one, two = (_short(name) for name in found.names)
+        more = f" (and {found.pairs - 1} more pair{'s' * (found.pairs > 2)})" if found.pairs > 1 else ""
+        told += f", blocks '{one}' and '{two}' run into each other by {found.depth:.3g} m{more}"
+        figures["overlap"] = found.depth
+    if found.unseen is None:
+        return told, figures, ("overlaps   of blocks were not looked at: none are assumed",)
+    pairs = "1 pair of blocks" if found.unseen == 1 else f"{found.unseen} pairs of blocks"
+    unseen = f"overlaps   none of {pairs}, not convex or of many faces, that were not looked at"
+    return told, figures, (unseen,) if found.unseen else ()
+
+
+def _overlap_told(sheet: _Sheet) -> _Overlaps:
+    """Measure how deep blocks run into each other, pairs of fixed blocks left out.
+
+    For two convex blocks that is the least way along a face normal of one, or a normal to an edge of each, that takes
+    them apart. Other blocks count as apart if the plane of a contact or of a face is between them; how many pairs are
+    left is told.
+    """
+    bodies, size = _bodies(sheet)
+    none = _Overlaps(0.0, ("", ""), 0, 0)
+    if not 0.0 < size < math.inf:
+        return none
+    tolerance = sheet.tolerance / size + ROUNDING
+    pairs = _box_pairs(bodies, tolerance)
+    if pairs is None:
+        return none._replace(unseen=None)
+    between: dict[tuple[int, int], list[Sequence[Sequence[Number]]]] = {pair: [] for pair in pairs}
+    for joint in sheet.joints:
+        pair = (joint.a, joint.b) if joint.a < joint.b else (joint.b, joint.a)
+        if pair in between:
+            between[pair].append(joint.polygon)
+    left = MAX_PROJECTED
+    worst, deepest, count, unseen = 0.0, (0, 0), 0, 0
+    for (i, j), polygons in between.items():
+        found, work = _depth(bodies[i], bodies[j], polygons, tolerance, left)
+        left -= work
+        unseen += found is None
+        depth = found or 0.0
+        count += depth > tolerance
+        if depth > max(worst, tolerance):
+            worst, deepest = depth, (i, j)
+    names = sheet.stones[deepest[0]].name, sheet.stones[deepest[1]].name
+    return _Overlaps(worst * size, names, count, unseen)
+
+
+class _Body:
+    """A block's corners in the frame, in model sizes, with its box; planes and edges as they are asked for."""
+
+    __slots__ = ("convex", "corners", "edges", "fixed", "high", "low", "planes", "stone", "where")
+
+    def __init__(self, stone: _Stone, corners: list[Point], where: "_Frame") -> None:
+        self.stone, self.corners, self.where, self.fixed = stone, corners, where, stone.fixed
+        self.low, self.high = _box(corners)
+        self.planes: list[
+            tuple[Point, float]
+        ] = []  # unit normals of the faces, with the farthest that a corner reaches
+        self.edges: list[Point] = []  # unit directions, each once
+        self.convex = False
+
+    def prepare(self) -> int:
+        """Find planes and edges, unless that is done; tell how many corners were projected."""
+        if self.planes:
+            return 0
+        faces = self.stone.surface.faces
+        corner = dict(zip(self.stone.surface.used, self.corners, strict=True))
+        slack = 1e-6 * min(high - low for low, high in zip(self.low, self.high, strict=True))
+        self.convex = len(faces) * len(corner) <= MAX_CONVEX and len(self.stone.surface.shells) == 1
+        edges: dict[tuple[int, ...], Point] = {}
+        for face in faces if self.convex else faces[:: len(faces) // 64 + 1]:
+            ring = [corner[i] for i in face]
+            normal = _unit(_float_normal(ring))
+            if normal is None:
+                continue
+            heights = [_float_dot(normal, point) for point in self.corners]
+            top = max(heights)
+            self.planes.append((normal, top))
+            if not top - min(_float_dot(normal, point) for point in ring) <= slack + ROUNDING:
+                self.convex = False
+            for a, b in pairwise([*ring, ring[0]]):
+                run = _unit((b[0] - a[0], b[1] - a[1], b[2] - a[2]))
+                if run is not None:
+                    sign = 1.0 if run > (0.0, 0.0, 0.0) else -1.0
+                    edges.setdefault(tuple(round(1e9 * sign * x) for x in run), run)
+        self.edges = list(edges.values())
+        return len(self.planes) * len(self.corners)
+
+
+class _Frame(NamedTuple):
+    """An origin (m) and a unit of length (1/m)."""
+
+    origin: Sequence[Number]
+    unit: float
+
+    def placed(self, points: Iterable[Sequence[Number]]) -> list[Point]:
+        """Points in the frame."""
+        (ox, oy, oz), s = self.origin, self.unit
+        return [(s * (x - ox), s * (y - oy), s * (z - oz)) for x, y, z in points]
+
+
+def _bodies(sheet: _Sheet) -> tuple[list[_Body], float]:
+    """Lay all blocks into a frame; and the model's size, m."""
+    corners = [[stone.vertices[i] for i in stone.surface.used] for stone in sheet.stones]
+    low, high = _box(chain.from_iterable(corners))
+    size = max(b - a for a, b in zip(low, high, strict=True))
+    if not 0.0 < size < math.inf:
+        return [], size
+    where = _Frame(low, 1.0 / size)
+    return [_Body(stone, where.placed(own), where) for stone, own in zip(sheet.stones, corners, strict=True)], size
+
+
+def _float_dot(a: Point, b: Point) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _float_cross(a: Point, b: Point) -> Point:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _float_normal(ring: Sequence[Point]) -> Point:
+    """Newell's normal about the first corner."""
+    ox, oy, oz = ring[0]
+    away = [(x - ox, y - oy, z - oz) for x, y, z in ring[1:]]
+    x, y, z = 0.0, 0.0, 0.0
+    for one, two in pairwise(away):
+        dx, dy, dz = _float_cross(one, two)
+        x, y, z = x + dx, y + dy, z + dz
+    return x, y, z
+
+
+def _unit(vector: Point) -> Point | None:
+    """A vector of length one; None where it has no direction."""
+    length = math.hypot(*vector)
+    if not 1e-30 < length < math.inf:
+        return None
+    return vector[0] / length, vector[1] / length, vector[2] / length
+
+
+def _box_pairs(bodies: Sequence[_Body], tolerance: float) -> list[tuple[int, int]] | None:
+    """Pairs i < j of blocks, not both fixed, whose boxes overlap by more than the tolerance along all axes.
+
+    None if that takes too long.
+    """
+    lows = [[int(FINE * x) for x in body.low] for body in bodies]
+    highs = [[int(FINE * x) for x in body.high] for body in bodies]
+    index, steps = _Index(lows, highs), 0
+    pairs: list[tuple[int, int]] = []
+    for j, body in enumerate(bodies):
+        (lx, ly, lz), (hx, hy, hz) = body.low, (x - tolerance for x in body.high)
+        lx, ly, lz = lx + tolerance, ly + tolerance, lz + tolerance
+        found = index.near(lows[j], highs[j], 0)
+        steps += len(found)
+        if steps > MAX_BOXES[0] or len(pairs) > MAX_BOXES[1]:
+            return None
+        for i in found[: bisect_left(found, j)]:
+            other = bodies[i]
+            (ax, ay, az), (bx, by, bz) = other.low, other.high
+            if bx > lx and ax < hx and by > ly and ay < hy and bz > lz and az < hz:
+                if not (other.fixed and body.fixed):
+                    pairs.append((i, j))
+    return pairs
+
+
+def _depth(
+    a: _Body, b: _Body, polygons: Sequence[Sequence[Sequence[Number]]], tolerance: float, left: int
+) -> tuple[float | None, int]:
+    """How deep two blocks run into each other, in model sizes: 0 where something keeps them apart, None where that is
+    not known; and how many corners were projected, of those `left`.
+    """
+    if left <= 0:
+        return None, 0
+    each, work = len(a.corners) + len(b.corners), 0
+    depth = min(min(a.high[k] - b.low[k], b.high[k] - a.low[k]) for k in range(3))
+    for polygon in polygons:
+        normal = _unit(_float_normal(a.where.placed(polygon)))
+        if normal is not None:
+            work += each
+            depth = min(depth, _overlap_along(normal, a.corners, b.corners))
+    if depth <= tolerance:
+        return 0.0, work
+    work += a.prepare() + b.prepare()
+    for one, two in ((a, b), (b, a)):
+        for normal, top in one.planes:
+            depth = min(depth, top - min([_float_dot(normal, point) for point in two.corners]))
+            work += len(two.corners)
+            if depth <= tolerance:
+                return 0.0, work
+    if not (a.convex and b.convex and len(a.edges) * len(b.edges) * each <= min(left, MAX_PROJECTED // 10)):
+        return None, work
+    for one_edge in a.edges:
+        for two_edge in b.edges:
+            normal = _unit(_float_cross(one_edge, two_edge))
+            if normal is not None:
+                depth = min(depth, _overlap_along(normal, a.corners, b.corners))
+                work += each
+                if depth <= tolerance:
+                    return 0.0, work
+    return depth, work
+
+
+def _overlap_along(axis: Point, a: Sequence[Point], b: Sequence[Point]) -> float:
+    """How far two sets of points overlap along an axis; the less of both ways to part them."""
+    x, y, z = axis
+    one, two = ([x * p + y * q + z * r for p, q, r in points] for points in (a, b))
+    return min(max(one) - min(two), max(two) - min(one))
+
+
+class _Edge(NamedTuple):
+    """An edge of a facet from `start` along `run`. `inward`.r - `offset` is positive to its left, seen from outside."""
+
+    start: Vec
+    run: Vec
+    run2: int
+    inward: Vec
+    offset: int
+
+
+@dataclass(slots=True)
+class _Facet:
+    """A flat piece of a block's surface: corners and area vector (twice the area, outward); the rest once needed.
+
+    The plane through the mean of its m corners is m r.normal = `height`. The box from `low` to `high` holds the corners
+    and what is straight above or below them in that plane.
+    """
+
+    ring: Sequence[Vec]
+    normal: Vec
+    normal2: int
+    height: int = 0
+    lean: int = 0  # 1 where the corners are not all in that plane
+    low: Vec = (0, 0, 0)
+    high: Vec = (0, 0, 0)
+    edges: list[_Edge] = field(default_factory=list)
+    sweep: Vec = (0, 0, 0)  # in the plane
+    index: "_Index | None" = None  # of many edges, along the sweep
+
+    def prepared(self) -> "_Facet":
+        """Itself, with its plane and its box."""
+        if self.low == self.high:
+            heights = [_dot(r, self.normal) for r in self.ring]
+            self.height, self.lean = sum(heights), int(min(heights) != max(heights))
+            self.low, self.high = _box(self.ring)
+            if self.lean:
+                count, off = len(self.ring), max(abs(len(self.ring) * h - self.height) for h in heights)
+                wide = _root_above(_quotient_above(off * off, count * count * self.normal2))
+                self.low, self.high = _minus(self.low, (wide,) * 3), _plus(self.high, (wide,) * 3)
+        return self
+
+    def edged(self) -> "_Facet":
+        """Itself, with its edges too."""
+        if not self.edges:
+            for start, end in zip(self.ring, [*self.ring[1:], self.ring[0]], strict=True):
+                run = _minus(end, start)
+                inward = _cross(self.normal, run)
+                self.edges.append(_Edge(start, run, _dot(run, run), inward, _dot(inward, start)))
+            least = min(range(3), key=lambda axis: abs(self.normal[axis]))
+            self.sweep = _cross(self.normal, (int(least == 0), int(least == 1), int(least == 2)))
+            if len(self.ring) > FEW:
+                levels = [_dot(r, self.sweep) for r in self.ring]
+                ends = list(zip(levels, [*levels[1:], levels[0]], strict=True))
+                self.index = _Index([(min(pair),) for pair in ends], [(max(pair),) for pair in ends])
+        return self
+
+    def edges_near(self, point: Vec, tolerance2: Ratio2) -> list[_Edge]:
+        """Edges that are as high as a point along the sweep, but for the tolerance."""
+        if self.index is None:
+            return self.edges
+        room = _root_above(_quotient_above(tolerance2[0] * _dot(self.sweep, self.sweep), tolerance2[1]))
+        level = (_dot(point, self.sweep),)
+        return [self.edges[number] for number in self.index.near(level, level, room)]
+
+
+class _Seat(NamedTuple):
+    """How a contact lies on the faces of one of its blocks.
+
+    `heights` holds how far points are above their facet (outside the block), where that is not zero, and `aside` the
+    most that one is beside it, in m; `lean` is the largest angle; `normals` are, for every point of a contact of
+    rough or curved surfaces, area vectors of facets that it lies on, turned to look along the contact's.
+    """
+
+    heights: dict[int, float]
+    aside: float
+    lean: float
+    normals: list[list[Vec]]
+
+
+def _facets(surface: _Surface, vertices: Sequence[Vec], tolerance2: Ratio2) -> list[_Facet]:
+    """Cut a surface into flat pieces: each flat face whole, any other as the triangles of its fan."""
+    facets = []
+    for face in surface.faces:
+        ring = [vertices[i] for i in face]
+        normal = _area_vector(ring)
+        normal2 = _dot(normal, normal)
+        if len(ring) == 3 or (normal2 and _is_flat(ring, normal, normal2, tolerance2)):
+            if normal2:
+                facets.append(_Facet(ring, normal, normal2))
+            continue
+        for pair in pairwise(ring[1:]):
+            fan = [ring[0], *pair]
+            if any(normal := _area_vector(fan)):
+                facets.append(_Facet(fan, normal, _dot(normal, normal)))
     return facets
 
 
@@ -1103,36 +2447,63 @@ def _facets(stone: _Stone, vertices: Sequence[Vec], tolerance: int) -> list[_Fac
 # out first, with a few products. What is not so found takes the general way. Both are exact.
 
 
-def _off_surface(facets: Sequence[_Facet], patch: _Patch, sign: int, tolerance: int) -> int | None:
-    """Find a point of a contact that is on no facet that looks along `sign` N; None if there is no such point."""
-    along = _facets_along(facets, patch, sign)
+def _seat(sheet: _Sheet, i: int, facets: Sequence[_Facet], patch: _Patch, sign: int, k: int, looks: _Looks) -> _Seat:
+    """Find facets that look along `sign` N under every point of contact i."""
+    bent = sheet.joints[i].bent
+    near, lean = _facets_along(facets, patch, sign, bent)
+    heights: dict[int, float] = {}
+    normals: list[list[Vec]] = [[] for _ in patch.points] if bent else []
     left = list(enumerate(patch.points))
-    for facet in along:
-        if len(facet.ring) <= 4:
-            left = _not_within(facet, left, tolerance)
-            if not left:
-                return None
-    outlines = [_outline(facet, tolerance) for facet in along if _is_near(facet, patch, tolerance)]
+    aside = 0.0
+    if not bent:
+        for facet in near:
+            if len(facet.ring) <= 4:
+                looks.spend(len(left))
+                left = _not_within(facet.edged(), left, patch.tolerance2, heights, k)
+                if not left:
+                    return _Seat(heights, aside, lean, normals)
     for number, point in left:
-        if not any(_is_on(outline, point, tolerance) for outline in outlines):
-            return number
-    return None
+        found: list[tuple[float, float]] = []
+        for facet in near:
+            beside2 = _beside2(facet.edged(), point, patch.tolerance2, looks)
+            if beside2 is not None:
+                found.append((_as_float(beside2[0], beside2[1] << 2 * k), _height(facet, point, k)))
+                if bent:
+                    normals[number].append(_times(sign, facet.normal))
+        if not found:
+            side = "a" if sign == 1 else "b"
+            _refuse(f"{_label(sheet, i)}: point {number} is not on a face of its block {side} that looks along it")
+        nearest2, heights[number] = min(found, key=lambda one: (one[0], abs(one[1])))
+        aside = max(aside, nearest2)
+    return _Seat({number: h for number, h in heights.items() if h}, math.sqrt(aside), lean, normals)
 
 
-def _facets_along(facets: Sequence[_Facet], patch: _Patch, sign: int) -> list[_Facet]:
-    """Facets that look along `sign` times a contact's normal: cos >= p/q is n.N > 0, q^2 (n.N)^2 >= p^2 |n|^2 |N|^2."""
+def _facets_along(facets: Sequence[_Facet], patch: _Patch, sign: int, bent: bool) -> tuple[list[_Facet], float]:
+    """Facets near a contact that look along `sign` times its normal, and the largest angle.
+
+    cos >= p/q is n.N > 0, q^2 (n.N)^2 >= p^2 |n|^2 |N|^2; of flat surfaces sin^2 <= 1 / LEAN.
+    """
     x, y, z = patch.normal
-    p2, q2 = FACE_ALIGNMENT.numerator**2 * patch.normal2, FACE_ALIGNMENT.denominator**2
-    found = []
+    p2, q2 = FACE_ALIGNMENT.numerator**2, FACE_ALIGNMENT.denominator**2
+    if not bent:
+        p2, q2 = LEAN - 1, LEAN
+    found, most = [], 0.0
+    low, high = _box(patch.points)
     for facet in facets:
         nx, ny, nz = facet.normal
         along = nx * x + ny * y + nz * z
-        if (along > 0) == (sign > 0) and q2 * along * along >= p2 * facet.normal2:
-            found.append(facet)
-    return found
+        if (along > 0) == (sign > 0):
+            both, square = facet.normal2 * patch.normal2, along * along
+            if q2 * square >= p2 * both and _is_near(facet.prepared(), low, high, patch.tolerance2):
+                found.append(facet)
+                if square != both:
+                    most = max(most, _as_float(both - square, both))
+    return found, math.asin(math.sqrt(most))
 
 
-def _not_within(facet: _Facet, points: list[tuple[int, Vec]], tolerance: int) -> list[tuple[int, Vec]]:
+def _not_within(
+    facet: _Facet, points: list[tuple[int, Vec]], tolerance2: Ratio2, heights: dict[int, float], k: int
+) -> list[tuple[int, Vec]]:
     """Points that are off the plane of a triangle or quadrilateral, or to the right of one of its edges.
 
     A point to the left of all edges is inside: seen from it each edge turns by less than half a turn and never back,
@@ -1141,124 +2512,100 @@ def _not_within(facet: _Facet, points: list[tuple[int, Vec]], tolerance: int) ->
     flat, for then the edge is as near as the plane is; if it is not, its corners do.
     """
     ring, (nx, ny, nz) = facet.ring, facet.normal
-    count = len(ring)
-    heights = [x * nx + y * ny + z * nz for x, y, z in ring]
-    height, lean = sum(heights), int(min(heights) != max(heights))
-    limit = (count * tolerance) ** 2 * facet.normal2
-    sides = []
-    ax, ay, az = ring[-1]
-    for bx, by, bz in ring:
-        ux, uy, uz = bx - ax, by - ay, bz - az
-        ix, iy, iz = ny * uz - nz * uy, nz * ux - nx * uz, nx * uy - ny * ux
-        sides.append((ix, iy, iz, ix * ax + iy * ay + iz * az + lean))
-        ax, ay, az = bx, by, bz
+    count, lean, height = len(ring), facet.lean, facet.height
+    t, u = tolerance2
+    limit = count * count * t * facet.normal2
     outside = []
     for entry in points:
         x, y, z = entry[1]
         rise = count * (x * nx + y * ny + z * nz) - height
-        if rise and not rise * rise <= limit:
+        if rise and not rise * rise * u <= limit:
             outside.append(entry)
             continue
-        if lean and entry[1] in ring:
-            continue
-        for ix, iy, iz, offset in sides:
-            if ix * x + iy * y + iz * z < offset:
-                outside.append(entry)
-                break
+        if not lean or entry[1] not in ring:
+            for _, _, _, (ix, iy, iz), offset in facet.edges:
+                if ix * x + iy * y + iz * z < offset + lean:
+                    outside.append(entry)
+                    break
+            else:
+                if rise:
+                    heights[entry[0]] = _height(facet, entry[1], k)
+        elif rise:
+            heights[entry[0]] = _height(facet, entry[1], k)
     return outside
 
 
-def _is_near(facet: _Facet, patch: _Patch, tolerance: int) -> bool:
+def _height(facet: _Facet, point: Vec, k: int) -> float:
+    """How far a point is above a facet's plane, outside the block, in m: for the claim only."""
+    count = len(facet.ring)
+    rise = count * _dot(point, facet.normal) - facet.height
+    size = math.sqrt(_as_float(rise * rise, count * count * facet.normal2 << 2 * k))
+    return size if rise >= 0 else -size
+
+
+def _is_near(facet: _Facet, low: Vec, high: Vec, tolerance2: Ratio2) -> bool:
     """Whether the boxes around a facet and a contact are within tolerance of each other."""
-    (ax, ay, az), (bx, by, bz) = _box(facet.ring)
-    (lx, ly, lz), (hx, hy, hz) = _box(patch.points)
-    x, y, z = max(ax - hx, lx - bx), max(ay - hy, ly - by), max(az - hz, lz - bz)
-    return max(x, y, z) <= tolerance
+    (ax, ay, az), (bx, by, bz), (lx, ly, lz), (hx, hy, hz) = facet.low, facet.high, low, high
+    t, u = tolerance2
+    apart = max(ax - hx, lx - bx, ay - hy, ly - by, az - hz, lz - bz, 0)
+    return apart * apart * u <= t
 
 
-class _Edge(NamedTuple):
-    """An edge of a facet from `start` along `run`. `inward`.r - `offset` is positive to its left, seen from outside;
-    `start_level` and `end_level` are its ends' coordinates along the facet's sweep direction.
+def _beside2(facet: _Facet, point: Vec, tolerance2: Ratio2, looks: _Looks) -> Ratio2 | None:
+    """How far a point is beside a facet, squared; None where it is not within tolerance of the facet.
+
+    Within tolerance means of its plane, and inside the outline or near an edge of it.
     """
-
-    start: Vec
-    run: Vec
-    run2: int
-    inward: Vec
-    offset: int
-    start_level: int
-    end_level: int
-
-
-class _Outline(NamedTuple):
-    """A facet made ready for `_is_on`: its plane, a direction in the plane to sweep along, and its edges."""
-
-    normal: Vec
-    corners: int
-    height: int  # sum over the corners of r.normal: the plane is corners * r.normal = height
-    limit: int  # (corners * tolerance * |normal|)^2
-    sweep: Vec
-    edges: list[_Edge]
+    t, u = tolerance2
+    count = len(facet.ring)
+    rise = count * _dot(point, facet.normal) - facet.height
+    looks.spend(1)
+    if not rise * rise * u <= count * count * t * facet.normal2:
+        return None
+    edges = facet.edges_near(point, tolerance2)
+    looks.spend(4 * len(edges))
+    if _is_inside(edges, facet.sweep, point):
+        return 0, 1
+    found = [d for edge in edges if (d := _from_edge2(edge, point))[0] * u <= t * d[1]]
+    return min(found, key=lambda d: Fraction(*d), default=None)
 
 
-def _outline(facet: _Facet, tolerance: int) -> _Outline:
-    normal, ring = facet.normal, facet.ring
-    least = min(range(3), key=lambda axis: abs(normal[axis]))
-    axis: Vec = (int(least == 0), int(least == 1), int(least == 2))
-    sweep = _cross(normal, axis)
-    edges = []
-    for start, end in zip(ring, [*ring[1:], ring[0]], strict=True):
-        run = _minus(end, start)
-        inward = _cross(normal, run)
-        levels = _dot(start, sweep), _dot(end, sweep)
-        edges.append(_Edge(start, run, _dot(run, run), inward, _dot(inward, start), *levels))
-    limit = (len(ring) * tolerance) ** 2 * facet.normal2
-    return _Outline(normal, len(ring), sum(_dot(r, normal) for r in ring), limit, sweep, edges)
-
-
-def _is_on(outline: _Outline, point: Vec, tolerance: int) -> bool:
-    """Whether a point is within tolerance of a facet: of its plane, and inside the outline or near an edge of it."""
-    if not (outline.corners * _dot(point, outline.normal) - outline.height) ** 2 <= outline.limit:
-        return False
-    return _is_inside(outline, point) or any(_is_near_edge(e, point, tolerance) for e in outline.edges)
-
-
-def _is_inside(outline: _Outline, point: Vec) -> bool:
-    """Even-odd rule, along the facet's normal: count the edges that a ray in the plane from the point crosses.
+def _is_inside(edges: Sequence[_Edge], sweep: Vec, point: Vec) -> bool:
+    """Even-odd rule, along a facet's normal: count the edges that a ray in the plane from the point crosses.
 
     An edge is crossed where its ends lie on either side in the sweep direction and the point to its proper side.
     """
-    level = _dot(point, outline.sweep)
+    level = _dot(point, sweep)
     inside = False
-    for edge in outline.edges:
-        rises = edge.end_level > level
-        if rises != (edge.start_level > level) and (_dot(edge.inward, point) > edge.offset) == rises:
+    for edge in edges:
+        start = _dot(edge.start, sweep)
+        rises = start + _dot(edge.run, sweep) > level
+        if rises != (start > level) and (_dot(edge.inward, point) > edge.offset) == rises:
             inside = not inside
     return inside
 
 
-def _is_near_edge(edge: _Edge, point: Vec, tolerance: int) -> bool:
-    """Whether the point is within tolerance of the segment: of its nearer end, or between them of its line."""
+def _from_edge2(edge: _Edge, point: Vec) -> Ratio2:
+    """The square of the distance of a point from a segment: from its nearer end, or between them from its line."""
     away = _minus(point, edge.start)
     along = _dot(away, edge.run)
     if along > 0:
         if along < edge.run2:
             aside = _cross(away, edge.run)
-            return _dot(aside, aside) <= tolerance * tolerance * edge.run2
+            return _dot(aside, aside), edge.run2
         away = _minus(away, edge.run)
-    return _dot(away, away) <= tolerance * tolerance
+    return _dot(away, away), 1
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # rbe-state.
 
 
-def _state(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
+def _state(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
     """Check forces: inside their cones, and in balance on every free block."""
-    per_force = _force_exponent(model, sheet.forces)
-    figures = _balance(sheet, model, _vectors(sheet.forces, per_force), per_force)[0]
-    worst = max(figures.values())
-    return figures, f"every force is inside its friction cone and all blocks balance to {worst:.2g} of the total weight"
+    forces, per_force = _forces(sheet, model, sheet.forces)
+    balance = _balance(sheet, model, forces, per_force)
+    return balance.figures, f"every force is inside its friction cone; {balance.reason}", balance.grade
 
 
 def _force_exponent(model: _Model, rows: Iterable[Sequence[Number]]) -> int:
@@ -1266,82 +2613,358 @@ def _force_exponent(model: _Model, rows: Iterable[Sequence[Number]]) -> int:
     return max(model.per_load, _exponent(chain.from_iterable(rows)))
 
 
+def _forces(sheet: _Sheet, model: _Model, rows: Sequence[Sequence[Number]]) -> tuple[list[Vec], int]:
+    """The force at every contact point in 2**-per_force N, and per_force: what the file splits is added up."""
+    smooth = [not joint.mu for joint in sheet.joints for _ in joint.polygon]
+    per_factor = _exponent(x for row, single in zip(rows, smooth, strict=True) if single for x in row)
+    per_force = _force_exponent(model, (row for row, single in zip(rows, smooth, strict=True) if not single))
+    if any(smooth):
+        per_force = max(per_force, per_factor + 2 * model.per_length)
+    up = per_force - per_factor - 2 * model.per_length
+    forces: list[Vec] = []
+    for joint, patch in zip(sheet.joints, model.patches, strict=True):
+        own = rows[len(forces) : len(forces) + len(patch.points)]
+        if not joint.mu:
+            forces += [_times(sum(_integer(x, per_factor) for x in row) << up, patch.normal) for row in own]
+        elif all(len(row) == 3 for row in own):
+            forces += _vectors(own, per_force)
+        else:
+            forces += [
+                _plus(_vector(row[:3], per_force), _vector(row[3:] or (0.0, 0.0, 0.0), per_force)) for row in own
+            ]
+    return forces, per_force
+
+
 Sizes = list[tuple[int, int]]  # F.N and |F|^2, point by point
 
 
-def _balance(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int) -> tuple[dict[str, float], Sizes]:
-    """Check forces: inside their cones, and in balance on every free block.
+@dataclass(frozen=True, slots=True)
+class _Balance:
+    """How well forces balance: figures, a sentence, the grade for the claim, and the size of every force."""
 
-    Per free block, with the forces F at r (contacts and loads) and the centre of mass c:
+    figures: dict[str, float]
+    reason: str
+    grade: str
+    sizes: Sizes
+
+
+EXACT = "; every block balances exactly"
+NEARLY = "; balancing loads that differ, on each block, by at most 1e-9 of its own weight"  # the lightest's, in fact
+
+
+def _balance(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int, what: str = "force") -> _Balance:
+    """Check forces: inside their cones, of a size that masonry bears, and in balance on every free block.
+
+    Per free block, with the forces F at r (contacts and loads), the centre of mass c, the own weight w and the diagonal
+    D of the box:
 
         r_F = sum F + rho V g        r_M = sum r x F - c x sum F        (the weight has no moment about c)
 
-    sqrt(sum |r_F|^2) <= BALANCE W and sqrt(sum |r_M|^2) <= BALANCE W l, with l the cube root of the mean volume.
+    |r_F| <= BALANCE w and |r_M| <= BALANCE w D for every block. If r_F and r_M can be sent down a forest of contacts to
+    the supports, by forces that leave all of them in their cones, then there are forces that balance exactly. If not, w
+    is that of the lightest block of the component: what a boulder may miss must not be what holds a pebble.
+
+    Nothing is corrected where forces go with a displacement: what holds of those in the file need not hold of others.
+    What joints pull does not grow with the loads, so that a recession may not count on it; and the least of a block's
+    live weight and its component's live loads stands for w where it is less, as any multiple is to be balanced.
     """
-    sizes = _require_cones(sheet, model, forces, per_force)
-    unit = max(per_force, model.per_force)  # r_F is counted in 2**-unit / 6 N
-    out6, turned = 0, 0
-    for _, residual6, moment in _residuals(sheet, model, _resultants(sheet, model, forces, per_force), per_force):
-        out6 += _dot(residual6, residual6)
-        turned += _dot(moment, moment)
+    recession = what == "recession"
+    state = _require_cones(sheet, model, forces, per_force, not recession, what)
+    large = _require_modest(sheet, model, state[0], per_force)
+    wrenches, unit = _wrenches(sheet, model, forces, per_force)
+    most6 = _least_loads6(model) if recession else None
+    worst, off = _misses(sheet, model, wrenches, unit, most6, model.masses6)
+    figures = {"equilibrium_force": worst[0], "equilibrium_moment": worst[1]}
+    for i, fault in off.items():
+        _refuse(f"block {_short(sheet.stones[i].name)}: its {fault}", figures)
+    missed = _misses(sheet, model, wrenches, unit, most6, model.lightest6)[1]
+    inexact: set[int] = set()
+    if sheet.motion and not sheet.live:
+        inexact = {model.component[i] for i, wrench in enumerate(wrenches) if any(wrench)}
+    elif any(any(wrench) for wrench in wrenches):
+        inexact = large | _inexact(sheet, model, forces, per_force, wrenches, unit, state, not recession)
+    for i, fault in missed.items():
+        if model.component[i] in inexact:
+            _refuse(f"block {_short(sheet.stones[i].name)}: its {fault}", figures | {"exact": 0.0})
+    figures["exact"] = 1.0 - len(inexact) / max(model.parts, 1)
+    size = f"{max(worst):.2g} of its own weight"
+    if inexact:
+        return _Balance(figures, f"every block balances to {size}", NEARLY, state[0])
+    return _Balance(figures, f"every block balances exactly (the file's numbers to {size})", EXACT, state[0])
 
-    total6 = model.total6_below << (unit - model.per_force)
-    size = _mean_size_below(sheet, model)  # 2**(model.per_length + ROOT_BITS) l
-    turned36 = 36 * turned << 2 * (unit - per_force + ROOT_BITS)
-    figures = {
-        "equilibrium_force": _as_float(_root_above(out6), total6),
-        "equilibrium_moment": _as_float(_root_above(turned36), total6 * size),
-    }
-    p2, q2 = BALANCE.numerator**2, BALANCE.denominator**2
-    if not q2 * out6 <= p2 * total6**2:
-        _refuse(f"forces do not balance: {figures['equilibrium_force']:.2g} of the total weight is left", figures)
-    if not q2 * turned36 <= p2 * (total6 * size) ** 2:
-        left = figures["equilibrium_moment"]
-        _refuse(f"moments do not balance: {left:.2g} of the total weight times block size is left", figures)
-    return figures, sizes
 
+def _require_modest(sheet: _Sheet, model: _Model, sizes: Sizes, per_force: int) -> set[int]:
+    """Require sum |F|^2 <= (BOUND W)^2 in every component; those where it is more than a hundredth of that.
 
-def _require_cones(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int) -> Sizes:
-    """F.N >= 0 and |F|^2 |N|^2 <= (1 + mu^2) (F.N)^2, with mu = p/q, so times q^2; the same of F + t n."""
-    sizes: Sizes = []
+    There nothing is corrected, nor where friction is above STEEP: what is added stays in the cones, so it is no more
+    than sqrt(3 (1 + mu^2)) < 10 times as large as the forces, and does not come near what a mechanism demands.
+    """
+    sums = [0] * model.parts
     first = 0
-    for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
-        p, q = max(joint.mu, MU_FLOOR).as_integer_ratio()
-        x, y, z = patch.normal
-        left, right = q * q * patch.normal2, q * q + p * p
+    for joint, patch in zip(sheet.joints, model.patches, strict=True):
         last = first + len(patch.points)
-        if joint.tension:
-            pulls = [math.floor(pull) for pull in _pulls(joint, patch, per_force, model.per_length)]
-            sizes += _require_pulling(sheet, i, patch, forces[first:last], pulls)
-            first = last
+        sums[model.part_of(joint)] += sum(force2 for _, force2 in sizes[first:last])
+        first = last
+    unit = max(per_force, model.per_force)
+    large = {model.part_of(joint) for joint in sheet.joints if joint.mu > STEEP}
+    for c, (force2, total6) in enumerate(zip(sums, model.total6_below, strict=True)):
+        mine, most = 36 * force2 << 2 * (unit - per_force), (BOUND * total6 << unit - model.per_force) ** 2
+        if not mine <= most:
+            _refuse(f"the forces of a component are larger than {BOUND:.0e} times its weight and loads")
+        if not 100 * mine <= most:
+            large.add(c)
+    return large
+
+
+Wrenches = list[list[int]]  # per block six numbers: force, and moment about the world's origin
+
+
+def _wrenches(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int) -> tuple[Wrenches, int]:
+    """24 times what is left on every block: forces in 2**-unit N, moments in 2**-(unit + per_length) N m; and unit.
+
+    Zero on supports. A weight's share is rho V g = rho 4 (6 V) g / 24, and c x that is (24 V c) x rho g / 24. Where a
+    partial support holds a block nothing is left; the moment there is about the centre of mass, and a fraction.
+    """
+    unit = max(per_force, model.per_force)
+    found: Wrenches = []
+    for i, (stone, pull, turn) in enumerate(
+        zip(sheet.stones, *_resultants(sheet, model, forces, per_force), strict=True)
+    ):
+        if stone.fixed:
+            found.append([0] * 6)
             continue
-        for fx, fy, fz in forces[first:last]:
+        solid, up = model.solids[i], unit - model.per_weight
+        density = model.masses6[i] // solid.volume6  # exact: masses6 = density * volume6
+        weight, moment = _times(4 * model.masses6[i], model.gravity), _cross(solid.moment24, model.gravity)
+        force = _plus(_times(24 << unit - per_force, pull), _times(1 << up, weight))
+        whole = _plus(_times(24 << unit - per_force, turn), _times(density << up, moment))
+        found.append([*force, *whole] if not any(stone.held) else _unheld(solid, stone.held, [*force, *whole]))
+    return found, unit
+
+
+def _unheld(solid: _Solid, held: Sequence[bool], wrench: Sequence[int]) -> list[int]:
+    """A wrench without what a partial support takes: forces, and moments about the centre of mass c.
+
+    With d = 4 (6 V) and d c an integer: d T_c = d T - d c x F, and back again T' = (d T_c' + d c x F') / d.
+    """
+    d, force = 4 * solid.volume6, (wrench[0], wrench[1], wrench[2])
+    about = _minus(_times(d, (wrench[3], wrench[4], wrench[5])), _cross(solid.moment24, force))
+    left, turn = _freed(force, held[:3]), _freed(about, held[3:])
+    back = _plus(turn, _cross(solid.moment24, left))
+    return [*left, *(Fraction(x, d) if x % d else x // d for x in back)]  # type: ignore[list-item]
+
+
+def _misses(
+    sheet: _Sheet,
+    model: _Model,
+    wrenches: Wrenches,
+    unit: int,
+    most6: list[int] | None,
+    masses6: Sequence[int],
+) -> tuple[tuple[float, float], dict[int, str]]:
+    """The largest |r_F| / w and |r_M| / (w D) of all blocks, and what is wrong where either exceeds `BALANCE`.
+
+    The weights w are those of `masses6`; where `most6` is given, 6 w is no more than that.
+    """
+    p2, q2 = BALANCE.numerator**2, BALANCE.denominator**2
+    up, down = 4 ** max(unit - model.per_own, 0), 4 ** max(model.per_own - unit, 0)
+    worst = [0.0, 0.0]
+    off: dict[int, str] = {}
+    for i, (fx, fy, fz, tx, ty, tz) in enumerate(wrenches):
+        if fx or fy or fz or tx or ty or tz:
+            solid, force = model.solids[i], (fx, fy, fz)
+            d = 4 * solid.volume6
+            moment = _minus(_times(d, (tx, ty, tz)), _cross(solid.moment24, force))
+            weight2 = 16 * masses6[i] ** 2 * model.own_gravity2 * up  # (24 w)^2
+            if most6 is not None:
+                weight2 = min(weight2, 16 * (most6[i] << unit - model.per_force) ** 2 * down)
+            for k, (left, size2) in enumerate(((force, weight2), (moment, weight2 * solid.box2 * d * d))):
+                square = _dot(left, left) * down
+                share = math.sqrt(_as_float(square.numerator, size2 * square.denominator))
+                worst[k] = max(worst[k], share)
+                if not q2 * square <= p2 * size2:
+                    what, of = (("forces", ""), ("moments", " times its size"))[k]
+                    whose = "its own weight" if masses6 is model.masses6 else "the lightest block's weight"
+                    off.setdefault(i, f"{what} do not balance: {share:.2g} of {whose}{of} is left")
+    return (worst[0], worst[1]), off
+
+
+def _require_cones(
+    sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int, pulling: bool, what: str
+) -> tuple[Sizes, list[bool]]:
+    """F.N >= 0 and |F|^2 |N|^2 <= (1 + mu^2) (F.N)^2, with mu = p/q, so times q^2; and where that is not an equation.
+
+    Where joints pull (and `pulling` says so), or surfaces are rough or curved, as `_slack` has it.
+    """
+    sizes: Sizes = []
+    inner: list[bool] = []
+    for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
+        p, q = joint.mu.as_integer_ratio()
+        (x, y, z), first = patch.normal, len(sizes)
+        left, right = q * q * patch.normal2, q * q + p * p
+        pulls = _whole_pulls(joint, patch, per_force, model.per_length) if pulling and joint.tension else []
+        for number, force in enumerate(forces[first : first + len(patch.points)]):
+            fx, fy, fz = force
             along = fx * x + fy * y + fz * z
             force2 = fx * fx + fy * fy + fz * fz
-            if not (along >= 0 and left * force2 <= right * along * along):
-                what = "leaves the friction cone" if along >= 0 else "pulls"
-                _refuse(f"{_label(sheet, i)}: the force at point {len(sizes) - first} {what}")
+            if pulls or joint.bent:
+                slack = _slack(joint, patch, number, force, pulls[number] if pulls else 0)
+            else:
+                slack = right * along * along - left * force2 if along >= 0 else -1
+            if slack < 0:
+                beyond = " more than the joint can" if pulls else ""
+                pressed = along + (pulls[number] if pulls else 0) >= 0
+                fault = "leaves the friction cone" if pressed else f"pulls{beyond}"
+                _refuse(f"{_label(sheet, i)}: the {what} at point {number} {fault}")
             sizes.append((along, force2))
+            inner.append(slack > 0)
+    return sizes, inner
+
+
+def _slack(joint: _Joint, patch: _Patch, number: int, force: Vec, pull: int = 0) -> int:
+    """Positive inside the cone at a point of a contact, negative outside, 0 on its edge.
+
+    With s = F.N + t |N|, t |N| rounded down: s >= 0 and |F|^2 |N|^2 - (F.N)^2 <= mu^2 s^2. On a rough or curved surface
+    F has to be in the cones about the normals of a face of either block, too.
+    """
+    p, q = joint.mu.as_integer_ratio()
+    force2 = _dot(force, force)
+
+    def within(normal: Vec, normal2: int, more: int) -> int:
+        along = _dot(force, normal)
+        pressed = along + more
+        return p * p * pressed * pressed - q * q * (force2 * normal2 - along * along) if pressed >= 0 else -1
+
+    slack = within(patch.normal, patch.normal2, pull)
+    if joint.bent and slack >= 0 and force2:
+        for normals in patch.normals[number]:
+            slack = min(slack, max(within(normal, _dot(normal, normal), 0) for normal in normals))
+    return slack
+
+
+def _whole_pulls(joint: _Joint, patch: _Patch, per_force: int, per_length: int) -> list[int]:
+    """What each corner of a joint that pulls may pull, rounded down."""
+    unit, shares = _pulls(joint, patch, per_force, per_length)
+    return [unit.numerator * share // unit.denominator for share in shares]
+
+
+def _inexact(
+    sheet: _Sheet,
+    model: _Model,
+    forces: list[Vec],
+    per_force: int,
+    wrenches: Wrenches,
+    unit: int,
+    state: tuple[Sizes, list[bool]],
+    pulling: bool,
+) -> set[int]:
+    """Components whose forces cannot be corrected to balance exactly; `wrenches` are changed on the way.
+
+    A forest of contacts grows from the supports, the strongest first; each needs three points, in no line, strictly
+    inside their cones. From its leaves on, what is left on a block goes to its parent through that contact, and what
+    that adds to the three forces has to leave them in their cones. Nothing is added twice, for no contact is the way of
+    two blocks.
+    """
+    ways, order = _forest(sheet, model, state)
+    failed = {model.component[i] for i, wrench in enumerate(wrenches) if i not in ways and any(wrench)}
+    for block in reversed(order):
+        c, wrench = model.component[block], wrenches[block]
+        if c in failed:
+            continue
+        if any(sheet.stones[block].held):
+            wrench = _unheld(model.solids[block], sheet.stones[block].held, wrench)
+        if not any(wrench):
+            continue
+        i, first, points = ways[block]
+        joint = sheet.joints[i]
+        parent = joint.a if joint.b == block else joint.b
+        if not sheet.stones[parent].fixed:
+            wrenches[parent] = [x + y for x, y in zip(wrenches[parent], wrench, strict=True)]
+        way = -1 if joint.b == block else 1  # the force in the file acts on b
+        pulls = _whole_pulls(joint, model.patches[i], per_force, model.per_length) if pulling and joint.tension else []
+        three, whole = _corrections([model.patches[i].points[k] for k in points], [way * x for x in wrench])
+        scale = 24 * whole << unit - per_force
+        for k, d in zip(points, three, strict=True):
+            force = _plus(d, _times(scale, forces[first + k]))
+            if _slack(joint, model.patches[i], k, force, pulls[k] * scale if pulls else 0) < 0:
+                failed.add(c)
+    return failed
+
+
+Ways = dict[int, tuple[int, int, list[int]]]  # block: contact to its parent, its first point, three points of it
+
+
+def _forest(sheet: _Sheet, model: _Model, state: tuple[Sizes, list[bool]]) -> tuple[Ways, list[int]]:
+    """The forest, and its blocks from the supports on."""
+    sizes, inner = state
+    beside: list[list[tuple[int, int, int, int]]] = [[] for _ in sheet.stones]
+    first = 0
+    for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
+        last = first + len(patch.points)
+        if sum(inner[first:last]) >= 3:
+            strength = sorted([sizes[k][1] for k in range(first, last) if inner[k]])[-3]
+            beside[joint.a].append((-strength, i, joint.b, first))
+            beside[joint.b].append((-strength, i, joint.a, first))
         first = last
-    return sizes
+    ways: Ways = {}
+    order: list[int] = []
+    heap = [entry for stone, near in zip(sheet.stones, beside, strict=True) if stone.fixed for entry in near]
+    heapq.heapify(heap)
+    while heap:
+        _, i, block, first = heapq.heappop(heap)
+        if block not in ways and not sheet.stones[block].fixed:
+            points = model.patches[i].points
+            if three := _spread(points, [k for k in range(len(points)) if inner[first + k]]):
+                ways[block] = i, first, three
+                order.append(block)
+                for entry in beside[block]:
+                    if entry[2] not in ways:
+                        heapq.heappush(heap, entry)
+    return ways, order
 
 
-def _require_pulling(sheet: _Sheet, i: int, patch: _Patch, forces: Sequence[Vec], pulls: Sequence[int]) -> Sizes:
-    """With s = F.N + t |N|, t rounded down: s >= 0 and |F|^2 |N|^2 - (F.N)^2 <= mu^2 s^2 at every point of a joint."""
-    p, q = max(sheet.joints[i].mu, MU_FLOOR).as_integer_ratio()
-    sizes: Sizes = []
-    for force, pull in zip(forces, pulls, strict=True):
-        along, force2 = _dot(force, patch.normal), _dot(force, force)
-        pressed = along + pull
-        if not (pressed >= 0 and q * q * (force2 * patch.normal2 - along * along) <= p * p * pressed * pressed):
-            what = "leaves the friction cone" if pressed >= 0 else "pulls more than the joint can"
-            _refuse(f"{_label(sheet, i)}: the force at point {len(sizes)} {what}")
-        sizes.append((along, force2))
-    return sizes
+def _spread(at: Sequence[Vec], points: Sequence[int]) -> list[int]:
+    """Three of these points that span a large triangle: the first, the one furthest from it, the one furthest aside."""
+    origin = at[points[0]]
+    arms = [_minus(at[k], origin) for k in points]
+    sizes = [_dot(arm, arm) for arm in arms]
+    one = sizes.index(max(sizes))
+    across = [_cross(arms[one], arm) for arm in arms]
+    areas = [_dot(area, area) for area in across]
+    two = areas.index(max(areas))
+    return [points[0], points[one], points[two]] if areas[two] else []
 
 
-def _pulls(joint: _Joint, patch: _Patch, per_force: int, per_length: int) -> list[Fraction]:
-    """T |N| at each corner of a joint that pulls, in 2**-(per_force + 2 per_length) N m2.
+def _corrections(r: Sequence[Vec], wrench: Sequence[int]) -> tuple[list[Vec], int]:
+    """Forces at three points in no line that add up to a wrench (w, and t about the world's origin), and what they
+    are to be divided by.
+
+    About the points' mean m, with t' = t - m x w, rho_j = r_j - m, e2, e3 the edges from r_1, M = e2 x e3 and
+    S = sum |rho_j|^2,
+
+        d_j = w / 3 + (t'.M) M x rho_j / (|M|^2 S) + c_j M
+        c_2 = -t'.e3 / |M|^2, c_3 = t'.e2 / |M|^2, c_1 = -c_2 - c_3
+
+    Here all of it is times 3 |M|^2 S, with 3 rho_j and 3 t' for rho_j and t', and r_j from r_1.
+    """
+    w, e2, e3 = (wrench[0], wrench[1], wrench[2]), _minus(r[1], r[0]), _minus(r[2], r[0])
+    m, total = _cross(e2, e3), _plus(e2, e3)
+    middle = _plus(_times(3, r[0]), total)
+    tx, ty, tz = _cross(middle, w)
+    t3 = 3 * wrench[3] - tx, 3 * wrench[4] - ty, 3 * wrench[5] - tz
+    rho = _times(-1, total), _minus(_times(3, e2), total), _minus(_times(3, e3), total)
+    s, m2, turn = sum([_dot(x, x) for x in rho]), _dot(m, m), 3 * _dot(t3, m)
+    c2, c3, even = -_dot(t3, e3), _dot(t3, e2), _times(m2 * s, w)
+    if turn:
+        twist = _times(turn, m)
+        turned = [_plus(even, _cross(twist, x)) for x in rho]
+    else:
+        turned = [even] * 3
+    return [_plus(d, _times(s * c, m)) for d, c in zip(turned, (-c2 - c3, c2, c3), strict=True)], 3 * m2 * s
+
+
+def _pulls(joint: _Joint, patch: _Patch, per_force: int, per_length: int) -> tuple[Fraction, list[int]]:
+    """T |N| at each corner of a joint that pulls, in 2**-(per_force + 2 per_length) N m2: a unit, and how many of it.
 
     An even stress s on a polygon has the resultant of forces at its corners: triangle by triangle from the centroid g,
     a third goes to each corner, and what comes to g goes on in the same proportions. So with a_j = (r_j - g) x
@@ -1356,7 +2979,7 @@ def _pulls(joint: _Joint, patch: _Patch, per_force: int, per_length: int) -> lis
     around = [_minus(_times(3 * normal2, arm), middle) for arm in arms]
     areas = [_dot(_cross(one, two), patch.normal) for one, two in zip(around, [*around[1:], around[0]], strict=True)]
     unit = Fraction(joint.tension) * Fraction(2) ** (per_force - 2 * per_length) / (36 * normal2 * normal2)
-    return [unit * (before + after) for before, after in zip([areas[-1], *areas], areas, strict=False)]
+    return unit, [before + after for before, after in zip([areas[-1], *areas], areas, strict=False)]
 
 
 Resultants = tuple[list[Vec], list[Vec]]
@@ -1409,17 +3032,6 @@ def _moment_above(solid: _Solid, pull: Vec, turn: Vec) -> Vec:
     return _quotient_above(x, denominator), _quotient_above(y, denominator), _quotient_above(z, denominator)
 
 
-def _mean_size_below(sheet: _Sheet, model: _Model) -> int:
-    """2**(model.per_length + ROOT_BITS) times the cube root of the mean volume of the free blocks, rounded down.
-
-    0 where no block is free.
-    """
-    volumes = [solid.volume6 for stone, solid in zip(sheet.stones, model.solids, strict=True) if not stone.fixed]
-    if not volumes:
-        return 0
-    return _cube_root_below((sum(volumes) << 3 * ROOT_BITS) // (6 * len(volumes)))
-
-
 # ---------------------------------------------------------------------------------------------------------------------
 # rbe-mechanism.
 
@@ -1432,50 +3044,94 @@ class _Motion:
     spin: Vec
 
 
-def _mechanism(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
-    """Check a motion: the loads do work p.y > 0 against contacts that resist with no more than ||P(-dd)||.
+def _mechanism(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+    """Check a motion: in some component C the loads do more work than any state of it can take up.
 
-    Shown is (p.y)^2 >= (BOUND W)^2 ||P(-dd)||^2, with W and the norm bounded from above.
+    A state's forces are at most BOUND W in size, and leave at most BALANCE w, BALANCE w D on a block, so that its
+    p.y = sum f.(-dd) + sum r.y is at most
+
+        BOUND W ||P(-dd)|| + BALANCE sum w (|v| + D |omega|)
+
+    over C, with v the velocity of the centre of mass and w the least weight of a block in C. Shown is that p.y is more,
+    with all roots rounded up.
     """
     motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
-    norm2 = _resistances2(sheet, model, motions)
-    figures = _driven(sheet, model, motions, norm2)
-    if norm2 == 0:
-        return figures, "the blocks can move so that the loads do work and no contact resists"
-    return figures, f"to hold this motion the contacts would need forces of {figures['bound']:.2g} total weights"
+    figures, _ = _driven(sheet, model, motions, _resistances(sheet, model, motions))
+    return figures, _demand(figures), ""
 
 
-def _driven(sheet: _Sheet, model: _Model, motions: Sequence[_Motion], norm2: int) -> dict[str, float]:
-    """Require (p.y)^2 >= (BOUND W)^2 norm2, with what joints that pull take up taken off p.y."""
-    work24, pulls6 = _against_pulls(sheet, model, motions)
-    power24 = _power24(sheet, model, motions) - work24
-    total24 = 4 * (model.total6_above + pulls6)
-    figures = {"bound": _as_float(power24, total24 * _root_above(norm2)) if power24 > 0 else 0.0}
-    if not power24 > 0:
-        more = " beyond what joints that pull take up" if pulls6 else ""
+def _demand(figures: dict[str, float]) -> str:
+    """What a motion asks of the contacts, in words."""
+    if figures["bound"] == sys.float_info.max:
+        return "the blocks can move so that the loads do work and no contact resists"
+    return f"to hold this motion the contacts would need forces of {figures['bound']:.2g} times the weight and loads"
+
+
+def _resistances(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> list[int]:
+    """||P(-dd)|| over the contact points of each component, rounded up."""
+    found = [0] * model.parts
+    for joint, patch in zip(sheet.joints, model.patches, strict=True):
+        found[model.part_of(joint)] += _resistance2(joint, patch, motions)
+    return [_root_above(norm2) for norm2 in found]
+
+
+def _driven(
+    sheet: _Sheet, model: _Model, motions: Sequence[_Motion], norms: Sequence[int]
+) -> tuple[dict[str, float], list[int]]:
+    """Require p.y to exceed what a state can take up, in some component; return those, the best one's figures first.
+
+    What joints that pull take up is taken off p.y, and added to W.
+    """
+    works, pulls6 = _against_pulls(sheet, model, motions)
+    powers24, slacks24 = _powers24(sheet, model, motions), _slacks24(sheet, model, motions)
+    falling: list[int] = []
+    best = 0.0
+    for c, norm in enumerate(norms):
+        left = powers24[c] - works[c] - slacks24[c]
+        total24 = 4 * (model.total6_above[c] + pulls6[c])
+        if left > 0:
+            best = max(best, _as_float(left.numerator, left.denominator * total24 * norm))
+            if left > BOUND * total24 * norm:
+                falling.append(c)
+    figures = {"bound": best}
+    if not best > 0.0:
+        more = " beyond what joints that pull take up" if any(pulls6) else ""
         _refuse(f"the loads do no work{more} in this motion", figures)
-    if not power24**2 >= (BOUND * total24) ** 2 * norm2:
-        _refuse(f"contact forces of {figures['bound']:.2g} total weights might hold this motion", figures)
-    return figures
+    if not falling:
+        _refuse(f"contact forces of {best:.2g} times the weight and loads might hold this motion", figures)
+    return figures, falling
 
 
-def _resistances2(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> int:
-    """||P(-dd)||^2 over all contact points, rounded up."""
-    return sum(_resistance2(joint, patch, motions) for joint, patch in zip(sheet.joints, model.patches, strict=True))
+def _slacks24(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> list[Fraction]:
+    """24 BALANCE sum w (|v| + D |omega|) over each component, in the unit of `_powers24`, rounded up; w is the least.
+
+    The velocity of the centre of mass is (4 (6V) drift + w x (24 V c)) / (4 (6V)).
+    """
+    sums = [0] * model.parts
+    root = _root_above(model.own_gravity2)
+    for i, (stone, solid, motion) in enumerate(zip(sheet.stones, model.solids, motions, strict=True)):
+        if not stone.fixed:
+            d = 4 * solid.volume6
+            flow = _plus(_times(d, motion.drift), _cross(motion.spin, solid.moment24))
+            speed = _quotient_above(_root_above(_dot(flow, flow)), d)
+            turn = _root_above(solid.box2 * _dot(motion.spin, motion.spin))
+            sums[model.component[i]] += 4 * model.lightest6[i] * root * (speed + turn)
+    unit = BALANCE * Fraction(2) ** (model.per_force - model.per_own)
+    return [unit * total for total in sums]
 
 
-def _against_pulls(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> tuple[int, int]:
-    """24 sum t dn, in the unit of `_power24`, and 6 sum |t|, in that of W: of joints that pull, both rounded up."""
-    work, total = 0, 0
+def _against_pulls(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> tuple[list[int], list[int]]:
+    """24 sum t dn, in the unit of `_powers24`, and 6 sum |t|, in that of W: of joints that pull, both rounded up."""
+    work, total = [0] * model.parts, [0] * model.parts
     for joint, patch in zip(sheet.joints, model.patches, strict=True):
         if joint.tension:
-            a, b = motions[joint.a], motions[joint.b]
+            c, a, b = model.part_of(joint), motions[joint.a], motions[joint.b]
             drift, spin = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
-            pulls = _pulls(joint, patch, model.per_force, model.per_length)
+            unit, shares = _pulls(joint, patch, model.per_force, model.per_length)
             opening = [_dot(_plus(drift, _cross(spin, point)), patch.normal) for point in patch.points]
-            done = sum((pull * d for pull, d in zip(pulls, opening, strict=True)), Fraction(0))
-            work += math.ceil(24 * done / patch.normal2)
-            total += math.ceil(6 * sum(map(abs, pulls), Fraction(0)) / math.isqrt(patch.normal2))
+            done = sum(share * d for share, d in zip(shares, opening, strict=True))
+            work[c] += math.ceil(24 * unit * done / patch.normal2)
+            total[c] += math.ceil(6 * unit * sum(map(abs, shares)) / math.isqrt(patch.normal2))
     return work, total
 
 
@@ -1506,20 +3162,21 @@ def _motion(row: Sequence[Number], solid: _Solid, per_velocity: int, per_length:
     return _Motion((x // denominator, y // denominator, z // denominator), spin)
 
 
-def _power24(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> int:
-    """24 p.y: weights at the centres of mass, loads at their points.
+def _powers24(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> list[int]:
+    """24 p.y of every component: weights at the centres of mass, loads at their points.
 
     A weight's share is rho V g.(drift + w x c) = rho g.(4 (6V) drift + w x (24 V c)) / 24: integers.
     """
-    weights24, loads = 0, 0
+    found = [0] * model.parts
     for i, (stone, solid, motion) in enumerate(zip(sheet.stones, model.solids, motions, strict=True)):
         if not stone.fixed:
             flow = _plus(_times(4 * solid.volume6, motion.drift), _cross(motion.spin, solid.moment24))
             density = model.masses6[i] // solid.volume6  # exact: masses6 = density * volume6
-            weights24 += density * _dot(model.gravity, flow)
+            found[model.component[i]] += density * _dot(model.gravity, flow) << model.per_force - model.per_weight
     for block, force, point in model.loads:
-        loads += _dot(force, _plus(motions[block].drift, _cross(motions[block].spin, point)))
-    return (weights24 << (model.per_force - model.per_weight)) + (24 * loads << (model.per_force - model.per_load))
+        work = _dot(force, _plus(motions[block].drift, _cross(motions[block].spin, point)))
+        found[model.component[block]] += 24 * work << model.per_force - model.per_load
+    return found
 
 
 def _resistance2(joint: _Joint, patch: _Patch, motions: Sequence[_Motion]) -> int:
@@ -1554,36 +3211,54 @@ def _resistance2(joint: _Joint, patch: _Patch, motions: Sequence[_Motion]) -> in
 # limit-bounds.
 
 
-def _limit(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
-    """Check forces at the lower multiplier and a motion at the upper one, those that there are."""
+def _limit(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+    """Check forces at the lower multiplier and a motion at the upper one, those that there are.
+
+    Instead of a motion there may be a recession: forces in the cones that balance the live loads alone. Any multiple
+    of them, added to the forces at the lower multiplier, balances the loads at a larger one.
+    """
     live = sheet.live
     assert live is not None
     figures: dict[str, float] = {}
+    said, grade = [], ""
     if live.lower is not None:
-        figures = {"lower": live.lower} | _state(sheet, _multiplied(sheet, model, live, 1, live.lower))[0]
+        found, reason, grade = _state(sheet, _multiplied(sheet, model, live, 1, live.lower))
+        figures = {"lower": live.lower} | found
+        said.append(reason)
+    if sheet.recession:
+        alone = _multiplied(sheet, model, live, 0, 1.0)
+        forces, per_force = _forces(sheet, alone, sheet.recession)
+        balance = _balance(sheet, alone, forces, per_force, "recession")
+        for key, value in balance.figures.items():
+            figures[key] = (min if key == "exact" else max)(figures[key], value)
+        said.append("so do forces that balance the live loads alone")
+        grade = grade if balance.grade == EXACT else NEARLY + " (of the live loads, for each unit of their multiplier)"
     if live.upper is not None:
         motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
-        norm2 = _resistances2(sheet, model, motions)
-        found = _driven(sheet, _multiplied(sheet, model, live, 1, live.upper), motions, norm2)
-        figures |= {"upper": live.upper} | found
-        _require_no_relief(sheet, _multiplied(sheet, model, live, 0, 1.0), motions, norm2, figures)
-    balanced = max((figures[key] for key in ("equilibrium_force", "equilibrium_moment") if key in figures), default=0.0)
-    stands = f"all blocks balance to {balanced:.2g} of the total weight" if live.lower is not None else ""
-    falls = f"to hold the motion needs {figures['bound']:.2g} total weights" if live.upper is not None else ""
-    return figures, "; ".join(part for part in (stands, falls) if part)
+        norms = _resistances(sheet, model, motions)
+        driven, falling = _driven(sheet, _multiplied(sheet, model, live, 1, live.upper), motions, norms)
+        figures |= {"upper": live.upper} | driven
+        _require_no_relief(sheet, _multiplied(sheet, model, live, 0, 1.0), motions, norms, falling, figures)
+        said.append(_demand(driven))
+    return figures, "; ".join(said), grade
 
 
 def _require_no_relief(
-    sheet: _Sheet, grown: _Model, motions: Sequence[_Motion], norm2: int, figures: dict[str, float]
+    sheet: _Sheet,
+    grown: _Model,
+    motions: Sequence[_Motion],
+    norms: Sequence[int],
+    falling: Sequence[int],
+    figures: dict[str, float],
 ) -> None:
-    """Require of the live loads alone that p.y >= 0 and (p.y)^2 >= (BOUND W)^2 norm2: then more of them is no help.
+    """Require of the live loads alone that p.y >= BOUND W ||P(-dd)|| in a component that falls: more is no help then.
 
     Both p.y and what W is at the most are affine in the multiplier, so the motion proves every larger one too.
     """
-    power24 = _power24(sheet, grown, motions)
-    if not power24 >= 0:
+    powers24 = _powers24(sheet, grown, motions)
+    if not any(powers24[c] >= 0 for c in falling):
         _refuse("the live loads work against the motion, so that more of them might hold it", figures)
-    if not power24**2 >= (BOUND * 4 * grown.total6_above) ** 2 * norm2:
+    if not any(powers24[c] >= BOUND * 4 * grown.total6_above[c] * norms[c] for c in falling):
         _refuse("the live loads do too little work in the motion to prove anything of more of them", figures)
 
 
@@ -1604,106 +3279,112 @@ def _multiplied(sheet: _Sheet, model: _Model, live: _Live, dead: int, times: Num
         for push in pushes
         if share and not sheet.stones[push.block].fixed
     ]
-    per_density = _exponent(stone.density for stone in sheet.stones)
+    per_density = _fineness(stone.density for stone in sheet.stones)
     per_weight = per_density + per_gravity + finer + 3 * model.per_length
     per_load += finer
     per_force = max(per_load, per_weight)
-    units = per_force - per_weight, per_force - per_load
-    below, above = _totals6(sheet, model.masses6, gravity, loads, *units)
-    return replace(
-        model,
-        gravity=gravity,
-        loads=loads,
-        total6_below=below,
-        total6_above=above,
-        per_load=per_load,
-        per_weight=per_weight,
-        per_force=per_force,
-    )
+    whole = replace(model, gravity=gravity, loads=loads, per_load=per_load, per_weight=per_weight, per_force=per_force)
+    return _with_totals(sheet, whole)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # rbe-settled.
 
 
-def _settled(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
+def _settled(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
     """Check forces as for an rbe-state, and the displacement that they go with.
 
-    With d = dd.N, x = dd, U the largest displacement of a contact point on a block that the ground moves, t = SETTLING
-    and s = max(|F|, mean weight), all roots rounded so that less is allowed:
+    With d = dd.N, x = dd, U the largest displacement of a contact point of the component on a block that the ground
+    moves, t = SETTLING and s = max(|F|, weight of the lighter block), all roots rounded so that less is allowed:
 
         d + t U |N| >= mu sqrt(|x|^2 |N|^2 - d^2)        |F.x| <= t U s        |F| d <= t U s |N|
     """
-    per_force = _force_exponent(model, sheet.forces)
-    forces = _vectors(sheet.forces, per_force)
-    figures, sizes = _balance(sheet, model, forces, per_force)
+    forces, per_force = _forces(sheet, model, sheet.forces)
+    balance = _balance(sheet, model, forces, per_force)
     motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
-    largest = math.isqrt(_settlement2(sheet, model, motions))
-    if not largest > 0:
-        _refuse("no contact point is on a block that the ground moves", figures)
-    weight = _mean_weight_below(sheet, model, per_force)
-    t = SETTLING
+    largest = _settlements(sheet, model, motions)
     worst = {"closing": 0.0, "work": 0.0, "hanging": 0.0, "opened": 0.0}
+    if not any(largest):
+        _refuse("no contact point is on a block that the ground moves", balance.figures)
     first = 0
     for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
-        p, q = joint.mu.as_integer_ratio()
-        a, b = motions[joint.a], motions[joint.b]
-        drift, spin = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
-        size = math.isqrt(patch.normal2)
-        room = t.numerator * largest * size // t.denominator
-        for number, point in enumerate(patch.points):
-            x, force = _plus(drift, _cross(spin, point)), forces[first + number]
-            d = _dot(x, patch.normal)
-            slid = p * _root_above(_dot(x, x) * patch.normal2 - d * d)
-            strength = sizes[first + number][1]
-            work, bearing = abs(_dot(force, x)), max(weight, math.isqrt(strength))
-            hanging = max(d, 0) * _root_above(strength)
-            worst["closing"] = max(worst["closing"], _as_float(slid - q * d, q * size * largest))
-            worst["work"] = max(worst["work"], _as_float(work, bearing * largest))
-            worst["hanging"] = max(worst["hanging"], _as_float(hanging, bearing * largest * size))
-            worst["opened"] = max(worst["opened"], _as_float(d, size * largest))
-            if not q * (d + room) >= slid:
-                _refuse(f"{_label(sheet, i)}: point {number} closes, or slides without opening", figures | worst)
-            if not t.denominator * work <= t.numerator * largest * bearing:
-                _refuse(f"{_label(sheet, i)}: the force at point {number} does work", figures | worst)
-            if not t.denominator * hanging <= t.numerator * largest * bearing * size:
-                _refuse(f"{_label(sheet, i)}: point {number} has opened, but carries a force", figures | worst)
-        first += len(patch.points)
+        last = first + len(patch.points)
+        weight = _lighter_weight_below(model, joint, per_force)
+        points = zip(patch.points, forces[first:last], balance.sizes[first:last], strict=True)
+        wrong = _unsettled(joint, patch, motions, largest[model.part_of(joint)], weight, points, worst)
+        if wrong:
+            _refuse(f"{_label(sheet, i)}: {wrong}", balance.figures | worst)
+        first = last
     off = max(worst["closing"], worst["work"], worst["hanging"])
-    return figures | worst, f"forces balance and go with the displacement, to {off:.2g} of the settlement"
+    reason = f"forces go with the displacement, to {off:.2g} of the settlement; {balance.reason}"
+    return balance.figures | worst, reason, balance.grade
 
 
-def _settlement2(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> int:
-    """The largest square of a displacement of a contact point on a fixed block."""
-    most = 0
+def _unsettled(
+    joint: _Joint,
+    patch: _Patch,
+    motions: Sequence[_Motion],
+    largest: int,
+    weight: int,
+    points: Iterable[tuple[Vec, Vec, tuple[int, int]]],
+    worst: dict[str, float],
+) -> str:
+    """What is wrong with the points of a contact, or nothing; `worst` is kept up."""
+    t, (p, q) = SETTLING, joint.mu.as_integer_ratio()
+    a, b = motions[joint.a], motions[joint.b]
+    drift, spin = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
+    size = math.isqrt(patch.normal2)
+    room = t.numerator * largest * size // t.denominator
+    for number, (point, force, (_, strength)) in enumerate(points):
+        x = _plus(drift, _cross(spin, point))
+        d = _dot(x, patch.normal)
+        slid = p * _root_above(_dot(x, x) * patch.normal2 - d * d)
+        work, bearing = abs(_dot(force, x)), max(weight, math.isqrt(strength))
+        hanging = max(d, 0) * _root_above(strength)
+        worst["closing"] = max(worst["closing"], _as_float(slid - q * d, q * size * largest))
+        worst["work"] = max(worst["work"], _as_float(work, bearing * largest))
+        worst["hanging"] = max(worst["hanging"], _as_float(hanging, bearing * largest * size))
+        worst["opened"] = max(worst["opened"], _as_float(d, size * largest))
+        if not q * (d + room) >= slid:
+            return f"point {number} closes, or slides without opening"
+        if not t.denominator * work <= t.numerator * largest * bearing:
+            return f"the force at point {number} does work"
+        if not t.denominator * hanging <= t.numerator * largest * bearing * size:
+            return f"point {number} has opened, but carries a force"
+    return ""
+
+
+def _settlements(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> list[int]:
+    """The largest displacement of a contact point on a support, of every component, rounded down."""
+    most = [0] * model.parts
     for joint, patch in zip(sheet.joints, model.patches, strict=True):
         for block in (joint.a, joint.b):
             if sheet.stones[block].fixed:
                 moved = (_plus(motions[block].drift, _cross(motions[block].spin, point)) for point in patch.points)
-                most = max(most, *(_dot(x, x) for x in moved))
-    return most
+                most[model.part_of(joint)] = max(most[model.part_of(joint)], *(_dot(x, x) for x in moved))
+    return [math.isqrt(square) for square in most]
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # cra-state.
 
 
-def _coupled_state(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
+def _coupled_state(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
     """Check forces as for an rbe-state, and the virtual displacement that they are coupled with."""
-    per_force = _force_exponent(model, sheet.forces)
-    forces = _vectors(sheet.forces, per_force)
-    figures, sizes = _balance(sheet, model, forces, per_force)
-    figures |= _coupling(sheet, model, forces, sizes, per_force)
+    forces, per_force = _forces(sheet, model, sheet.forces)
+    balance = _balance(sheet, model, forces, per_force)
+    figures = balance.figures | _coupling(sheet, model, forces, balance.sizes, per_force)
     worst = max(figures[key] for key in ("gap", "complementarity", "alignment"))
-    return figures, f"forces and displacements are in balance and coupled at every point, to {worst:.2g}"
+    reason = f"forces and displacements are coupled at every point, to {worst:.2g}; {balance.reason}"
+    return figures, reason, balance.grade
 
 
 class _Limits(NamedTuple):
     """Bounds of a virtual displacement at the points of one contact, for d = dd.N and x = dd, all integers.
 
     `closing`, `opening` bound -d and d; `sliding` and `rubbing` are the most and the least that |x|^2 |N|^2 - d^2 may
-    be; `eps_below`, `eps_above`, `eta_above` bound eps |N| and eta |N|; `eps_square` is eps |N|^2; `weight` is the mean
-    weight of a block.
+    be; `eps_below`, `eps_above`, `eta_above` bound eps |N| and eta |N|; `eps_square` is eps |N|^2; `weight` is that of
+    the lighter block.
     """
 
     closing: int
@@ -1744,7 +3425,8 @@ def _coupling(sheet: _Sheet, model: _Model, forces: list[Vec], sizes: Sizes, per
         -eps <= dn <= eta, |dd_t| <= eta        fn (dn + eps) = 0        F_t = -alpha dd_t, alpha >= 0
         |dd_t| >= beta_min where F_t is not 0
 
-    each to `COUPLING`: lengths relative to the bound, work to eps max(|F|, mean weight).
+    each to `COUPLING`: lengths relative to the bound, work to eps max(|F|, weight of the lighter free block), and
+    |F_t x dd_t| also to SHORT |dd_t| times that.
     """
     assert sheet.bounds is not None
     bounds = sheet.bounds
@@ -1752,11 +3434,10 @@ def _coupling(sheet: _Sheet, model: _Model, forces: list[Vec], sizes: Sizes, per
     per_motion = _exponent(chain(given, chain.from_iterable(sheet.motion)))
     motions = _motions(sheet.motion, model, per_motion)
     eps, eta, beta = (_integer(x, per_motion) << model.per_length + model.finer for x in given)
-    weight = _mean_weight_below(sheet, model, per_force)
     worst, fault = _Worst(), ""
     first = 0
     for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
-        limits = _limits(eps, eta, beta, weight, patch.normal2)
+        limits = _limits(eps, eta, beta, _lighter_weight_below(model, joint, per_force), patch.normal2)
         last = first + len(patch.points)
         couples = zip(patch.points, forces[first:last], sizes[first:last], strict=True)
         wrong = _uncoupled(patch, limits, motions[joint.a], motions[joint.b], couples, worst)
@@ -1827,7 +3508,7 @@ def _uncoupled(
                 wrong = wrong or "presses without overlapping by eps"
             rub2 = force2 * normal2 - along * along
             if rub2:
-                reach = size * below
+                reach = size * min(below, SHORT * math.isqrt(slide2))
                 across = abs((fy * mz - fz * my) * nx + (fz * mx - fx * mz) * ny + (fx * my - fy * mx) * nz)
                 forward = (fx * mx + fy * my + fz * mz) * normal2 - along * d
                 worst.alignment = max(worst.alignment, _as_float(across, reach), _as_float(forward, room))
@@ -1840,12 +3521,6 @@ def _uncoupled(
         if wrong and not fault:
             fault = f"point {number} {wrong}"
     return fault
-
-
-def _mean_weight_below(sheet: _Sheet, model: _Model, per_force: int) -> int:
-    """Total weight W over the number of free blocks, in 2**-per_force N, rounded down."""
-    free = sum(not stone.fixed for stone in sheet.stones)
-    return (model.total6_below << per_force) // (6 * max(free, 1) << model.per_force)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -1928,17 +3603,27 @@ class _Case:
     reach: _Reach
 
 
-def _tree(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
-    """Check that the branches of a tree cover all coupled states, and that no leaf holds one."""
+def _tree(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+    """Check that the branches of a tree cover all coupled states of the model or a component, and no leaf holds one."""
+    if sheet.part is not None:
+        sheet = sheet.part
+        model = _weigh(sheet)
     case = _case(sheet, model)
     figures = {"nodes": float(len(sheet.tree)), "leaves": 0.0, "depth": 0.0, "least_margin": 1.0}
-    pending = [(0, [_Zone(False, False, None, 0, case.span.eta)] * len(case.spots))]
+    whole = _Zone(False, False, None, 0, case.span.eta)
+    zones, before = [whole] * len(case.spots), list[tuple[int, _Zone]]()  # of this node, and what splits have changed
+    pending = [(0, 0, whole)]
     for number, node in enumerate(sheet.tree):
-        depth, zones = pending.pop()
+        depth, point, part = pending.pop()
+        while len(before) > max(depth - 1, 0):
+            k, zone = before.pop()
+            zones[k] = zone
+        if depth:
+            before.append((point, zones[point]))
+            zones[point] = part
         if isinstance(node, _Split):
             parts = _parts(node, case.spots[node.point], zones[node.point], case.span, f"tree node {number}: ")
-            before, after = zones[: node.point], zones[node.point + 1 :]
-            pending.extend((depth + 1, [*before, part, *after]) for part in reversed(parts))
+            pending.extend((depth + 1, node.point, part) for part in reversed(parts))
         else:
             figures["leaves"] += 1
             figures["depth"] = max(figures["depth"], depth)
@@ -1946,7 +3631,8 @@ def _tree(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str]:
             figures["least_margin"] = min(figures["least_margin"], _ratio(margin, size))
             if not margin > 0:
                 _refuse(f"tree node {number}: this leaf does not exclude all of its cell", figures)
-    return figures, f"no coupled state exists: {figures['leaves']:.0f} cells cover all of them, and each is empty"
+    reason = f"no coupled state exists: {figures['leaves']:.0f} cells cover all of them, and each is empty"
+    return figures, reason, ""
 
 
 def _case(sheet: _Sheet, model: _Model) -> _Case:
@@ -2072,7 +3758,7 @@ def _gain(
             held = fine * span.eps + (d // (spot.above if d >= 0 else spot.below) << up)
             slip = (_farthest(move, spot, zone.sector) << up) - fine * max(span.beta, zone.slow)
             most = max(most, -held, -held - (-spot.p * slip // spot.q))
-    power = Fraction(_power24(case.sheet, case.model, motions), 24 << case.model.per_force + per_place)
+    power = Fraction(sum(_powers24(case.sheet, case.model, motions)), 24 << case.model.per_force + per_place)
     taken = Fraction(most, 1 << per + ROOT_BITS) * case.reach.thrust
     return power - taken, abs(power) + taken
 
@@ -2142,33 +3828,43 @@ def _reach(sheet: _Sheet, model: _Model) -> _Reach:
 
         |w| <= 2 D / |e1| + 2 D (|e1| + |e2|) / |n|
 
-    and from support to support: Omega_b = Omega_a + |w|, V_b = V_a + Omega_a |r0 - c_a| + D + Omega_b |c_b - r0|.
-    Forces: eps sum fn <= p.dq <= sum |p_F| V + |p_M| Omega.
+    and from support to support: Omega_b = Omega_a + |w|, V_b = V_a + Omega_a |r0 - c_a| + D + Omega_b |c_b - r0|. Any
+    chain of contacts gives bounds; the least Omega of all chains are found first, then with them the least V. Forces:
+     eps sum fn <= p.dq <= sum |p_F| V + |p_M| Omega.
     """
     assert sheet.bounds is not None
     far = _root_of(2 * Fraction(max(sheet.bounds.eps, sheet.bounds.eta)) ** 2)
-    hinges = [
-        hinge
-        for joint, patch in zip(sheet.joints, model.patches, strict=True)
-        for hinge in _hinges(joint, patch, model, far)
-        if not sheet.stones[hinge.to].fixed
-    ]
-    bounds = {i: (Fraction(0), Fraction(0)) for i, stone in enumerate(sheet.stones) if stone.fixed}
-    for _ in sheet.stones:  # as often as a chain of contacts can be long
-        before = dict(bounds)
-        for hinge in hinges:
-            if hinge.start in before:
-                shift, turn = before[hinge.start]
-                turned = _rounded_up(turn + hinge.turn)
-                shifted = _rounded_up(shift + turn * hinge.lever_start + far + turned * hinge.lever_to)
-                old_shift, old_turn = bounds.get(hinge.to, (shifted, turned))
-                bounds[hinge.to] = min(shifted, old_shift), min(turned, old_turn)
-        if bounds == before:
-            break
+    across: list[list[_Hinge]] = [[] for _ in sheet.stones]
+    for joint, patch in zip(sheet.joints, model.patches, strict=True):
+        for hinge in _hinges(joint, patch, model, far):
+            across[hinge.start].append(hinge)
+    fixed = [i for i, stone in enumerate(sheet.stones) if stone.fixed]
+    turns = _least(across, fixed, lambda hinge: hinge.turn)
     for i, stone in enumerate(sheet.stones):
-        if i not in bounds:
+        if i not in turns:
             _refuse(f"block {_short(stone.name)} hangs on no support, not even by way of others")
-    return _collected(sheet, model, [bounds[i] for i in range(len(sheet.stones))])
+    shifts = _least(
+        across,
+        fixed,
+        lambda hinge: turns[hinge.start] * hinge.lever_start + far + turns[hinge.to] * hinge.lever_to,
+    )
+    return _collected(sheet, model, [(shifts[i], turns[i]) for i in range(len(sheet.stones))])
+
+
+def _least(
+    across: Sequence[Sequence["_Hinge"]], fixed: Iterable[int], cost: Callable[["_Hinge"], Fraction]
+) -> dict[int, Fraction]:
+    """Bound each block by the cheapest chain of hinges from a support (Dijkstra's way), sums rounded up on the way."""
+    found: dict[int, Fraction] = {}
+    waiting = [(Fraction(0), i) for i in fixed]
+    while waiting:
+        total, i = heapq.heappop(waiting)
+        if i not in found:
+            found[i] = total
+            for hinge in across[i]:
+                if hinge.to not in found:
+                    heapq.heappush(waiting, (_rounded_up(total + cost(hinge)), hinge.to))
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -2200,8 +3896,9 @@ def _hinges(joint: _Joint, patch: _Patch, model: _Model, far: Fraction) -> list[
     for block in (joint.a, joint.b):
         solid = model.solids[block]
         arm = _minus(_times(4 * solid.volume6, origin), solid.moment24)
-        levers.append(_root_of(_dot(arm, arm), k) / (4 * solid.volume6))
+        levers.append(_rounded_up(_root_of(_dot(arm, arm), k) / (4 * solid.volume6)))
     a, b = levers
+    turn = _rounded_up(turn)
     return [_Hinge(joint.a, joint.b, turn, a, b), _Hinge(joint.b, joint.a, turn, b, a)]
 
 
@@ -2281,7 +3978,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"{path}: {_short(str(error), 240)}", file=sys.stderr)
         return 2
     print(f"{'PROVED' if report.proved else 'NOT PROVED'}: {report.claim or 'no claim that can be read'}")
-    print(f"  {report.reason}")
+    print("\n".join(f"  {line}" for line in (report.reason, *report.assumed)))
     return 0 if report.proved else 1
 
 

@@ -2,7 +2,9 @@
 
 One symbol table; the same letter means the same thing everywhere.
 
-    i, j      blocks; c_i centre of mass, V_i volume, rho_i density, W_i weight
+    i, j      blocks; c_i centre of mass, V_i volume, rho_i density, D_i diagonal of the box around it
+    w_i       own weight rho_i V_i |g| (of standard gravity where there is none): what a block's balance is measured by
+    C         component: free blocks joined by contacts; W_C its weights and loads, w_C the least own weight in it
     k         contact point at r_k with right-handed frame (n, u, v), n from block `a` into block `b`
     f_k       (fn, fu, fv): the force on `b` is +(fn n + fu u + fv v), on `a` its opposite; fn >= 0 is compression
     f_t       (fu, fv), |f_t| its Euclidean norm

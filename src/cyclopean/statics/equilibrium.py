@@ -10,6 +10,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Contacts, held_directions
 from cyclopean.errors import InputError
 
+STANDARD_GRAVITY = 9.80665  # m/s2; own weights are counted in it where there is no gravity
 RELIED = 1.0 - 1e-9
 """Share of a joint's tension that is counted on: what is left keeps forces inside the cones of a certificate."""
 
@@ -40,6 +41,9 @@ class EquilibriumSystem:
     held: Bools = field(default_factory=lambda: np.zeros((0, 6), bool))  # (m, 6), or none at all
     pull: Floats = field(default_factory=lambda: np.zeros(0))  # (q,) scaled tension of each point, or none at all
     size: Floats | None = None  # (m,) scaled size of the loads of each block; None = that of its force in p
+    weight: Floats | None = None  # (m,) scaled own weight rho V |g|, of standard gravity where there is none; None = 1
+    diagonal: Floats | None = None  # (m,) scaled diagonal of each block's box; None = 1
+    rows: Floats | None = None  # (6 m,) by what rows of A and p are multiplied beyond the two units; None = nothing
 
     @property
     def total(self) -> float:
@@ -59,6 +63,22 @@ class EquilibriumSystem:
     def points(self) -> int:
         """Number q of contact points that matter."""
         return len(self.used)
+
+    def own(self, residual: Floats) -> Floats:
+        """(m,) the larger of each block's residual force and moment, in its own weight (times its own diagonal)."""
+        rows = residual.reshape(-1, 6)
+        weight = np.ones(self.blocks) if self.weight is None else self.weight
+        diagonal = np.ones(self.blocks) if self.diagonal is None else self.diagonal
+        force, moment = np.linalg.norm(rows[:, :3], axis=1), np.linalg.norm(rows[:, 3:], axis=1)
+        return np.asarray(np.maximum(force, moment / diagonal) / weight)
+
+    @property
+    def lighter(self) -> Floats:
+        """(q,) scaled own weight of the lighter free block at each point."""
+        if self.weight is None:
+            return np.ones(self.points)
+        beside = np.append(self.weight, np.inf)  # the last for fixed blocks, which are numbered -1
+        return np.asarray(np.minimum(beside[self.row_a], beside[self.row_b]))
 
     def gap(self, y: Floats) -> Floats:
         """(q, 3) dd = A' y."""
@@ -171,13 +191,26 @@ def equilibrium_system(
     p = wrench / force_unit
     p[:, 3:] /= length_unit
     matrix = contact_matrix(len(free), row[a], row[b], arm_a, arm_b, frame)
-    system = EquilibriumSystem(
-        free, used, row[a], row[b], arm_a, arm_b, frame, contacts.mu[patch], matrix, p.ravel(), force_unit, length_unit
-    )
+    mu, units = contacts.mu[patch], (force_unit, length_unit)
+    system = EquilibriumSystem(free, used, row[a], row[b], arm_a, arm_b, frame, mu, matrix, p.ravel(), *units)
+    given = np.array([density if b.density is None else b.density for b in assembly.blocks], float)[free]
+    own = given * assembly.mass.volume[free] * (float(np.linalg.norm(gravity)) or STANDARD_GRAVITY)
+    low, high = _boxes(assembly, free)
+    diagonal = np.asarray(np.linalg.norm(high - low, axis=1))
+    system = replace(system, weight=own / force_unit, diagonal=diagonal / length_unit)
     held = held_directions(assembly)[free]
     if held.any():
         system = _partly_held(system, held, _free_size(assembly, free, held, gravity, density) / force_unit)
     return _pulling(system, contacts.pull[used] / force_unit) if contacts.strength.any() else system
+
+
+def _boxes(assembly: Assembly, which: Ints) -> tuple[Floats, Floats]:
+    """(m, 3) m lower and upper corners of the boxes around some blocks."""
+    mesh = assembly.mesh
+    if not len(which):
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    first = mesh.vertex_start[:-1]
+    return np.minimum.reduceat(mesh.vertex, first)[which], np.maximum.reduceat(mesh.vertex, first)[which]
 
 
 def _partly_held(system: EquilibriumSystem, held: Bools, size: Floats) -> EquilibriumSystem:

@@ -1,5 +1,6 @@
 """S = A D A' on the graph of free blocks: one pattern, many values."""
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,6 @@ class Schur:
     def __init__(self, system: EquilibriumSystem, backend: str = "rslab", threads: int | None = None) -> None:
         self.size = 6 * system.blocks
         self.factorisations = 0
-        self._still = system.held.ravel().astype(float)  # rows of zeros: a one on the diagonal keeps S regular
         self._gather(system)
         row = np.concatenate([_dofs(self._pair[:, 0]), _dofs(self._pair[:, 1])], 1)  # (e, 12)
         i = np.broadcast_to(row[:, :, None], (len(row), 12, 12)).ravel()
@@ -38,8 +38,17 @@ class Schur:
         self._entries = len(unique)
         self.symbolic: Symbolic = analyse(indptr, indices, backend, threads)
 
+    def on(self, system: EquilibriumSystem) -> "Schur":
+        """S of a system with the same blocks and points in other units (`rows`, frames): the ordering is kept."""
+        other = copy.copy(self)
+        other.factorisations = 0
+        other._gather(system)
+        return other
+
     def _gather(self, system: EquilibriumSystem) -> None:
         """Sort the points by pair of blocks and cut each pair's points into elements of at most `BATCH`."""
+        self._still = system.held.ravel().astype(float)  # rows of zeros: a one on the diagonal keeps S regular
+        self._uneven = system.rows is not None
         q = system.points
         pair = np.stack([system.row_a, system.row_b], 1)
         order = np.lexsort((pair[:, 1], pair[:, 0]))
@@ -61,6 +70,8 @@ class Schur:
         ):
             turn = np.cross(arm[:, None, :], system.frame)
             value = sign * np.concatenate([system.frame, turn], 2).transpose(0, 2, 1)  # (q, 6, 3)
+            if system.rows is not None:
+                value = value * system.rows.reshape(-1, 6)[row][:, :, None]
             moves = (row >= 0)[:, None, None]
             if system.held.any():
                 moves = moves & ~system.held[row][:, :, None]
@@ -81,9 +92,9 @@ class Schur:
         return total
 
     def factor(self, D: Floats, shift: float) -> Factor:
-        """Factor S + shift I."""
+        """Factor S + shift I; where rows have scales of their own, S + shift (I + diag S)."""
         data = self.values(D)
-        data[self._diagonal] += shift
+        data[self._diagonal] += shift * (1.0 + data[self._diagonal]) if self._uneven else shift
         if self._still.any():
             data[self._diagonal] += self._still
         self.factorisations += 1

@@ -301,8 +301,8 @@ def _proof(result: LimitResult, certificate_file: str | None, model_file: str | 
     return (
         f"{write}<p>Both bounds stand in one certificate (limit-bounds). Check it with</p>"
         f"<pre>cyclopean verify {name}</pre><p>It is exact: at the lower multiplier every force is inside its friction"
-        " cone and all blocks balance; from the upper one on, forces below a million total weights cannot hold the"
-        " mechanism, for the contacts listed and with the dilatancy of associated flow.</p>"
+        " cone and all blocks balance; from the upper one on, forces below a million times weight and loads cannot hold"
+        " the mechanism, for the contacts listed and with the dilatancy of associated flow.</p>"
     )
 
 

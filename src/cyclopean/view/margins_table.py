@@ -21,7 +21,7 @@ def margin_rows(found: Margins, result: Result) -> list[tuple[str, str, str]]:
     rows = []
     mu = result.contacts.mu
     if found.friction is not None:
-        if found.friction.falls is None:
+        if found.friction.stands == 0.0:
             much = "needs none"
         else:
             one = len(mu) > 0 and float(mu.min()) == float(mu.max())

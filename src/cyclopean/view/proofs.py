@@ -7,13 +7,14 @@ __all__ = ["proves", "proves_not"]
 _REBUILT = "Volumes, weights and contact normals are rebuilt from the geometry, and every contact lies on both blocks."
 _BALANCED = (
     "The listed forces push and never pull, stay within friction at every contact point, and balance every free"
-    " block to 10⁻⁹ of the total weight."
+    " block to 10⁻⁹ of its own weight; exactly, where the claim of the certificate says so."
 )
 _PROVES = {
     "rbe-state": [_BALANCED],
     "rbe-mechanism": [
         "A motion of the rigid blocks exists that the loads drive and that the contacts listed do not resist.",
-        "Any admissible forces that held the model up would have to exceed a million times its total weight.",
+        "Any admissible forces that held up the blocks that fall, with all that they lean on, would have to exceed a"
+        " million times the weight and loads of these.",
     ],
     "cra-state": [
         _BALANCED,

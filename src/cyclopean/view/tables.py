@@ -29,18 +29,18 @@ ROWS = 12  # of the longer tables
 Cell = str  # HTML, already escaped
 
 _RESIDUALS = {
-    "equilibrium": "forces and moments left unbalanced, over all free blocks; as a share of the total load",
-    "cone": "how far the worst contact force lies outside compression and friction; as a share of the total load",
+    "equilibrium": "forces and moments left unbalanced, on the worst block; as a share of its own weight (and size)",
+    "cone": "how far the worst contact force lies outside compression and friction; as a share of its size",
     "gap": "no point overlaps by more than eps: by how much the worst one does; in eta",
     "complementarity": "what presses overlaps by eps exactly: worst product of a normal force and its distance from "
-    "that; in eps times a mean block weight, or times the force where that is larger",
+    "that; in eps times the weight of the lighter block, or times the force where that is larger",
     "alignment": "friction acts against sliding: worst deviation from that; in the same unit",
     "reach": "no point moves further than eta: by how much the worst one does; in eta",
     "sliding": "where there is friction, a point slides by at least beta_min: by how much the worst one falls short; "
     "in beta_min",
     "missed": "by how much forces and displacement after the settlement miss belonging together; in the largest one",
-    "balance": "loads that the best forces met leave unbalanced, as a share of the total load; 10⁻⁹ is enough for a "
-    "proof",
+    "balance": "loads that the best forces met leave unbalanced, as a share of the total load; a proof asks for 10⁻⁹ "
+    "of each block's own weight",
     "merit": "work of the best forces and displacement met beyond that of a coupled state; 0 is wanted. In eps times a "
     "mean block weight",
     "bound": "any set of admissible forces that held this up would have to exceed this many times the total load; "

@@ -27,7 +27,7 @@ from cyclopean.statics import EquilibriumSystem
 __all__ = ["Attempt", "Sets", "attempt", "better", "gauss_newton", "nothing", "polish", "total_merit"]
 
 LADDER = ((1.0, 1e-6), (1e-3, 1e-6), (1.0, 1e-8), (1.0, 1e-4), (1e3, 1e-6))  # theta, tau
-PRESSED = 1e-9  # mean block weights: below that a point carries nothing
+PRESSED = 1e-9  # weights of the lighter block: below that a point carries nothing
 STEPS = 8  # of Gauss-Newton; two or three are usual
 REPAIRS = 12  # rounds of moving violators into the equations; more than five are rare
 EXACT = 2e-14  # residual of the equations at which to stop
@@ -146,7 +146,7 @@ def polish(
 
 
 def _chosen(system: EquilibriumSystem, f: Floats, dq: Floats, theta: float, tau: float) -> Sets:
-    gap = system.gap(dq)[:, 0] + 1.0
+    gap, f = system.gap(dq)[:, 0] + 1.0, f / system.lighter[:, None]
     pressed = (f[:, 0] > theta * gap) & (f[:, 0] > PRESSED)
     rubbing = pressed & (np.hypot(f[:, 1], f[:, 2]) > tau) & (system.mu > 0.0)
     return Sets(pressed, pressed, rubbing, np.zeros(system.points, bool))
@@ -154,7 +154,8 @@ def _chosen(system: EquilibriumSystem, f: Floats, dq: Floats, theta: float, tau:
 
 def _mended(system: EquilibriumSystem, sets: Sets, f: Floats, dq: Floats) -> Sets:
     """Move what violates an inequality into the equations."""
-    tangent, gap = np.hypot(f[:, 1], f[:, 2]), system.gap(dq)[:, 0] + 1.0
+    gap, f = system.gap(dq)[:, 0] + 1.0, f / system.lighter[:, None]
+    tangent = np.hypot(f[:, 1], f[:, 2])
     pulling = sets.pressed & (f[:, 0] < -1e-12)
     pressed = sets.pressed & ~pulling
     rubbing = sets.rubbing & pressed & (system.mu * f[:, 0] > 1e-12)

@@ -23,7 +23,8 @@ from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing,
 from cyclopean.analysis.coupled.sliding import SlidingProgram
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.analysis.coupled.tree import Node, refute
-from cyclopean.analysis.rigid.rbe import solve_rbe
+from cyclopean.analysis.rigid.components import Part, components, in_own_units
+from cyclopean.analysis.rigid.rbe import Outcome, solve_rbe
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError, SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
@@ -52,6 +53,7 @@ class CoupledOutcome:
     dq: Floats | None = None  # (6 m,)
     y: Floats | None = None  # (6 m,) mechanism
     tree: Node | None = None  # closed
+    part: EquilibriumSystem | None = None  # of the component that the tree is about; None = the whole model
     merit: float = np.inf  # of the best triple
     bound: float = 0.0  # share of the tree that is closed
     route: str = ""  # "RBE", "A", "A at scale", "B", "crossover", "A within eta", "D", "hopping"
@@ -65,8 +67,11 @@ def solve_cra(
     seconds: float = 60.0,
     nodes: int = 2000,
     progress: Callable[[str], None] = lambda _: None,
+    rigid: Outcome | None = None,
 ) -> CoupledOutcome:
     """Find forces and a displacement that make a coupled state, or prove that none exists.
+
+    Free blocks that no contact joins, not even by way of others, are decided apart, each component in units of its own.
 
     Parameters
     ----------
@@ -83,6 +88,8 @@ def solve_cra(
         Budget of the tree.
     progress : callable
         Is told what begins.
+    rigid : Outcome, optional
+        What rigid-block equilibrium says of the same system; found here if not given.
 
     Returns
     -------
@@ -96,20 +103,71 @@ def solve_cra(
     """
     if system.pull.any():  # its cones are shifted, and (10) of the coupled conditions is not made for that
         raise InputError("joints that pull: coupled analysis has none; use --method rbe")
-    bounds = bounds.unit()
-    deadline = time.perf_counter() + seconds
-    began = time.perf_counter()
-    schur = Schur(system) if solver == "auto" else None
-    rigid = solve_rbe(system, solver, schur=schur)
+    bounds, began = bounds.unit(), time.perf_counter()
+    deadline = began + seconds
+    rigid = solve_rbe(system, solver) if rigid is None else rigid
     factorisations = int(rigid.provenance.get("factorisations", 0))
     tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=factorisations)]
     if rigid.word == "collapse":
         provenance = {**_provenance("RBE", tried), **rigid.provenance, "tried": tried}
         return CoupledOutcome("collapse", y=rigid.y, merit=np.inf, route="RBE", provenance=provenance)
+    parts = components(system)
+    if len(parts) <= 1:
+        return _component(system, bounds, rigid.f, solver, deadline, nodes, progress, tried)
+    return _together(system, bounds, parts, rigid.f, solver, deadline, nodes, progress, tried)
+
+
+def _together(
+    system: EquilibriumSystem,
+    bounds: Bounds,
+    parts: list[Part],
+    given: Floats | None,
+    solver: str,
+    deadline: float,
+    nodes: int,
+    progress: Callable[[str], None],
+    tried: list[dict[str, Any]],
+) -> CoupledOutcome:
+    """Each component apart: one that is refuted refutes the model; one that stays open leaves it open."""
+    f, dq = np.zeros((system.points, 3)), np.zeros((system.blocks, 6))
+    merit, bound, open_ones, last = 0.0, 1.0, 0, None
+    for part in parts:
+        own, force, length = in_own_units(part.system)
+        start = None if given is None else given[part.points] / force
+        found = _component(own, bounds, start, solver, deadline, nodes, progress, list(tried))
+        tried = list(found.provenance["tried"])
+        if found.word == "refuted":
+            return replace(found, part=own)
+        if found.f is not None and found.dq is not None:
+            f[part.points] = found.f * force
+            dq[part.blocks] = found.dq.reshape(-1, 6) / np.repeat([1.0, length], 3)
+        merit, bound = merit + found.merit, min(bound, found.bound)
+        if found.word != "coupled":
+            open_ones, last = open_ones + 1, found
+    if last is None:
+        route = str(tried[-1]["route"])
+        return CoupledOutcome("coupled", f, dq.ravel(), merit=merit, route=route, provenance=_provenance(route, tried))
+    why = f"{last.provenance.get('why', '')} ({open_ones} of {len(parts)} groups of blocks that touch are open)"
+    provenance = _provenance("", tried) | {"why": why}
+    return CoupledOutcome("undecided", f, dq.ravel(), merit=merit, bound=bound, provenance=provenance)
+
+
+def _component(
+    system: EquilibriumSystem,
+    bounds: Bounds,
+    given: Floats | None,
+    solver: str,
+    deadline: float,
+    nodes: int,
+    progress: Callable[[str], None],
+    tried: list[dict[str, Any]],
+) -> CoupledOutcome:
+    """The routes, one after the other, for blocks that touch; `given` are forces of rigid-block equilibrium."""
     best = nothing(system, bounds)
     if best.found:  # nothing loaded, or nothing free
         return _coupled(best, "RBE", tried)
-    for name, by, run in _routes(system, bounds, [] if rigid.f is None else [rigid.f], solver, schur):
+    schur = Schur(system) if solver == "auto" else None
+    for name, by, run in _routes(system, bounds, [] if given is None else [given], solver, schur):
         left = deadline - time.perf_counter()
         if left <= 0.0:
             break

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cyclopean.analysis.checking import solved, within_faces
 from cyclopean.analysis.coupled.block_newton import Doubled
 from cyclopean.analysis.coupled.polish import attempt
 from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
@@ -21,7 +22,7 @@ from cyclopean.analysis.grown.inward import inward
 from cyclopean.analysis.grown.region import Region, around, region, way_down
 from cyclopean.analysis.grown.seating import seated
 from cyclopean.analysis.posing import PosedModel
-from cyclopean.analysis.proving import Claim, Judge, coupled_claim, prove, rigid_claim
+from cyclopean.analysis.proving import Claim, Judge, coupled_claim, prove
 from cyclopean.analysis.rigid.newton import collapse_bound
 from cyclopean.analysis.rigid.rbe import COLLAPSE, solve_rbe
 from cyclopean.analysis.settings import Settings
@@ -82,9 +83,10 @@ def recheck(model: PosedModel, settings: Settings, known: Known | None = None, j
         _fitting(model, known)
     system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
     if settings.chosen_method() == "rbe":
-        result = prove(model, settings, system, rigid_claim(solve_rbe(system, settings.solver)), judge)
+        result = prove(model, settings, system, solved(model, settings, system), judge)
     else:
         result = _coupled(model, settings, system, known, judge)
+    result = within_faces(model, settings, result)
     return replace(result, seconds={"total": time.perf_counter() - began})
 
 
@@ -133,7 +135,7 @@ def _coupled(
         result = prove(model, settings, system, claim, judge)
         if result.verdict == "stable":
             return result
-    claim = coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes))
+    claim = solved(model, settings, system)
     result = prove(model, settings, system, claim, judge)
     if result.verdict == "undecided" and claim.kind == "cra-state":  # beta_min to the last bit was too little
         more = replace(bounds, beta=bounds.beta * MARGIN)

@@ -49,6 +49,8 @@ def region(system: EquilibriumSystem, blocks: Ints) -> Region:
         held=system.held[blocks] if len(system.held) else system.held,
         pull=system.pull[point] if len(system.pull) else system.pull,
         size=None if system.size is None else system.size[blocks],
+        weight=None if system.weight is None else system.weight[blocks],
+        diagonal=None if system.diagonal is None else system.diagonal[blocks],
     )
     outside = ((a < 0) & (system.row_a >= 0)) | ((b < 0) & (system.row_b >= 0))
     return Region(part, point, dof, outside[point])

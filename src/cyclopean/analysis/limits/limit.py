@@ -24,6 +24,8 @@ from cyclopean.assembly import Assembly, Load
 from cyclopean.errors import InputError
 from cyclopean.statics import EquilibriumSystem, equilibrium_system, turned_gravity
 
+BACK = 1e-8  # radians between what a solver says of a tilt and what is proved: room for forces, and for a motion
+
 __all__ = ["Found", "find_limit", "limit", "limit_of", "live_pencil"]
 
 
@@ -92,7 +94,7 @@ def limit_of(
     found = find_limit(model, live, solver, budget.before_proof(len(model.contacts.point)))
     clock["solved"] = time.perf_counter()
     progress("verifying")
-    proved = prove_bounds(found.model, found.system, found.gravity, found.loads, found.outcome, budget)
+    proved = prove_bounds(found.model, found.system, found.gravity, found.loads, found.outcome, found.pencil, budget)
     clock["verified"] = time.perf_counter()
     seconds = {"solve": clock["solved"] - clock["start"], "verify": clock["verified"] - clock["solved"]}
     return replace(_result(model, live, found, proved), seconds=seconds)
@@ -157,6 +159,7 @@ class Found:
     gravity: Floats  # live
     loads: tuple[Load, ...]
     outcome: LimitOutcome
+    pencil: Pencil | None = None
     angle: tuple[float | None, float | None] | None = None  # radians at multipliers 0 and 1, where they stand for that
 
 
@@ -165,7 +168,8 @@ def _grown(model: PosedModel, live: Live, solver: str, budget: Budget) -> Found:
     gravity, loads = live_loads(model.assembly, live, model.gravity)
     system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
     grown = live_pencil(model, system, gravity, loads)
-    return Found(model, system, gravity, loads, in_users_units(solve_limit(grown, solver, budget), grown.unit))
+    outcome = in_users_units(solve_limit(grown, solver, budget), grown.unit)
+    return Found(model, system, gravity, loads, outcome, grown)
 
 
 def _turns_unevenly(model: PosedModel, azimuth: float) -> bool:
@@ -184,11 +188,13 @@ def _turned(model: PosedModel, azimuth: float, solver: str, budget: Budget) -> F
         return live_pencil(posed, system, live, ()) if live.any() else pencil(system, np.zeros(len(system.p)))
 
     turn = solve_turning(at, model.gravity, azimuth, solver, budget)
-    start = 0.0 if turn.low is None else turn.low
+    start = 0.0 if turn.low is None else turn.low - BACK
+    end = None if turn.high is None else turn.high + BACK
     first = turned_gravity(model.gravity, float(np.rad2deg(start)), azimuth)
-    last = first if turn.high is None else turned_gravity(model.gravity, float(np.rad2deg(turn.high)), azimuth)
+    last = first if end is None else turned_gravity(model.gravity, float(np.rad2deg(end)), azimuth)
     system = equilibrium_system(model.assembly, model.contacts, model.fixed, first, model.density)
-    return Found(replace(model, gravity=first), system, last - first, (), turn.outcome, (turn.low, turn.high))
+    low = None if turn.low is None else start
+    return Found(replace(model, gravity=first), system, last - first, (), turn.outcome, angle=(low, end))
 
 
 def _result(model: PosedModel, live: Live, found: Found, proved: Proved) -> LimitResult:
@@ -217,7 +223,7 @@ def _result(model: PosedModel, live: Live, found: Found, proved: Proved) -> Limi
         live=live,
         method="rbe",
         word=_word(outcome, proved),
-        reason=_reason(model, live, outcome, lower, upper, window),
+        reason=_reason(model, live, replace(outcome, word=_word(outcome, proved)), lower, upper, window),
         lower=lower,
         upper=upper,
         window=window,
@@ -239,11 +245,18 @@ def _result(model: PosedModel, live: Live, found: Found, proved: Proved) -> Limi
 
 def _word(outcome: LimitOutcome, proved: Proved) -> Any:
     """What of the solvers' word is left after the check."""
+    if proved.unbounded:
+        return "unbounded"
+    if proved.falls:
+        return "falls"
+    if outcome.word in ("limit", "undecided", "unbounded"):
+        if proved.upper is not None and proved.upper <= 0.0 and not (proved.lower is not None and proved.lower >= 0.0):
+            return "falls"
+        if proved.closed:
+            return "limit"
     if outcome.word == "limit" and (proved.lower is None or proved.upper is None):
         return "undecided"
-    if outcome.word == "unbounded" and proved.lower is None:
-        return "undecided"
-    return outcome.word
+    return "undecided" if outcome.word == "unbounded" else outcome.word
 
 
 def _reason(

@@ -1,35 +1,140 @@
 """From bounds that the solvers claim to bounds that the independent checker has confirmed."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis.certificates import certify, inner_forces, world_forces
+from cyclopean.analysis.certificates import Parts, certify, force_rows
 from cyclopean.analysis.limits.budget import UNLIMITED, Budget
-from cyclopean.analysis.limits.solving import LimitOutcome
+from cyclopean.analysis.limits.own_scale import limit_at_own_scale
+from cyclopean.analysis.limits.pencil import Pencil
+from cyclopean.analysis.limits.solving import CLOSED, LimitOutcome
 from cyclopean.analysis.posing import PosedModel
+from cyclopean.analysis.rigid.components import component_labels, lightest
+from cyclopean.analysis.rigid.deciding import ACCEPTED, decide
+from cyclopean.analysis.rigid.exact_balance import Balance, exact_balance, product, stretched
+from cyclopean.analysis.rigid.opening import SLOW
+from cyclopean.analysis.rigid.polishing import Polished, Polisher
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Load
 from cyclopean.proof import Report, seal, verify
-from cyclopean.statics import EquilibriumSystem
+from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
 
 __all__ = ["Proved", "in_users_units", "prove_bounds"]
 
-STEPS = (0.0, 1e-9, 1e-8, 1e-7)  # by which an upper bound is raised when rounding spoils its proof
+RAISED = (0.0, 1e-9, 1e-8, 1e-7)  # by which an upper bound is raised when rounding spoils its proof
+LOWERED = (0.0, 1e-10, 1e-9, 1e-8, 1e-7)  # ... and a lower one is lowered, for room in the cones
+RETREATS = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # ... where a state has to be found anew
+OWN_SCALE = 3000  # free blocks up to which a model is solved again at every block's own scale
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proved:
     """Bounds as they stand in a certificate; None where that side was not proved."""
 
-    lower: float | None
-    upper: float | None
-    force: Floats | None  # (q, 3) scaled, at lower
-    motion: Floats | None  # (m, 6) m/s and rad/s, largest 1
-    certificate: dict[str, Any] | None
-    report: Report | None
+    lower: float | None = None
+    upper: float | None = None
+    unbounded: bool = False  # whether forces hold every larger multiplier too
+    room: float = 0.0  # what of the gap is due to what certificates let states miss
+    force: Floats | None = None  # (q, 3) scaled, at lower
+    motion: Floats | None = None  # (m, 6) m/s and rad/s, largest 1
+    certificate: dict[str, Any] | None = None
+    report: Report | None = None
+    falls: bool = False  # whether a mechanism was found without live loads: they may hold up what stands
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing is left to be found."""
+        if self.unbounded:
+            return True
+        if self.lower is None or self.upper is None:
+            return False
+        return self.upper - self.lower <= 2.0 * max(CLOSED * max(abs(self.lower), abs(self.upper)), self.room)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Case:
+    """A model with its dead loads, and what grows on it."""
+
+    model: PosedModel
+    system: EquilibriumSystem
+    gravity: Floats  # (3,) m/s2, live
+    loads: tuple[Load, ...]  # live
+
+    def grown(self, times: float, dead: float = 1.0) -> PosedModel:
+        """The model under `dead` times its own loads and so many times the live ones."""
+        given = [*(_scaled(load, dead) for load in self.model.assembly.loads), *(_scaled(x, times) for x in self.loads)]
+        assembly = replace(self.model.assembly, loads=tuple(given))
+        return replace(self.model, assembly=assembly, gravity=dead * self.model.gravity + times * self.gravity)
+
+    def room(self, y: Floats) -> tuple[float, float]:
+        """The multiplier at which the loads do no work in (6 m,) y, and by how much a certificate wants more.
+
+        A state may leave 1e-9 of the lightest block's weight unbalanced, so a mechanism has to do more work.
+        """
+        system, alone = self.system, self.grown(1.0, 0.0)
+        contacts = replace(self.model.contacts, tension=None)
+        live = equilibrium_system(alone.assembly, contacts, alone.fixed, alone.gravity, alone.density)
+        power = float(live.p @ y) * (live.force_unit / system.force_unit)
+        if not power > 0.0 or system.weight is None or system.diagonal is None:
+            return np.inf, 0.0
+        rows, least = y.reshape(-1, 6), lightest(component_labels(system), system.weight)
+        speed = np.linalg.norm(rows[:, :3], axis=1) + system.diagonal * np.linalg.norm(rows[:, 3:], axis=1)
+        rounding = 4e-15 * float(np.abs(system.p) @ np.abs(y))
+        return -float(system.p @ y) / power, (SLOW * (1.0 + 1e-6) * float(least @ speed) + rounding) / power
+
+    def polished(self, f: Floats, times: float) -> Polished | None:
+        """Forces of (q, 3) f that balance every block at a multiplier; None where they miss what a certificate asks."""
+        model, system = self.grown(times), self.system
+        there = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+        there = replace(there, weight=None, diagonal=None)
+        balance = self._balance(times, there)
+        if system.weight is not None:  # own weights are those of the dead gravity, whatever grows
+            balance = replace(balance, weight=system.weight * system.force_unit)
+        share = lightest(component_labels(system), balance.weight) / balance.weight
+        schur = Schur(there) if there.points else None
+        found = Polisher(there, balance, schur).polished(f * (system.force_unit / there.force_unit), share, zeros=False)
+        return found if (found.own.max(1) <= ACCEPTED * share).all() else None
+
+    def _balance(self, times: float, there: EquilibriumSystem) -> Balance:
+        """Of loads that are not rounded: next to a boulder's a pebble's weight is less than that."""
+        model = self.model
+        pushes = [(load, product(np.full(3, times), load.force)) for load in self.loads]
+        more = [replace(load, force=part) for load, parts in pushes for part in parts]
+        assembly = replace(model.assembly, loads=(*model.assembly.loads, *more))
+        dead, live = (
+            exact_balance(assembly, model.contacts, gravity, model.density, there)
+            for gravity in (model.gravity, self.gravity)
+        )
+        rows = live.own_load.reshape(-1, 3, 3)
+        grown = np.stack(stretched(rows, np.full((len(rows), 1), times), None), 2).reshape(live.own_load.shape)
+        return replace(dead, own_load=np.concatenate([dead.own_load, grown], 2))
+
+    def standing(self, times: float) -> tuple[float, Polished] | None:
+        """A state found anew at a multiplier, or below it; None where there is none, or the model is large.
+
+        A mechanism that is found instead says how far down to go: to where the loads do no work in it.
+        """
+        if self.system.blocks > OWN_SCALE:
+            return None
+        for step in RETREATS:
+            lower = times - step * abs(times)
+            model = self.grown(lower)
+            there = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+            found = decide(model, there)
+            if found.word == "balanced" and found.state is not None:
+                return lower, self.polished(
+                    found.state.f * (there.force_unit / self.system.force_unit), lower
+                ) or found.state
+            if found.word == "collapse" and found.y is not None:
+                times = min(times, self.room(found.y)[0])
+        return None
+
+
+def _scaled(load: Load, factor: float) -> Load:
+    return replace(load, force=factor * load.force)
 
 
 def prove_bounds(
@@ -38,9 +143,12 @@ def prove_bounds(
     gravity: Floats,
     loads: tuple[Load, ...],
     outcome: LimitOutcome,
+    pencil: Pencil | None = None,
     budget: Budget = UNLIMITED,
 ) -> Proved:
     """Write the certificate of an outcome, have it checked, and keep what was proved.
+
+    What is not proved on both sides is solved again at every block's own scale.
 
     Parameters
     ----------
@@ -54,73 +162,137 @@ def prove_bounds(
         Live.
     outcome : LimitOutcome
         In the user's multipliers.
+    pencil : Pencil, optional
+        The same loads, to be solved again where that is needed.
     budget : Budget
         Where no time is left for a proof, nothing is proved.
     """
-    nothing = Proved(None, None, None, None, None, None)
-    sides: dict[str, Any] = {}
-    force = motion = None
+    case = _Case(model, system, gravity, loads)
+    if not budget.allows_proof(len(model.contacts.point)):
+        return Proved()
+    if outcome.word == "unbounded" and (found := _without_limit(case)) is not None:
+        return found
+    first = _best(case, list(_sides(case, outcome, pencil is not None)), budget)
+    wanted = outcome.word in ("limit", "undecided", "unbounded")
+    if first.closed or not wanted or pencil is None or budget.over or system.blocks > OWN_SCALE:
+        return first
+    if decide(case.grown(0.0), system).word == "collapse":
+        return replace(first, falls=True)
+    again = in_users_units(limit_at_own_scale(pencil), pencil.unit)
+    if again.word == "unbounded" and (found := _without_limit(case)) is not None:
+        return found
+    other = _best(case, list(_sides(case, again, True)), budget)
+    return _tighter(case, first, other)
+
+
+def _sides(case: _Case, outcome: LimitOutcome, raised: bool) -> Iterator[dict[str, Any]]:
+    """What an outcome says of either side, ready for a certificate; `raised` lets an upper bound have room."""
     if outcome.f is not None and np.isfinite(outcome.lower):
-        force = inner_forces(outcome.f, system.mu, _blur(model)[model.contacts.patch[system.used]])
-        sides |= {"lower": outcome.lower, "world_force": world_forces(system, force)}
+        steps = ((outcome.lower - step * abs(outcome.lower)) for step in LOWERED)
+        held = ((lower, case.polished(outcome.f, lower)) for lower in steps)
+        found = next(((lower, state) for lower, state in held if state is not None), None)
+        found = case.standing(outcome.lower) if found is None else found
+        if found is not None:
+            yield {"lower": found[0], "state": found[1]}
     if outcome.y is not None and np.isfinite(outcome.upper):
-        motion = system.still(outcome.y).reshape(-1, 6).copy()
-        motion[:, 3:] /= system.length_unit
+        y = case.system.still(outcome.y)
+        motion = y.reshape(-1, 6).copy()
+        motion[:, 3:] /= case.system.length_unit
         motion /= max(float(np.max(np.abs(motion), initial=0.0)), 1e-300)
-        sides |= {"upper": outcome.upper, "motion": motion}
-    if not sides or not budget.allows_proof(len(model.contacts.point)):
-        return nothing
-    certificate, report = _checked(model, system, gravity, loads, sides)
+        still, room = case.room(y) if raised else (np.inf, 0.0)
+        upper = max(outcome.upper, still + room) if np.isfinite(still) else outcome.upper
+        yield {"upper": upper, "motion": motion, "room": room}
+
+
+def _best(case: _Case, sides: list[dict[str, Any]], budget: Budget) -> Proved:
+    """Both sides in one certificate; where that fails each by itself, and then again those that stand."""
+    if not sides:
+        return Proved()
+    whole = {key: value for side in sides for key, value in side.items()}
+    certificate, report = _checked(case, whole)
     if not report.proved and budget.over:
-        return replace(nothing, report=report)
-    if not report.proved and len(sides) == 4:  # one side may stand without the other
-        found = [_alone(model, system, gravity, loads, sides, keys) for keys in _SIDES]
-        kept = {key: value for part in found for key, value in part.items()}
-        if kept:
-            certificate, report, sides = *_checked(model, system, gravity, loads, kept), kept
-    elif not report.proved and "upper" in sides:
-        kept = _alone(model, system, gravity, loads, sides, _SIDES[1])
-        if kept:
-            certificate, report, sides = *_checked(model, system, gravity, loads, kept), kept
+        return Proved(report=report)
     if not report.proved:
-        return replace(nothing, report=report)
-    return Proved(
-        sides.get("lower"),
-        sides.get("upper"),
-        force if "lower" in sides else None,
-        motion if "upper" in sides else None,
-        certificate,
-        report,
-    )
+        kept = {key: value for side in sides for key, value in _alone(case, side).items()}
+        if not kept:
+            return Proved(report=report)
+        whole = kept
+        certificate, report = _checked(case, whole)
+    if not report.proved:
+        return Proved(report=report)
+    state = whole.get("state")
+    force = None if state is None else _in_units(state, case)
+    room = whole.get("room", 0.0)
+    return Proved(whole.get("lower"), whole.get("upper"), False, room, force, whole.get("motion"), certificate, report)
 
 
-_SIDES = (("lower", "world_force"), ("upper", "motion"))
+def _in_units(state: Polished, case: _Case) -> Floats:
+    """(q, 3) forces of a state in the units of the system, frame by frame."""
+    high, low = state.parts
+    world = high if low is None else high + low
+    contacts, patch = case.model.contacts, case.model.contacts.patch[case.system.used]
+    smooth = contacts.mu[patch] == 0.0
+    local = np.einsum("qij,qj->qi", case.system.frame, world)
+    local[smooth] = 0.0
+    local[smooth, 0] = world[smooth, 0] * 2.0 * contacts.area[patch[smooth]]
+    shift = case.system.pull if len(case.system.pull) else 0.0
+    local /= case.system.force_unit
+    local[:, 0] += shift
+    return np.asarray(local)
 
 
-def _alone(
-    model: PosedModel,
-    system: EquilibriumSystem,
-    gravity: Floats,
-    loads: tuple[Load, ...],
-    sides: Mapping[str, Any],
-    keys: tuple[str, str],
-) -> dict[str, Any]:
+def _alone(case: _Case, side: Mapping[str, Any]) -> dict[str, Any]:
     """One side, as far as it can be proved by itself; an upper bound is raised a little where that helps."""
-    part = {key: sides[key] for key in keys if key in sides}
-    for step in STEPS if "upper" in part else STEPS[:1]:
-        moved = {key: value + step * abs(value) if key == "upper" else value for key, value in part.items()}
-        if _checked(model, system, gravity, loads, moved)[1].proved:
+    for step in RAISED if "upper" in side else RAISED[:1]:
+        moved = {key: value + step * abs(value) if key == "upper" else value for key, value in side.items()}
+        if _checked(case, moved)[1].proved:
             return moved
     return {}
 
 
-def _checked(
-    model: PosedModel,
-    system: EquilibriumSystem,
-    gravity: Floats,
-    loads: tuple[Load, ...],
-    sides: Mapping[str, Any],
-) -> tuple[dict[str, Any], Report]:
+def _tighter(case: _Case, one: Proved, other: Proved) -> Proved:
+    """The better bound of either side; both in one certificate."""
+    if other.report is None or not other.report.proved:
+        return one
+    if one.report is None or not one.report.proved:
+        return other
+    low = max((one, other), key=lambda p: -np.inf if p.lower is None else p.lower)
+    high = min((one, other), key=lambda p: np.inf if p.upper is None else p.upper)
+    if low is high:
+        return low
+    assert low.certificate is not None
+    assert high.certificate is not None
+    keys = ("upper", "mechanism")
+    certificate = {key: value for key, value in low.certificate.items() if key not in keys}
+    certificate |= {key: high.certificate[key] for key in keys if key in high.certificate}
+    certificate["seal"] = seal(certificate)
+    report = verify(certificate)
+    if not report.proved:
+        return low if low.lower is not None else high
+    return Proved(low.lower, high.upper, False, high.room, low.force, high.motion, certificate, report)
+
+
+def _without_limit(case: _Case) -> Proved | None:
+    """Forces at multiplier 0, and forces that balance the live loads alone: their sums hold at every multiplier."""
+    dead = case.grown(0.0)
+    dry = replace(case.grown(1.0, 0.0), contacts=replace(case.model.contacts, tension=None))
+    states = []
+    for model in (dead, dry):
+        system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+        found = decide(model, system)
+        if found.word != "balanced" or found.state is None:
+            return None
+        states.append(found.state)
+    sides = {"lower": 0.0, "state": states[0], "recession": states[1].parts}
+    certificate, report = _checked(case, sides)
+    if not report.proved:
+        return None
+    return Proved(0.0, None, True, 0.0, _in_units(states[0], case), None, certificate, report)
+
+
+def _checked(case: _Case, sides: Mapping[str, Any]) -> tuple[dict[str, Any], Report]:
+    model, system = case.model, case.system
+    proof = {"world_force": sides["state"].parts} if "state" in sides else {}
     certificate = certify(
         model.assembly,
         model.contacts,
@@ -130,16 +302,20 @@ def _checked(
         system,
         model.tolerance,
         "limit-bounds",
-        {key: value for key, value in sides.items() if key in ("world_force", "motion")},
+        proof | {key: sides[key] for key in ("motion",) if key in sides},
     )
     names = [block.id for block in model.assembly.blocks]
     certificate["live"] = {
-        "gravity": _plain(gravity),
+        "gravity": _plain(case.gravity),
         "loads": [
-            {"block": names[load.block], "force": _plain(load.force), "point": _plain(load.point)} for load in loads
+            {"block": names[load.block], "force": _plain(load.force), "point": _plain(load.point)}
+            for load in case.loads
         ],
     }
     certificate |= {key: float(sides[key]) for key in ("lower", "upper") if key in sides}
+    if "recession" in sides:
+        parts: Parts = sides["recession"]
+        certificate["recession"] = force_rows(system, model.contacts, parts)
     certificate["seal"] = seal(certificate)
     return certificate, verify(certificate)
 
@@ -148,16 +324,6 @@ def _plain(vector: Floats) -> list[float]:
     """Numbers, with noise below 1e-60 of the largest set to zero."""
     size = float(np.max(np.abs(vector), initial=0.0))
     return [float(x) if abs(x) > 1e-60 * size else 0.0 for x in vector]
-
-
-def _blur(model: PosedModel) -> Floats:
-    """(c,) angle by which rounding may turn the normal of each patch: worse the thinner it is."""
-    contacts = model.contacts
-    if not len(contacts):
-        return np.zeros(0)
-    low = np.minimum.reduceat(contacts.point, contacts.start[:-1], axis=0)
-    high = np.maximum.reduceat(contacts.point, contacts.start[:-1], axis=0)
-    return np.asarray(4e-16 * np.sum((high - low) ** 2, 1) / contacts.area)
 
 
 def in_users_units(outcome: LimitOutcome, unit: float) -> LimitOutcome:

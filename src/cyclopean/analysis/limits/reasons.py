@@ -33,9 +33,7 @@ def reason_for_limit(
         more = ", and no amount of these live loads holds it up" if outcome.upper <= 0.0 else ""
         return f"It does not stand even without live loads{more}."
     if outcome.word == "unbounded":
-        return (
-            f"No mechanism exists, however large these live loads become; it stands, proved, at {_said(live, lower)}."
-        )
+        return "No such live loads bring it down, however large: there are forces in balance with them alone (proved)."
     if lower is not None and upper is not None and outcome.word == "limit":
         low, high = _said(live, lower), _said(live, upper)
         beyond = "beyond that" if low == high else f"from {high} on"

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 from cyclopean.analysis.limits.interior import LimitPoint
 from cyclopean.analysis.limits.pencil import Pencil
-from cyclopean.analysis.rigid.reference import BIG, solve_program
+from cyclopean.analysis.rigid.reference import BIG, Cone, force_rows, solve_program
 from cyclopean.solvers import ConicProgram, solve
 
 __all__ = ["limit_by_clarabel", "limit_program"]
@@ -18,14 +18,11 @@ CLOSE = 1e-9  # tolerance of the one attempt that a deadline leaves
 def limit_program(loads: Pencil) -> ConicProgram:
     """Max s subject to A f + s q = -p0, f in K; unknowns (f, s). Its multipliers of equilibrium are the mechanism."""
     system, q = loads.system, loads.system.points
-    stretch = np.ones((q, 3))
-    stretch[:, 0] = system.mu
-    A = sp.bmat([[system.A, loads.q[:, None]], [sp.diags(-stretch.ravel()), None]], format="csc")
-    b = np.concatenate([-system.p, np.zeros(3 * q)])
+    rows, kinds = force_rows(system, Cone())
+    A = sp.bmat([[system.A, loads.q[:, None]], [rows, None]], format="csc")
+    b = np.concatenate([-system.p, np.zeros(rows.shape[0])])
     cost = np.append(np.zeros(3 * q), -1.0)
-    return ConicProgram(
-        sp.csc_matrix((3 * q + 1, 3 * q + 1)), cost, A, b, (("zero", len(system.p), 1), ("second-order", 3, q))
-    )
+    return ConicProgram(sp.csc_matrix((3 * q + 1, 3 * q + 1)), cost, A, b, (("zero", len(system.p), 1), *kinds))
 
 
 def limit_by_clarabel(loads: Pencil, seconds: float = np.inf) -> LimitPoint:

@@ -141,8 +141,11 @@ def sharpen_mechanism(system: EquilibriumSystem, schur: Schur, y: Floats, cap: i
         size = float(np.max(np.abs(slope), initial=0.0))
         if size == 0.0:
             break
-        factor = schur.factor(cone_jacobian(back, system.mu), max(1e-8 * size, 1e-14))
-        towards, along = factor.solve(slope), factor.solve(system.p)
+        try:
+            factor = schur.factor(cone_jacobian(back, system.mu), max(1e-8 * size, 1e-14))
+            towards, along = factor.solve(slope), factor.solve(system.p)
+        except SolverError:  # S is singular to rounding: what has been met is the best there is
+            break
         weight = float(system.p @ towards) / float(system.p @ along)
         d = towards - weight * along
         length, merit = 1.0, float(np.sum(f * f))

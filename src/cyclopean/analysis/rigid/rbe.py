@@ -14,7 +14,7 @@ from cyclopean.errors import InputError, SolverError
 from cyclopean.solvers import EXTRAS, load_osqp, solve
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
 
-__all__ = ["BALANCE", "COLLAPSE", "SOLVERS", "Outcome", "balanced", "solve_rbe", "tension", "weighted"]
+__all__ = ["BALANCE", "COLLAPSE", "SOLVERS", "Outcome", "balanced", "falling", "solve_rbe", "tension", "weighted"]
 
 SOLVERS = ("auto", "newton", "interior", "clarabel", "osqp")
 BALANCE = 1e-9  # the certificate's own threshold: ||A f + p|| in total loads
@@ -97,9 +97,9 @@ def solve_rbe(
     if solver == "osqp":
         load_osqp()  # absent: say so before anything else is done
     scaled, stretch = weighted(system, *weights)
-    if (falling := _falling(system)) is not None:
+    if (loose := falling(system)) is not None:
         return _settled(
-            system, DualAnswer("collapse", np.zeros((system.points, 3)), falling, np.inf, 0), "connectivity", []
+            system, DualAnswer("collapse", np.zeros((system.points, 3)), loose, np.inf, 0), "connectivity", []
         )
     if system.points == 0:  # held by nothing and pulled by nothing
         return _settled(system, DualAnswer("balanced", np.zeros((0, 3)), np.zeros(len(system.p)), 0.0, 0), "none", [])
@@ -297,7 +297,7 @@ def _condemned(system: EquilibriumSystem, y: Floats, provenance: dict[str, Any])
     return Outcome("collapse" if bound >= COLLAPSE else "undecided", None, y, np.inf, bound, provenance)
 
 
-def _falling(system: EquilibriumSystem) -> Floats | None:
+def falling(system: EquilibriumSystem) -> Floats | None:
     """Velocity of a group of free blocks that hangs on no support and is pushed one way, if there is one.
 
     A block that a partial support holds hangs on something, unless it touches nothing: then it follows its own loads.

@@ -12,7 +12,16 @@ from cyclopean.solvers import Cone as ConeKind
 from cyclopean.solvers import ConicAnswer, ConicProgram, solve
 from cyclopean.statics import EquilibriumSystem, pyramid_rows
 
-__all__ = ["Cone", "mechanism_program", "parse_cone", "penalty_program", "rbe_program", "solve_program"]
+__all__ = [
+    "Cone",
+    "dual_rows",
+    "force_rows",
+    "mechanism_program",
+    "parse_cone",
+    "penalty_program",
+    "rbe_program",
+    "solve_program",
+]
 
 BIG = 1000  # blocks above which Clarabel's `faer` factorisation beats its `qdldl`
 
@@ -55,7 +64,7 @@ def rbe_program(system: EquilibriumSystem, cone: Cone, weights: Floats | None = 
     """
     q = system.points
     H = sp.diags(np.ones(3 * q) if weights is None else weights, format="csc")
-    rows, kinds = _friction(system, cone)
+    rows, kinds = force_rows(system, cone)
     A = sp.vstack([system.A, rows], format="csc")
     b = np.concatenate([-system.p, np.zeros(rows.shape[0])])
     return ConicProgram(H, np.zeros(3 * q), A, b, (("zero", len(system.p), 1), *kinds))
@@ -69,7 +78,7 @@ def penalty_program(system: EquilibriumSystem, cone: Cone, gamma: float = 1e6) -
     """
     q = system.points
     H = sp.diags(np.concatenate([np.ones(3 * q), np.full(q, gamma)]), format="csc")
-    rows, kinds = _friction(system, cone)
+    rows, kinds = force_rows(system, cone)
     pull = system.A.tocsc()[:, 0 : 3 * q : 3]
     A = sp.bmat([[system.A, -pull], [rows, None], [None, -sp.identity(q)]], format="csc")
     b = np.concatenate([-system.p, np.zeros(rows.shape[0] + q)])
@@ -118,12 +127,30 @@ def _tolerances(optimal: float, infeasible: float) -> dict[str, Any]:
     }
 
 
-def _friction(system: EquilibriumSystem, cone: Cone) -> tuple[Any, tuple[Any, ...]]:
+def dual_rows(system: EquilibriumSystem, delta: float) -> tuple[Any, tuple[Any, ...], Floats]:
+    """Rows, cones and right-hand side that keep every dd = A'y at least `delta` inside K* = {dn >= mu |d_t|}."""
+    q = system.points
+    stretch = np.ones((q, 3))
+    stretch[:, 1:] = system.mu[:, None]
+    rows = sp.diags(-stretch.ravel()) @ system.A.T
+    return rows, (("second-order", 3, q),), np.tile([-delta, 0.0, 0.0], q)
+
+
+def force_rows(system: EquilibriumSystem, cone: Cone) -> tuple[Any, tuple[Any, ...]]:
+    """Rows and cones that keep forces inside friction cones; where there is none fn >= 0 and f_t = 0."""
     q = system.points
     if cone.kind == "exact":
         stretch = np.ones((q, 3))
         stretch[:, 0] = system.mu
-        return sp.diags(-stretch.ravel(), format="csc"), (("second-order", 3, q),)
+        rows = sp.diags(-stretch.ravel(), format="csr")
+        if system.mu.all():
+            return rows.tocsc(), (("second-order", 3, q),)
+        rough, smooth = np.flatnonzero(system.mu), 3 * np.flatnonzero(system.mu == 0.0)  # there fn >= 0 and ft = 0
+        upright = sp.csr_matrix((-np.ones(len(smooth)), (np.arange(len(smooth)), smooth)), shape=(len(smooth), 3 * q))
+        across = rows[(smooth[:, None] + [1, 2]).ravel()]
+        cones = rows[(3 * rough[:, None] + np.arange(3)).ravel()]
+        kinds = (("zero", 2 * len(smooth), 1), ("nonnegative", len(smooth), 1), ("second-order", 3, len(rough)))
+        return sp.vstack([across, upright, cones], format="csc"), tuple(kind for kind in kinds if kind[1] * kind[2])
     faces = pyramid_rows(system.mu, cone.faces, cone.kind == "inscribed")
     upright = sp.csc_matrix((-np.ones(q), (np.arange(q), 3 * np.arange(q))), shape=(q, 3 * q))
     return sp.vstack([faces, upright], format="csc"), (("nonnegative", cone.faces * q + q, 1),)

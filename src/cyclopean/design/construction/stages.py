@@ -16,8 +16,6 @@ from cyclopean.proof import verify
 
 __all__ = ["Stage", "moving", "stage_of", "verdict", "with_props"]
 
-SHARE = 0.00499  # of the size of the free blocks: the largest tolerance that a certificate may state, with room
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
@@ -57,7 +55,7 @@ def stage_of(whole: PosedModel, standing: Bools, props: Sequence[int] = ()) -> S
         fixed,
         whole.gravity,
         whole.density,
-        _tolerance(assembly, fixed, whole.tolerance),
+        whole.tolerance,
         whole.assumed,
         (),
         tuple(np.flatnonzero(~touched & ~fixed).tolist()),
@@ -70,8 +68,7 @@ def with_props(stage: Stage, props: Sequence[int]) -> Stage:
     """The same stage with these blocks of the whole held."""
     fixed = stage.model.fixed | np.isin(stage.block, list(props))
     idle = tuple(i for i in stage.model.idle if not fixed[i])
-    tolerance = _tolerance(stage.model.assembly, fixed, stage.model.tolerance)
-    return replace(stage, model=replace(stage.model, fixed=fixed, idle=idle, tolerance=tolerance))
+    return replace(stage, model=replace(stage.model, fixed=fixed, idle=idle))
 
 
 def verdict(
@@ -117,19 +114,5 @@ def _within(contacts: Contacts, place: Ints) -> tuple[Contacts, Ints]:
     inside = np.zeros(len(contacts), bool)
     inside[kept] = True
     point = np.flatnonzero(inside[contacts.patch])
-    start = np.concatenate([[0], np.cumsum(np.diff(contacts.start)[kept])])
-    part = Contacts(
-        place[contacts.a[kept]],
-        place[contacts.b[kept]],
-        start,
-        contacts.point[point],
-        contacts.mu[kept],
-        contacts.strength_given[kept],
-    )
-    return part, point
-
-
-def _tolerance(assembly: Assembly, fixed: Bools, wanted: float) -> float:
-    """The tolerance (m) of the whole, as far as a certificate of so few free blocks may state it."""
-    free = assembly.mesh.vertex[~fixed[assembly.mesh.vertex_body]]
-    return min(wanted, SHARE * float(np.linalg.norm(np.ptp(free, axis=0)))) if len(free) else wanted
+    part = contacts.only(kept)
+    return replace(part, a=place[part.a], b=place[part.b]), point

@@ -1,0 +1,245 @@
+"""Does a test fail when a line of the checker is wrong? One change at a time, in a copy, until a proof test fails.
+
+Run `python bench/mutants.py [--count 300] [--seed 0] [--jobs 2] [--lines 1200-1400] [--list]`; prints every change that
+no test notices, with its line, and a sum at the end. Changed are comparisons, arithmetic, constants, `and` and `or`,
+`not`, signs, the direction of rounding, `min` and `max`, `any` and `all`, branches; and refusals are dropped. What
+survives either wants a test or changes nothing that can be told (a bound that is never reached, a figure to print, a
+shorter way).
+
+It works in any checkout: package and tests are copied to a temporary folder, and only the copy is changed. The files
+of tests come quickest first, and a run ends with the first failure, so that a change that is noticed costs 2 to 5 s.
+"""
+
+import argparse
+import ast
+import copy
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+from time import perf_counter
+
+ROOT = Path(__file__).resolve().parent.parent
+CHECKER = Path("src/cyclopean/proof/checker.py")
+TESTS = [
+    "tests/test_proof_checker.py",
+    "tests/test_proof_parts.py",
+    "tests/test_proof_surfaces.py",
+    "tests/test_proof_rules.py",
+    "tests/test_proof_laws.py",
+    "tests/test_proof_standalone.py",
+    "tests/test_limit_certificates.py",
+    "tests/test_proof_cra_state.py",
+    "tests/test_proof_fast_paths.py",
+    "tests/test_proof_places.py",
+    "tests/test_proof_mutations.py",
+    "tests/test_settlements.py",
+    "tests/test_partial_supports.py",
+    "tests/test_tension.py",
+    "tests/test_mutated_certificates.py",
+    "tests/test_proof_cra_tree.py",
+    "src/cyclopean/proof/checker.py",
+]
+COMPARED: dict[type[ast.cmpop], list[type[ast.cmpop]]] = {
+    ast.Lt: [ast.LtE, ast.Gt],
+    ast.LtE: [ast.Lt, ast.GtE],
+    ast.Gt: [ast.GtE, ast.Lt],
+    ast.GtE: [ast.Gt, ast.LtE],
+    ast.Eq: [ast.NotEq],
+    ast.NotEq: [ast.Eq],
+    ast.In: [ast.NotIn],
+    ast.NotIn: [ast.In],
+    ast.Is: [ast.IsNot],
+    ast.IsNot: [ast.Is],
+}
+REPLACED: dict[type[ast.operator], type[ast.operator]] = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.FloorDiv,
+    ast.FloorDiv: ast.Mult,
+    ast.Div: ast.Mult,
+    ast.LShift: ast.RShift,
+    ast.BitOr: ast.BitAnd,
+    ast.Pow: ast.Mult,
+}
+RENAMED = {
+    "min": "max",
+    "max": "min",
+    "any": "all",
+    "all": "any",
+    "_root_above": "math.isqrt",
+    "_plus": "_minus",
+    "_minus": "_plus",
+    "_quotient_above": "_quotient_below",
+    "sum": "max",
+}
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """The `number`-th node of the tree (in the order of `ast.walk`), changed in the `way`-th manner that it has."""
+
+    number: int
+    way: int
+    line: int
+    text: str
+
+
+def changes(node: ast.AST) -> Iterator[ast.AST]:
+    """Nodes that this one might be by mistake."""
+    if isinstance(node, ast.Compare):
+        for i, op in enumerate(node.ops):
+            for other in COMPARED[type(op)]:
+                yield ast.Compare(node.left, [*node.ops[:i], other(), *node.ops[i + 1 :]], node.comparators)
+    elif isinstance(node, ast.BinOp) and type(node.op) in REPLACED:
+        yield ast.BinOp(node.left, REPLACED[type(node.op)](), node.right)
+    elif isinstance(node, ast.AugAssign) and type(node.op) in REPLACED:
+        yield ast.AugAssign(node.target, REPLACED[type(node.op)](), node.value)
+    elif isinstance(node, ast.BoolOp):
+        yield ast.BoolOp(ast.Or() if isinstance(node.op, ast.And) else ast.And(), node.values)
+        for i in range(len(node.values)):
+            rest = node.values[:i] + node.values[i + 1 :]
+            yield rest[0] if len(rest) == 1 else ast.BoolOp(node.op, rest)
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
+        yield node.operand
+    elif isinstance(node, ast.IfExp):
+        yield node.body
+        yield node.orelse
+    elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        yield ast.Constant(node.value + 1)
+        yield ast.Constant(node.value - 1 if node.value != 1 else 3)
+    elif isinstance(node, ast.Constant) and type(node.value) is bool:
+        yield ast.Constant(not node.value)
+    elif isinstance(node, ast.Name) and node.id in RENAMED:
+        yield ast.parse(RENAMED[node.id], mode="eval").body
+    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == "_refuse":
+        yield ast.Pass()
+    elif isinstance(node, ast.Continue):
+        yield ast.Pass()
+
+
+def judged(tree: ast.Module) -> Iterator[tuple[int, ast.AST]]:
+    """Nodes whose change might be a mistake of the proof: no annotations, no text for people."""
+    aside: set[int] = set()
+    for node in ast.walk(tree):
+        parts = [getattr(node, key, None) for key in ("annotation", "returns")] + getattr(node, "decorator_list", [])
+        if isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "T"):
+            parts.append(node)
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Subscript):  # an alias of a type
+            parts.append(node)
+        aside.update(id(part) for part in parts if part is not None)
+        if id(node) in aside:
+            aside.update(id(child) for child in ast.iter_child_nodes(node))
+    for number, node in enumerate(ast.walk(tree)):
+        if id(node) not in aside:
+            yield number, node
+
+
+def mutants(source: str) -> list[Mutant]:
+    """All changes of a source, from its first line to its last."""
+    found = []
+    for number, node in judged(ast.parse(source)):
+        for way, other in enumerate(changes(node)):
+            text = f"{ast.unparse(node)}  ->  {ast.unparse(ast.fix_missing_locations(other))}"
+            found.append(Mutant(number, way, getattr(node, "lineno", 0), text.replace("\n", " ")))
+    return sorted(found, key=lambda mutant: (mutant.line, mutant.number, mutant.way))
+
+
+class _Swap(ast.NodeTransformer):
+    """Put one node in the place of another."""
+
+    def __init__(self, old: ast.AST, new: ast.AST) -> None:
+        self.old, self.new = old, new
+
+    def visit(self, node: ast.AST) -> ast.AST:
+        return self.new if node is self.old else self.generic_visit(node)
+
+
+def mutated(source: str, mutant: Mutant) -> str:
+    """The source with one change."""
+    tree = ast.parse(source)
+    node = next(node for number, node in enumerate(ast.walk(tree)) if number == mutant.number)
+    new = list(changes(copy.deepcopy(node)))[mutant.way]
+    text = ast.unparse(ast.fix_missing_locations(_Swap(node, new).visit(tree)))
+    if "_quotient_below" in text:
+        text = text.replace(
+            "def _quotient_above", "def _quotient_below(n, d):\n    return abs(n) // d\n\ndef _quotient_above"
+        )
+    return text
+
+
+def prepared(folder: Path) -> Path:
+    """Copy what the tests need."""
+    shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    return folder
+
+
+def noticed(folder: Path, source: str, tests: list[str], limit: float) -> str:
+    """How tests take a source: "" if they pass, else what they say last; a run that does not end counts as noticed."""
+    (folder / CHECKER).write_text(source, encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": str(folder / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", *tests]
+    try:
+        run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=limit)
+    except subprocess.TimeoutExpired:
+        return "takes too long"
+    return "" if run.returncode == 0 else (run.stdout.strip().splitlines() or ["fails"])[-1]
+
+
+def main() -> int:
+    """Change, test, tell."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=300, help="how many changes, drawn by the seed")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--lines", help="first and last line, as 1200-1400")
+    parser.add_argument("--list", action="store_true", help="print the changes, test nothing")
+    given = parser.parse_args()
+    source = (ROOT / CHECKER).read_text(encoding="utf-8")
+    first, last = map(int, given.lines.split("-")) if given.lines else (1, 10**9)
+    chosen = [mutant for mutant in mutants(source) if first <= mutant.line <= last]
+    whole = len(chosen)
+    chosen = random.Random(given.seed).sample(chosen, min(given.count, whole))
+    if given.list:
+        print("\n".join(f"{mutant.line}: {mutant.text}" for mutant in sorted(chosen, key=lambda m: m.line)))
+        return 0
+    tests = [test for test in TESTS if (ROOT / test).exists()]
+    with tempfile.TemporaryDirectory() as place:
+        folders: SimpleQueue[Path] = SimpleQueue()
+        for job in range(given.jobs):
+            folders.put(prepared(Path(place) / str(job)))
+
+        def attempt(text: str, limit: float) -> str:
+            folder = folders.get()
+            try:
+                return noticed(folder, text, tests, limit)
+            finally:
+                folders.put(folder)
+
+        begun = perf_counter()
+        if fault := attempt(ast.unparse(ast.parse(source)), 3600.0):
+            print(f"tests fail before any change: {fault}")
+            return 1
+        limit = 60.0 + 10.0 * (perf_counter() - begun)
+        survivors = 0
+        with ThreadPoolExecutor(given.jobs) as pool:
+            answers = pool.map(lambda mutant: attempt(mutated(source, mutant), limit), chosen)
+            for mutant, answer in zip(chosen, answers, strict=True):
+                if not answer:
+                    survivors += 1
+                    print(f"{mutant.line}: {mutant.text}", flush=True)
+    print(f"{len(chosen)} of {whole} changes, {survivors} not noticed; {perf_counter() - begun:.0f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
