@@ -7,7 +7,7 @@ survives either wants a test or changes nothing that can be told (a bound that i
 shorter way).
 
 It works in any checkout: package and tests are copied to a temporary folder, and only the copy is changed. The files
-of tests come quickest first, and a run ends with the first failure, so that a change that is noticed costs 2 to 5 s.
+of tests come quickest first, and a run ends with the first failure, so that a change that is noticed soon costs little.
 """
 
 import argparse

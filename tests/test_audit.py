@@ -9,6 +9,7 @@ import pytest
 import auditing
 import cyclopean
 from auditing import CONTRADICTS, FAILURES, NEAR, RAISES, UNDECIDED, UNPROVED, contradicts, judged
+from cyclopean.analysis.limits import proving
 from oracle import LimitAnswer
 from oracle_models import SHARES, drawn
 
@@ -35,6 +36,17 @@ def test_nothing_contradicts_the_oracle(kind: str, family: str, tmp_path: Path) 
     open_ones = [(seed, f.truth, f.note) for seed, f in found.items() if f.outcome == UNDECIDED]
     assert counts[UNDECIDED] <= MOST_UNDECIDED.get((kind, family), 0), open_ones
     assert counts[NEAR] <= MOST_NEAR[kind]
+
+
+@pytest.mark.parametrize("seed", [40098, 40146, 40248])
+@pytest.mark.parametrize("most", [proving.OWN_SCALE, 0])
+def test_what_needs_its_live_loads_falls_without_them(
+    seed: int, most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where a model has more blocks than are solved again at their own scale: both bounds alone say "limit"."""
+    monkeypatch.setattr(proving, "OWN_SCALE", most)
+    found = judged(drawn("limit", seed), tmp_path)
+    assert (found.outcome, found.truth) == ("agrees", "falls"), found.note
 
 
 # --- the audit can fail ----------------------------------------------------------------------------------------------

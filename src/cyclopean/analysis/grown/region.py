@@ -1,9 +1,10 @@
 """Part of a system, with all that lies outside held where it is."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from cyclopean.analysis.rigid.components import group
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.statics import EquilibriumSystem
 
@@ -28,32 +29,12 @@ class Region:
 
 def region(system: EquilibriumSystem, blocks: Ints) -> Region:
     """Cut the region of these blocks, (b,) sorted rows of free blocks, out of a system."""
-    place = np.full(system.blocks + 1, -1)  # the last for supports, row -1
-    place[blocks] = np.arange(len(blocks))
-    a, b = place[system.row_a], place[system.row_b]
-    point = np.flatnonzero((a >= 0) | (b >= 0))
-    dof = (6 * blocks[:, None] + np.arange(6)).ravel()
-    column = (3 * point[:, None] + np.arange(3)).ravel()
-    part = replace(
-        system,
-        free=system.free[blocks],
-        used=system.used[point],
-        row_a=a[point],
-        row_b=b[point],
-        arm_a=system.arm_a[point],
-        arm_b=system.arm_b[point],
-        frame=system.frame[point],
-        mu=system.mu[point],
-        A=system.A[dof][:, column].tocsr(),
-        p=system.p[dof],
-        held=system.held[blocks] if len(system.held) else system.held,
-        pull=system.pull[point] if len(system.pull) else system.pull,
-        size=None if system.size is None else system.size[blocks],
-        weight=None if system.weight is None else system.weight[blocks],
-        diagonal=None if system.diagonal is None else system.diagonal[blocks],
-    )
-    outside = ((a < 0) & (system.row_a >= 0)) | ((b < 0) & (system.row_b >= 0))
-    return Region(part, point, dof, outside[point])
+    inside = np.zeros(system.blocks, bool)
+    inside[blocks] = True
+    part = group(system, inside)
+    a, b = system.row_a[part.points], system.row_b[part.points]
+    rim = ((a >= 0) & ~inside[a]) | ((b >= 0) & ~inside[b])
+    return Region(part.system, part.points, (6 * blocks[:, None] + np.arange(6)).ravel(), rim)
 
 
 def around(system: EquilibriumSystem, blocks: Ints, radius: int) -> Ints:

@@ -174,11 +174,11 @@ def prove_bounds(
         return found
     first = _best(case, list(_sides(case, outcome, pencil is not None)), budget)
     wanted = outcome.word in ("limit", "undecided", "unbounded")
-    if not wanted or pencil is None or budget.over or system.blocks > OWN_SCALE:
+    if not wanted or pencil is None or budget.over:
         return first
     if not (first.lower is not None and first.lower <= 0.0) and decide(case.grown(0.0), system).word == "collapse":
         return replace(first, falls=True)  # what stands at a multiplier may need these loads to stand
-    if first.closed:
+    if first.closed or system.blocks > OWN_SCALE:
         return first
     again = in_users_units(limit_at_own_scale(pencil), pencil.unit)
     if again.word == "unbounded" and (found := _without_limit(case)) is not None:
