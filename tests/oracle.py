@@ -9,7 +9,8 @@ cones,
 In the plane the cone has two edges n + mu t, n - mu t and all is exact; in space a cone of K edges lies inside the
 round one (radius mu) or around it (radius mu / cos(pi / K)). Every question is asked twice, of a structure a little
 weaker than the given one (friction and contacts less by MARGIN) and of one a little stronger: *stable* is what the
-weaker one is, *unstable* what the stronger one is, and what lies between is *near*, too near to call.
+weaker one is, *unstable* what the stronger one is, and what lies between is *near*, too near to call. Without friction
+nothing can be less: *stable* is then what also stands with every joint turned by what a file's last digits may turn it.
 
 No answer of HiGHS is believed: forces must balance every block to BALANCE of that block's own weight and size, a motion
 must need forces of FAR total weights to be stopped, both summed in extended precision. What fails that is *near* too.
@@ -27,6 +28,7 @@ G = 9.80665
 MARGIN = 1e-6  # by which friction and contacts are less or more, relative
 BALANCE = 1e-8  # of a block's own weight (and size): how well forces must balance it
 FAR = 1e6  # total weights: forces that no structure has
+TURNED = 4  # times that frictionless joints are turned at random
 EDGES = (8, 64)  # of a friction cone in space: a coarse one first
 CLASH = 1e-7  # eps; a motion that misses a pattern by more does not have it
 NODES = 20000  # of the tree of patterns of one coupled question
@@ -62,6 +64,7 @@ class Structure:
     mu: float
     gravity: np.ndarray  # (d,) m/s2
     loads: tuple[tuple[int, tuple[float, ...], tuple[float, ...]], ...] = ()  # block, force (N), point (m)
+    rounding: float = 0.0  # m, of the coordinates in the file that the program reads
 
     @property
     def dimension(self) -> int:
@@ -87,6 +90,17 @@ def eased(structure: Structure, by: float) -> Structure:
         replace(joint, point=joint.point + by * (joint.point - joint.point.mean(axis=0))) for joint in structure.joints
     ]
     return replace(structure, mu=structure.mu * (1.0 + by), joints=tuple(joints))
+
+
+def turned(structure: Structure, rng: np.random.Generator) -> Structure:
+    """The structure with every joint turned at random by what rounding its ends may turn it."""
+    joints = []
+    for joint in structure.joints:
+        angle = 4.0 * structure.rounding / np.linalg.norm(np.ptp(joint.point, axis=0))
+        aside = rng.normal(size=structure.dimension)
+        aside -= (aside @ joint.normal) * joint.normal
+        joints.append(replace(joint, normal=joint.normal + angle * aside / np.linalg.norm(aside)))
+    return replace(structure, joints=tuple(joints))
 
 
 # --- equilibrium -----------------------------------------------------------------------------------------------------
@@ -329,14 +343,15 @@ def _cones(structure: Structure) -> tuple[int, ...]:
 def rbe(structure: Structure) -> str:
     """Rigid-block equilibrium: "stable", "unstable" or "near"."""
     weak, strong = eased(structure, -MARGIN), eased(structure, MARGIN)
-    words = [_group(structure, weak, strong, blocks) for blocks in components(structure)]
+    rng = np.random.default_rng(0)
+    others = [turned(structure, rng) for _ in range(TURNED)] if structure.mu == 0.0 and structure.rounding else []
+    words = [_group(structure, (weak, *others), strong, blocks) for blocks in components(structure)]
     return "unstable" if "unstable" in words else "near" if "near" in words else "stable"
 
 
-def _group(structure: Structure, weak: Structure, strong: Structure, blocks: Sequence[int]) -> str:
+def _group(structure: Structure, weak: Sequence[Structure], strong: Structure, blocks: Sequence[int]) -> str:
     for count in _cones(structure):
-        eq = equations(weak, blocks, count)
-        if held(eq, eq.p)[0] == "yes":
+        if all(held(eq, eq.p)[0] == "yes" for eq in (equations(each, blocks, count) for each in weak)):
             return "stable"
         eq = equations(strong, blocks, count, outer=True)
         if held(eq, eq.p, equations(structure, blocks, count, outer=True))[0] == "no":

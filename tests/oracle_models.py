@@ -59,7 +59,9 @@ class Case:
 
     def structure(self) -> Structure:
         """What the oracle is asked about."""
-        return structure_of(self.shape, self.mu, self.pull)
+        corners = [x for block in self.document.get("blocks", ()) for vertex in block["vertices"] for x in vertex]
+        rounding = float(np.spacing(np.max(np.abs(corners), initial=0.0)))
+        return replace(structure_of(self.shape, self.mu, self.pull), rounding=rounding)
 
 
 # --- mass, and where blocks touch ------------------------------------------------------------------------------------
@@ -100,6 +102,14 @@ def structure_of(shape: Plane | Space, mu: float, gravity: np.ndarray) -> Struct
         bodies.append(Body(measure * thickness * shape.density[k] * G, centre, float(size), shape.fixed[k]))
     joints = [Joint(a, b, points, normal) for a, b, points, normal in shape.joints]
     return Structure(tuple(bodies), tuple(joints), mu, np.asarray(gravity, float))
+
+
+def convex(corner: np.ndarray) -> bool:
+    """Whether a polygon (k, 2) turns left at every corner, once round."""
+    edge = np.roll(corner, -1, axis=0) - corner
+    after = np.roll(edge, -1, axis=0)
+    left = np.arctan2(edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0], np.sum(edge * after, axis=1))
+    return bool(np.all(left > -1e-9) and left.sum() < 3.0 * np.pi)
 
 
 def plane_joints(parts: Sequence[np.ndarray], fixed: Sequence[bool], tolerance: float, least: float) -> list | None:
@@ -584,7 +594,7 @@ def plane_shape(rng: np.random.Generator, family: str) -> Plane:
         parts, fixed = PLANE_FAMILIES[family](rng)
         extent = float(np.ptp(np.concatenate(parts), axis=0).max())
         sides = np.concatenate([np.linalg.norm(np.roll(p, -1, axis=0) - p, axis=1) for p in parts])
-        if all(fixed) or sides.min() < SMALLEST * extent or min(polygon_mass(p)[0] for p in parts) <= 0.0:
+        if all(fixed) or sides.min() < SMALLEST * extent or not all(map(convex, parts)):
             continue
         joints = plane_joints(parts, fixed, 1e-12 * extent, SMALLEST * extent)
         if not joints:

@@ -19,6 +19,7 @@ from oracle_models import (
     Plane,
     Space,
     box,
+    convex,
     cut,
     cut_solid,
     drawn,
@@ -124,6 +125,18 @@ def test_pins_far_lighter_than_what_they_carry(small: float) -> None:
             parts[1:3] = [rectangle((shift_to, 0.0), (shift_to + small, small))]
             expected = "stable" if abs(shift_to + 0.5 * small - 0.5 * (1.0 + small)) < 0.5 * small else "unstable"
         assert oracle.rbe(plane(parts, [True, *[False] * (len(parts) - 1)], 0.5)) == expected
+
+
+def test_without_friction_a_pin_under_a_load_far_above_its_weight_is_near() -> None:
+    """A file's last digits lean it by 1e-13, and 1e9 of its own weight press it: it is pushed out, or it is not."""
+    feet = [rectangle((x, 0.0), (x + 1e-3, 1e-3)) for x in (0.0, 1.0)]
+    parts = [rectangle((-1.0, -1.0), (2.0, 0.0)), *feet, rectangle((0.0, 1e-3), (1.001, 1000.0))]
+    pinned = replace(plane(parts, [True, False, False, False], 0.0), rounding=2e-16)
+    alone = replace(plane([parts[0], rectangle((0.0, 0.0), (1.0, 1.0))], [True, False], 0.0), rounding=2e-16)
+    assert oracle.rbe(alone) == "stable"
+    assert oracle.rbe(pinned) == "near"
+    assert oracle.rbe(replace(pinned, rounding=0.0)) == "stable"
+    assert oracle.rbe(replace(pinned, mu=0.1)) == "stable"
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.2, 0.6])
@@ -293,11 +306,22 @@ def test_every_family_is_drawn_and_sizes_are_mixed() -> None:
             case = drawn(kind, 3, family)
             assert case.family == family
             assert any(not fixed for fixed in case.shape.fixed)
+            assert case.shape.__class__ is Space or all(map(convex, case.shape.parts))
     ratios = []
     for seed in range(60):
         weights = [b.weight for b in drawn("rbe", seed).structure().bodies if not b.fixed]
         ratios.append(max(weights) / min(weights))
     assert np.mean(np.array(ratios) > 100.0) > 1 / 3
+
+
+def test_a_part_that_crosses_or_winds_about_itself_is_none() -> None:
+    square = rectangle((0.0, 0.0), (1.0, 1.0))
+    assert convex(square)
+    assert convex(np.insert(square, 1, [0.5, 0.0], axis=0))  # a corner along a side
+    assert not convex(square[::-1])
+    assert not convex(square[[0, 2, 1, 3]])
+    assert not convex(np.insert(square, 1, [0.5, 0.2], axis=0))
+    assert not convex(np.concatenate([square, square]))
 
 
 def same(a: Case, b: Case) -> bool:
