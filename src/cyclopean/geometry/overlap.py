@@ -1,18 +1,18 @@
 """Where planar regions of different bodies lie face to face: candidates by boxes and planes, exact polygon overlay."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
+from cyclopean.geometry.common_area import common_areas
 from cyclopean.geometry.coplanar import PlanarRegions
 from cyclopean.geometry.frames import frames_from_normals
 from cyclopean.geometry.packed import ragged, ragged_batches
 
 __all__ = ["Overlaps", "box_pairs", "facing_regions", "region_overlaps"]
 
-ASKEW = 0.7391  # rad: of the axes in which areas are found again
 GRID = 1e-3  # tolerances: of the grid that decides where they differ
 MAX_ANGLE = 0.1  # rad; beyond it even an overlap ten tolerances wide gapes by more than the tolerance
 
@@ -127,6 +127,14 @@ class _Drawing:
     ring: Ints  # (k,) running number of the ring
     ring_pair: Ints  # pair of each ring
 
+    def packed(self, count: int) -> tuple[Floats, Ints, Ints]:
+        """As `common_areas` takes polygons."""
+        corner = np.arange(len(self.xy))
+        last = np.flatnonzero(np.diff(self.ring, append=-1))
+        following = corner + 1
+        following[last] = np.concatenate([[0], last[:-1] + 1])[: len(last)]
+        return self.xy, following, np.searchsorted(self.pair, np.arange(count + 1))
+
 
 def _flat_coordinates(regions: PlanarRegions, region: Ints, frame: Floats, origin: Floats) -> _Drawing:
     ring_pair, ring = ragged(regions.ring_start, region)
@@ -149,25 +157,19 @@ def _boxes_overlap(one: _Drawing, two: _Drawing, count: int, tolerance: float) -
 def _common(one: _Drawing, two: _Drawing, pair: Ints, count: int, tolerance: float) -> Any:
     """Shapely intersections of the wanted pairs.
 
-    With edges that nearly lie on each other GEOS now and then finds nothing, or a whole polygon, depending on how they
-    lie in its axes. So the areas are found again in turned axes, and where they differ the corners are put on a grid,
-    which is slow and right.
+    With edges that nearly lie on each other, or meet nearly at a corner, GEOS now and then finds nothing, or a whole
+    polygon, depending on how they lie in its axes. So the areas are found in another way too, and where they differ the
+    corners are put on a grid, which is slow and right.
     """
     import shapely
 
     a, b = _drawn(one, pair, count), _drawn(two, pair, count)
     common = shapely.intersection(a, b)
-    other = shapely.area(shapely.intersection(_drawn(_turned(one), pair, count), _drawn(_turned(two), pair, count)))
     around = np.maximum(shapely.length(a), shapely.length(b))
-    doubted = np.abs(shapely.area(common) - other) > 0.1 * tolerance * around
+    areas = common_areas(one.packed(count), two.packed(count))[pair]
+    doubted = np.abs(shapely.area(common) - areas) > 0.1 * tolerance * around
     common[doubted] = shapely.intersection(a[doubted], b[doubted], grid_size=GRID * tolerance)
     return common
-
-
-def _turned(drawing: _Drawing) -> _Drawing:
-    """The drawing turned by an angle that nothing is drawn at."""
-    turn = np.array([[np.cos(ASKEW), -np.sin(ASKEW)], [np.sin(ASKEW), np.cos(ASKEW)]])
-    return replace(drawing, xy=drawing.xy @ turn)
 
 
 def _drawn(drawing: _Drawing, pair: Ints, count: int) -> Any:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.geometry.common_area import common_areas
 from cyclopean.geometry.coplanar import flattened, twin_edges
 from cyclopean.geometry.frames import frames_from_normals
 from cyclopean.geometry.overlap import box_pairs
@@ -313,8 +314,6 @@ def _height(mesh: Polyhedra, normal: Floats, i: Ints, j: Ints) -> Bools:
 
 def _overlap(mesh: Polyhedra, ring: Floats, one: Ints, two: Ints) -> Bools:
     """(k,) whether two faces in one plane have more area in common than rounding."""
-    import shapely
-
     size = np.diff(mesh.corner_start)
     over = np.ones(len(one), bool)
     small = np.flatnonzero((size[one] == 3) & (size[two] == 3))
@@ -326,18 +325,23 @@ def _overlap(mesh: Polyhedra, ring: Floats, one: Ints, two: Ints) -> Bools:
             above = _cross(side[:, None], q - p[:, k : k + 1]) * turn[:, None]
             over[small] &= above.max(axis=1) > ROUNDING * np.linalg.norm(side, axis=1)
     left = np.flatnonzero(over)
-    faces, number = np.unique(np.concatenate([one[left], two[left]]), return_inverse=True)
-    if not len(faces):
+    if not len(left):
         return over
-    entry, position = ragged(mesh.corner_start, faces)
-    polygon = shapely.polygons(shapely.linearrings(ring[position], indices=entry))
-    broken = ~shapely.is_valid(polygon)
-    polygon[broken] = shapely.make_valid(polygon[broken])
-    a, b = (polygon[k] for k in number.reshape(2, -1))
-    over[left] = shapely.area(shapely.intersection(a, b)) > 2.0 * ROUNDING * np.minimum(
-        shapely.length(a), shapely.length(b)
+    p, q = (_polygons(mesh, ring, side[left]) for side in (one, two))
+    around = (
+        np.add.reduceat(np.linalg.norm(xy[following] - xy, axis=1), start[:-1]) for xy, following, start in (p, q)
     )
+    over[left] = common_areas(p, q) > 2.0 * ROUNDING * np.minimum(*around)
     return over
+
+
+def _polygons(mesh: Polyhedra, ring: Floats, face: Ints) -> tuple[Floats, Ints, Ints]:
+    """Faces as `common_areas` takes them."""
+    _, position = ragged(mesh.corner_start, face)
+    start = np.concatenate([[0], np.cumsum(np.diff(mesh.corner_start)[face])])
+    following = np.arange(1, len(position) + 1)
+    following[start[1:] - 1] = start[:-1]
+    return ring[position], following, start
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
