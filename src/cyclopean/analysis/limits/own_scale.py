@@ -19,7 +19,8 @@ from cyclopean.analysis.limits.pencil import Pencil, total
 from cyclopean.analysis.limits.reference import limit_by_clarabel
 from cyclopean.analysis.limits.solving import HEAVY, LimitOutcome
 from cyclopean.analysis.rigid.components import group
-from cyclopean.analysis.rigid.opening import moving_groups
+from cyclopean.analysis.rigid.exact_balance import Balance
+from cyclopean.analysis.rigid.opening import moving_groups, pressed
 from cyclopean.analysis.rigid.own_scale import lighter_weight, own_rows, own_scaled
 from cyclopean.analysis.rigid.reference import dual_rows
 from cyclopean.arrays import Bools, Floats
@@ -34,13 +35,15 @@ LARGEST = 1500  # blocks of a group that is opened
 TIGHT = 1e-11  # tolerances of the conic solver
 
 
-def limit_at_own_scale(loads: Pencil) -> LimitOutcome:
+def limit_at_own_scale(loads: Pencil, balance: Balance) -> LimitOutcome:
     """Both bounds, as far as they are found, in the units of `loads`; claims, as all that solvers say.
 
     Parameters
     ----------
     loads : Pencil
         Of a system whose blocks have own weights.
+    balance : Balance
+        Of the same system.
     """
     system = loads.system
     assert system.weight is not None
@@ -59,17 +62,19 @@ def limit_at_own_scale(loads: Pencil) -> LimitOutcome:
     if point.word == "infeasible":
         return LimitOutcome("undecided")
     y = rows * point.y
-    upper, motion = opened_bound(loads, y)
+    upper, motion = opened_bound(loads, balance, y)
     return LimitOutcome("limit", lower=point.s / unit, upper=upper, f=f, y=motion)
 
 
-def opened_bound(loads: Pencil, y: Floats) -> tuple[float, Floats | None]:
+def opened_bound(loads: Pencil, balance: Balance, y: Floats) -> tuple[float, Floats | None]:
     """The least upper bound of motions that open every joint of a group of blocks, and that motion.
 
     Parameters
     ----------
     loads : Pencil
         Dead and live loads.
+    balance : Balance
+        Of the same system: says what rounding may do to motions.
     y : (6 m,)
         What nearly is the mechanism: says which blocks move.
     """
@@ -84,7 +89,7 @@ def opened_bound(loads: Pencil, y: Floats) -> tuple[float, Floats | None]:
         seen.add(chosen.tobytes())
         for found in _opened(loads, chosen):
             power = float(loads.q @ found)
-            if not power > 0.0 or np.any(project_cones(-system.gap(found), system.mu)):
+            if not power > 0.0 or pressed(system, balance, found.reshape(-1, 6)).any():
                 continue
             upper = -float(system.p @ found) / power
             upper += 4e-15 * float(np.abs(system.p) @ np.abs(found)) / power

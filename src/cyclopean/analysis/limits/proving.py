@@ -8,15 +8,15 @@ import numpy as np
 
 from cyclopean.analysis.certificates import Parts, certify, force_rows
 from cyclopean.analysis.limits.budget import UNLIMITED, Budget
-from cyclopean.analysis.limits.own_scale import limit_at_own_scale
-from cyclopean.analysis.limits.pencil import Pencil
+from cyclopean.analysis.limits.own_scale import limit_at_own_scale, opened_bound
+from cyclopean.analysis.limits.pencil import Pencil, total
 from cyclopean.analysis.limits.solving import CLOSED, LimitOutcome
 from cyclopean.analysis.posing import PosedModel
 from cyclopean.analysis.rigid.components import component_labels, lightest
 from cyclopean.analysis.rigid.deciding import ACCEPTED, decide
 from cyclopean.analysis.rigid.exact_balance import Balance, exact_balance, product, stretched
 from cyclopean.analysis.rigid.opening import SLOW
-from cyclopean.analysis.rigid.polishing import Polished, Polisher
+from cyclopean.analysis.rigid.polishing import PLAIN, Polished, Polisher
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Load
 from cyclopean.proof import Report, seal, verify
@@ -25,9 +25,14 @@ from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
 __all__ = ["Proved", "in_users_units", "prove_bounds"]
 
 RAISED = (0.0, 1e-9, 1e-8, 1e-7)  # by which an upper bound is raised when rounding spoils its proof
-LOWERED = (0.0, 1e-10, 1e-9, 1e-8, 1e-7)  # ... and a lower one is lowered, for room in the cones
-RETREATS = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # ... where a state has to be found anew
+LOWERED = (0.0, 1e-10, 1e-9, 1e-8, 1e-7, 5e-7)  # ... and a lower one is lowered, for room in the cones
+# What states may miss their balance by, in the lightest block's weight. More than rounding may hold what falls: it is
+# allowed where no lower bound does without.
+MISSED = (PLAIN, ACCEPTED)
 OWN_SCALE = 3000  # free blocks up to which a model is solved again at every block's own scale
+ASKED = 40  # multipliers that are then decided one by one, at most
+BELOW = 2e-7  # relative: how far below a mechanism's multiplier the next one lies
+TRIFLE = 1e-9  # multipliers that make live loads this share of the dead ones are all one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +56,7 @@ class Proved:
             return True
         if self.lower is None or self.upper is None:
             return False
-        return self.upper - self.lower <= 2.0 * max(CLOSED * max(abs(self.lower), abs(self.upper)), self.room)
+        return _closed(self.lower, self.upper, self.room)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,20 +90,23 @@ class _Case:
         rounding = 4e-15 * float(np.abs(system.p) @ np.abs(y))
         return -float(system.p @ y) / power, (SLOW * (1.0 + 1e-6) * float(least @ speed) + rounding) / power
 
-    def polished(self, f: Floats, times: float) -> Polished | None:
-        """Forces of (q, 3) f that balance every block at a multiplier; None where they miss what a certificate asks."""
+    def polished(self, f: Floats, times: float, limit: float = ACCEPTED) -> Polished | None:
+        """Forces of (q, 3) f that balance every block at a multiplier; None where they miss that by more than `limit`.
+
+        Counted in the weight of the lightest block, as certificates do.
+        """
         model, system = self.grown(times), self.system
         there = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
         there = replace(there, weight=None, diagonal=None)
-        balance = self._balance(times, there)
+        balance = self.balance(times, there)
         if system.weight is not None:  # own weights are those of the dead gravity, whatever grows
             balance = replace(balance, weight=system.weight * system.force_unit)
         share = lightest(component_labels(system), balance.weight) / balance.weight
         schur = Schur(there) if there.points else None
         found = Polisher(there, balance, schur).polished(f * (system.force_unit / there.force_unit), share, zeros=False)
-        return found if (found.own.max(1) <= ACCEPTED * share).all() else None
+        return found if (found.own.max(1) <= limit * share).all() else None
 
-    def _balance(self, times: float, there: EquilibriumSystem) -> Balance:
+    def balance(self, times: float, there: EquilibriumSystem) -> Balance:
         """Of loads that are not rounded: next to a boulder's a pebble's weight is less than that."""
         model = self.model
         pushes = [(load, product(np.full(3, times), load.force)) for load in self.loads]
@@ -112,25 +120,33 @@ class _Case:
         grown = np.stack(stretched(rows, np.full((len(rows), 1), times), None), 2).reshape(live.own_load.shape)
         return replace(dead, own_load=np.concatenate([dead.own_load, grown], 2))
 
-    def standing(self, times: float) -> tuple[float, Polished] | None:
-        """A state found anew at a multiplier, or below it; None where there is none, or the model is large.
+    def decided(self, times: float, pencil: Pencil, limit: float) -> Iterator[dict[str, Any]]:
+        """What rigid-block equilibrium says at one multiplier, as sides of a certificate; nothing if undecided.
 
-        A mechanism that is found instead says how far down to go: to where the loads do no work in it.
+        A state may miss balance by `limit` of the lightest block's weight. Of a mechanism also the motion of the same
+        blocks that falls at the least multiplier.
         """
-        if self.system.blocks > OWN_SCALE:
-            return None
-        for step in RETREATS:
-            lower = times - step * abs(times)
-            model = self.grown(lower)
-            there = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
-            found = decide(model, there)
-            if found.word == "balanced" and found.state is not None:
-                return lower, self.polished(
-                    found.state.f * (there.force_unit / self.system.force_unit), lower
-                ) or found.state
-            if found.word == "collapse" and found.y is not None:
-                times = min(times, self.room(found.y)[0])
-        return None
+        model = self.grown(times)
+        there = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+        found = decide(model, there)
+        if found.word == "balanced" and found.state is not None:
+            state = self.polished(found.state.f * (there.force_unit / self.system.force_unit), times, limit)
+            yield from [{"lower": times, "state": state}] if state is not None else []
+        if found.word == "collapse" and found.y is not None:
+            yield self.moving(found.y)
+            least = opened_bound(pencil, self.balance(0.0, self.system), found.y)[1]
+            if least is not None and (proved := _alone(self, self.moving(least))):
+                yield proved
+
+    def moving(self, y: Floats, least: float = -np.inf, raised: bool = True) -> dict[str, Any]:
+        """A motion as a side of a certificate, its bound at least `least`; `raised` lets it have room."""
+        y = self.system.still(y)
+        motion = y.reshape(-1, 6).copy()
+        motion[:, 3:] /= self.system.length_unit
+        motion /= max(float(np.max(np.abs(motion), initial=0.0)), 1e-300)
+        still, room = self.room(y) if raised else (np.inf, 0.0)
+        upper = max(least, still + room) if np.isfinite(still) else least
+        return {"upper": upper, "motion": motion, "room": room}
 
 
 def _scaled(load: Load, factor: float) -> Load:
@@ -176,34 +192,66 @@ def prove_bounds(
     wanted = outcome.word in ("limit", "undecided", "unbounded")
     if not wanted or pencil is None or budget.over:
         return first
-    if not (first.lower is not None and first.lower <= 0.0) and decide(case.grown(0.0), system).word == "collapse":
-        return replace(first, falls=True)  # what stands at a multiplier may need these loads to stand
+    if first.lower is None or first.lower > 0.0:
+        rest = next(case.decided(0.0, pencil, ACCEPTED), {})
+        if "motion" in rest:
+            return replace(first, falls=True)  # what stands at a multiplier may need these loads to stand
+        if first.lower is None and rest:
+            first = _tighter(case, first, _best(case, [rest], budget))
     if first.closed or system.blocks > OWN_SCALE:
         return first
-    again = in_users_units(limit_at_own_scale(pencil), pencil.unit)
+    again = in_users_units(limit_at_own_scale(pencil, case.balance(0.0, system)), pencil.unit)
     if again.word == "unbounded" and (found := _without_limit(case)) is not None:
         return found
-    other = _best(case, list(_sides(case, again, True)), budget)
-    return _tighter(case, first, other)
+    best = _tighter(case, first, _best(case, list(_sides(case, again, True)), budget))
+    for limit in MISSED:
+        best = _narrowed(case, best, pencil, limit, budget)
+    return best
 
 
 def _sides(case: _Case, outcome: LimitOutcome, raised: bool) -> Iterator[dict[str, Any]]:
     """What an outcome says of either side, ready for a certificate; `raised` lets an upper bound have room."""
     if outcome.f is not None and np.isfinite(outcome.lower):
-        steps = ((outcome.lower - step * abs(outcome.lower)) for step in LOWERED)
-        held = ((lower, case.polished(outcome.f, lower)) for lower in steps)
+        steps = [(outcome.lower - step * abs(outcome.lower), limit) for limit in MISSED for step in LOWERED]
+        held = ((lower, case.polished(outcome.f, lower, limit)) for lower, limit in steps)
         found = next(((lower, state) for lower, state in held if state is not None), None)
-        found = case.standing(outcome.lower) if found is None else found
         if found is not None:
             yield {"lower": found[0], "state": found[1]}
     if outcome.y is not None and np.isfinite(outcome.upper):
-        y = case.system.still(outcome.y)
-        motion = y.reshape(-1, 6).copy()
-        motion[:, 3:] /= case.system.length_unit
-        motion /= max(float(np.max(np.abs(motion), initial=0.0)), 1e-300)
-        still, room = case.room(y) if raised else (np.inf, 0.0)
-        upper = max(outcome.upper, still + room) if np.isfinite(still) else outcome.upper
-        yield {"upper": upper, "motion": motion, "room": room}
+        yield case.moving(outcome.y, outcome.upper, raised)
+
+
+def _narrowed(case: _Case, known: Proved, pencil: Pencil, limit: float, budget: Budget) -> Proved:
+    """Both bounds brought together by deciding one multiplier after another between them.
+
+    A mechanism says how far down it works, and the next question is asked there (Newton's method for a ratio;
+    Dinkelbach 1967); where that is slow, halfway. Bounds that lie no further apart than a trifle are left as they are.
+    """
+    low, high, room = known.lower or 0.0, np.inf if known.upper is None else known.upper, known.room
+    trifle = TRIFLE * pencil.unit * total(case.system.p) / max(total(pencil.q), 1e-300)
+    sides: dict[str, dict[str, Any]] = {}
+    top, gap, fast = high - room, np.inf, np.isfinite(high)  # no state is sought beyond, certificates might let it pass
+    for _ in range(ASKED):
+        if budget.over or _closed(low, high, room) or high - low <= trifle or top - low <= max(CLOSED * abs(low), room):
+            break
+        near = top - BELOW * abs(top) if fast else 0.5 * (low + top)
+        times = near if np.isfinite(top) else 4.0 * max(low, 1.0)
+        if not low < times < top:
+            break
+        before, top, falls = top, times, False
+        for found in case.decided(times, pencil, limit):
+            if "state" in found:
+                low, top, sides["lower"] = times, before, found
+            elif found["upper"] < high:
+                high, room, sides["upper"], falls = found["upper"], found["room"], found, True
+                top = min(top, high - room)
+        fast, gap = falls and top - low < 0.25 * gap, top - low
+    return _tighter(case, known, _best(case, list(sides.values()), budget)) if sides else known
+
+
+def _closed(lower: float, upper: float, room: float) -> bool:
+    """Whether bounds lie as near each other as they can be proved: mechanisms need one and a half times their room."""
+    return upper - lower <= max(2.0 * CLOSED * max(abs(lower), abs(upper)), 4.0 * room) < np.inf
 
 
 def _best(case: _Case, sides: list[dict[str, Any]], budget: Budget) -> Proved:

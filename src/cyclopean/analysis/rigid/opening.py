@@ -21,7 +21,7 @@ from cyclopean.analysis.rigid.reference import mechanism_program, solve_program
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.statics import EquilibriumSystem, project_cones
 
-__all__ = ["drive", "moving_groups", "opened"]
+__all__ = ["drive", "moving_groups", "opened", "pressed"]
 
 COLLAPSE = 1e6  # total weights of a component that the forces of a state may come to
 SLOW = 1e-9  # share of every block's own weight that a state may leave unbalanced
@@ -54,9 +54,9 @@ def drive(system: EquilibriumSystem, balance: Balance, label: Ints, y: Floats) -
     np.maximum.at(fastest, label, np.abs(rows).max(1))
     rows = rows / np.where(fastest > 0.0, fastest, 1.0)[label][:, None]
     at = label[np.maximum(system.row_a, system.row_b)]
-    pressed = _pressed(system, balance, rows)
+    press = pressed(system, balance, rows)
     power = np.bincount(label, (system.p.reshape(-1, 6) * rows).sum(1), count)
-    resistance = np.sqrt(np.bincount(at, pressed**2, count))
+    resistance = np.sqrt(np.bincount(at, press**2, count))
     whole = np.bincount(label, balance.size / system.force_unit, count)
     if system.pull.any():
         whole += np.bincount(at, np.abs(system.pull), count)
@@ -65,7 +65,7 @@ def drive(system: EquilibriumSystem, balance: Balance, label: Ints, y: Floats) -
     return np.asarray(np.where(power > 0.0, power / np.where(needed > 0.0, needed, 1e-300), 0.0))
 
 
-def _pressed(system: EquilibriumSystem, balance: Balance, rows: Floats) -> Floats:
+def pressed(system: EquilibriumSystem, balance: Balance, rows: Floats) -> Floats:
     """(q,) ||P(-dd)|| for (m, 6) velocities, or what rounding of dd may make of it: 0 only where that is certain."""
     dd = -system.gap(rows.ravel())
     speed = np.zeros(len(dd))
@@ -125,7 +125,7 @@ def moving_groups(
     system: EquilibriumSystem, weight: Floats, diagonal: Floats, y: Floats, shares: Sequence[float] = SHARES
 ) -> Iterator[Bools]:
     """Blocks that move fast, then with their neighbours; slower and slower."""
-    rows = y.reshape(-1, 6)
+    rows = y.reshape(-1, 6) / max(float(np.max(np.abs(y), initial=0.0)), 1e-300)
     speed = np.linalg.norm(rows[:, :3], axis=1) + diagonal * np.linalg.norm(rows[:, 3:], axis=1)
     both = (system.row_a >= 0) & (system.row_b >= 0)
     a, b = system.row_a[both], system.row_b[both]
