@@ -3,9 +3,10 @@
 Run `python bench/audit.py --hours H [--seed S] [--rbe N] [--cra N] [--limit N] [--workers 2] [--save DIR]`, or
 `python bench/audit.py FILE...` for cases that it saved. Structures are drawn by tests/oracle_models.py and answered by
 tests/oracle.py; every verdict of ours is verified by the checker again. Prints, by kind and family: cases, undecided,
-too near to call, contradictions, verdicts without a proof that holds, tracebacks. Each case that fails or stays
-undecided is kept in DIR as JSON: model, options, what the oracle says and what we say. Ends with status 1 where a case
-failed. Counts are those of cases done within the hours.
+open (undecided, and the oracle cannot call them either), near (the oracle alone cannot), contradictions, verdicts
+without a proof that holds, tracebacks. Each case that fails or stays undecided or open is kept in DIR as JSON: model,
+options, what the oracle says and what we say. Ends with status 1 where a case failed. Counts are those of cases done
+within the hours.
 """
 
 import argparse
@@ -26,10 +27,10 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS"):
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))  # the oracle and its models are shared with the tests
 
-from auditing import AGREES, CONTRADICTS, FAILURES, NEAR, RAISES, SECONDS, UNDECIDED, UNPROVED, judged  # noqa: E402
+from auditing import AGREES, CONTRADICTS, FAILURES, NEAR, OPEN, RAISES, SECONDS, UNDECIDED, UNPROVED, judged  # noqa: E402
 from oracle_models import MIXED, SHARES, drawn, loaded  # noqa: E402
 
-OUTCOMES = (AGREES, UNDECIDED, NEAR, CONTRADICTS, UNPROVED, RAISES)
+OUTCOMES = (AGREES, UNDECIDED, OPEN, NEAR, CONTRADICTS, UNPROVED, RAISES)
 BATCH = 20  # cases that a worker takes at once
 KINDS = ("rbe", "cra", "limit")
 Row = tuple[str, str, int, str, float, dict | None]  # kind, family, seed, outcome, seconds, the case if it is kept
@@ -42,7 +43,7 @@ def batch(kind: str, first: int, count: int, seconds: float) -> list[Row]:
         for seed in range(first, first + count):
             began = perf_counter()
             found = judged(drawn(kind, seed), Path(folder), seconds)
-            kept = found.row() | {"seed": seed} if found.outcome in (*FAILURES, UNDECIDED) else None
+            kept = found.row() | {"seed": seed} if found.outcome in (*FAILURES, UNDECIDED, OPEN) else None
             rows.append((kind, found.case.family, seed, found.outcome, perf_counter() - began, kept))
     return rows
 

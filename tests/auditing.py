@@ -14,10 +14,11 @@ from oracle_models import Case, dumped
 SECONDS = 10.0  # budget of a coupled search
 TOLD = 1e-9  # relative rounding of multipliers
 
-AGREES, UNDECIDED, NEAR, CONTRADICTS, UNPROVED, RAISES = (
+AGREES, UNDECIDED, OPEN, NEAR, CONTRADICTS, UNPROVED, RAISES = (
     "agrees",
     "undecided",  # the program does not say
-    "near",  # the oracle does not: too near to call
+    "open",  # nor does the oracle: too near to call
+    "near",  # the oracle does not
     "contradicts",
     "unproved",  # a verdict whose certificate is missing or refused
     "raises",
@@ -80,7 +81,8 @@ def _verdict(case: Case, path: Path, seconds: float) -> Finding:
     truth = answer(case)
     found = Finding(case, AGREES, truth, result.verdict)
     if result.verdict == "undecided":
-        return replace(found, outcome=UNDECIDED, note=result.reason)
+        told = truth in ("stable", "unstable")
+        return replace(found, outcome=UNDECIDED if told else OPEN, note=result.reason)
     if missing := refused(result.certificate, *PROOFS[case.kind, result.verdict]):
         return replace(found, outcome=UNPROVED, note=missing)
     if truth not in ("stable", "unstable"):
@@ -120,7 +122,7 @@ def _limit(case: Case, path: Path, seconds: float) -> Finding:
     if contradicts(truth, result.word, result.lower, result.upper):
         return replace(found, outcome=CONTRADICTS)
     if truth.word == "near":
-        return replace(found, outcome=NEAR)
+        return replace(found, outcome=OPEN if result.word == "undecided" else NEAR)
     if result.word == "undecided":
         return replace(found, outcome=UNDECIDED)
     return found

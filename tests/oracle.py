@@ -10,7 +10,8 @@ In the plane the cone has two edges n + mu t, n - mu t and all is exact; in spac
 round one (radius mu) or around it (radius mu / cos(pi / K)). Every question is asked twice, of a structure a little
 weaker than the given one (friction and contacts less by MARGIN) and of one a little stronger: *stable* is what the
 weaker one is, *unstable* what the stronger one is, and what lies between is *near*, too near to call. Without friction
-nothing can be less: *stable* is then what also stands with every joint turned by what a file's last digits may turn it.
+nothing can be less: *stable* is then what also stands with every joint turned by what a file's last digits may turn it,
+to BALANCE of the lightest block.
 
 No answer of HiGHS is believed: forces must balance every block to BALANCE of that block's own weight and size, a motion
 must need forces of FAR total weights to be stopped, both summed in extended precision. What fails that is *near* too.
@@ -345,18 +346,29 @@ def rbe(structure: Structure) -> str:
     weak, strong = eased(structure, -MARGIN), eased(structure, MARGIN)
     rng = np.random.default_rng(0)
     others = [turned(structure, rng) for _ in range(TURNED)] if structure.mu == 0.0 and structure.rounding else []
-    words = [_group(structure, (weak, *others), strong, blocks) for blocks in components(structure)]
+    words = [_group(structure, weak, others, strong, blocks) for blocks in components(structure)]
     return "unstable" if "unstable" in words else "near" if "near" in words else "stable"
 
 
-def _group(structure: Structure, weak: Sequence[Structure], strong: Structure, blocks: Sequence[int]) -> str:
+def _group(
+    structure: Structure, weak: Structure, others: Sequence[Structure], strong: Structure, blocks: Sequence[int]
+) -> str:
+    least = min(structure.bodies[i].weight for i in blocks)
     for count in _cones(structure):
-        if all(held(eq, eq.p)[0] == "yes" for eq in (equations(each, blocks, count) for each in weak)):
-            return "stable"
+        eq = equations(weak, blocks, count)
+        if held(eq, eq.p)[0] == "yes":
+            turned_too = (equations(other, blocks, count) for other in others)
+            finer = (replace(eq, row=eq.row * np.minimum(1.0, least / _weight(structure, eq))) for eq in turned_too)
+            return "stable" if all(held(eq, eq.p)[0] == "yes" for eq in finer) else "near"
         eq = equations(strong, blocks, count, outer=True)
         if held(eq, eq.p, equations(structure, blocks, count, outer=True))[0] == "no":
             return "unstable"
     return "near"
+
+
+def _weight(structure: Structure, eq: Equations) -> np.ndarray:
+    """(rows,) weight of the block of each row."""
+    return np.repeat([structure.bodies[i].weight for i in eq.blocks], len(eq.row) // len(eq.blocks))
 
 
 # --- multipliers -----------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import pytest
 
 import auditing
 import cyclopean
-from auditing import CONTRADICTS, FAILURES, NEAR, RAISES, UNDECIDED, UNPROVED, contradicts, judged
+from auditing import CONTRADICTS, FAILURES, NEAR, OPEN, RAISES, UNDECIDED, UNPROVED, contradicts, judged
 from cyclopean.analysis.limits import proving
 from oracle import LimitAnswer
 from oracle_models import SHARES, drawn
@@ -33,8 +33,8 @@ def test_nothing_contradicts_the_oracle(kind: str, family: str, tmp_path: Path) 
     failed = [(seed, f.outcome, f.truth, f.ours, f.note) for seed, f in found.items() if f.outcome in FAILURES]
     assert not failed
     counts = Counter(f.outcome for f in found.values())
-    open_ones = [(seed, f.truth, f.note) for seed, f in found.items() if f.outcome == UNDECIDED]
-    assert counts[UNDECIDED] <= MOST_UNDECIDED.get((kind, family), 0), open_ones
+    open_ones = [(seed, f.truth, f.note) for seed, f in found.items() if f.outcome in (UNDECIDED, OPEN)]
+    assert counts[UNDECIDED] + counts[OPEN] <= MOST_UNDECIDED.get((kind, family), 0), open_ones
     assert counts[NEAR] <= MOST_NEAR[kind]
 
 
@@ -47,6 +47,29 @@ def test_what_needs_its_live_loads_falls_without_them(
     monkeypatch.setattr(proving, "OWN_SCALE", most)
     found = judged(drawn("limit", seed), tmp_path)
     assert (found.outcome, found.truth) == ("agrees", "falls"), found.note
+
+
+@pytest.mark.parametrize("seed", [40284, 40444, 100574])
+def test_bounds_that_solvers_leave_apart_are_brought_together(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Cubes on pins of a thousandth of their size."""
+    found = judged(drawn("limit", seed), tmp_path)
+    assert found.outcome == "agrees", (found.truth, found.ours, found.note)
+    monkeypatch.setattr(proving, "_narrowed", lambda _case, known, *_: known)
+    assert judged(drawn("limit", seed), tmp_path).outcome == UNDECIDED
+
+
+def test_a_lower_bound_has_no_use_of_what_balance_may_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stone of 0.45 N beside two of 47 kN: forces that miss 4e-10 of its weight stand 1e-8 above the limit."""
+    case = drawn("limit", 101087)
+    assert judged(case, tmp_path).outcome == "agrees"
+    monkeypatch.setattr(proving, "MISSED", (proving.ACCEPTED,))
+    assert judged(case, tmp_path).outcome == CONTRADICTS
+
+
+def test_forces_without_friction_that_are_to_end_at_zero_do_not_pull(tmp_path: Path) -> None:
+    assert judged(drawn("rbe", 109792), tmp_path).outcome == "agrees"
 
 
 # --- the audit can fail ----------------------------------------------------------------------------------------------

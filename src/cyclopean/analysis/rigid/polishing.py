@@ -95,9 +95,7 @@ class Polisher:
         def worst(state: Polished) -> float:
             return float(np.max(state.own * scale, initial=0.0))
 
-        inner = inner_forces(f, self.system.mu, self.balance.blur)
-        inner[self.straight, 1:] = 0.0
-        best = self._stepped(inner, scale)
+        best = self._stepped(f, scale)
         for awake in (False,) if zeros else (False, True):
             if not PLAIN < worst(best) or not best.worst <= HOPELESS or not len(f):
                 break
@@ -118,7 +116,9 @@ class Polisher:
         return nearest(self.scaled, self.schur, state.f, off, columns, slope)
 
     def _stepped(self, f: Floats, scale: Floats) -> Polished:
-        """The best of what steps from (q, 3) f inside the cones come to; residuals times (m, 1) scale count."""
+        """The best of what steps from (q, 3) f, put inside the cones, come to; residuals times (m, 1) scale count."""
+        f = inner_forces(f, self.system.mu, self.balance.blur)
+        f[self.straight, 1:] = 0.0
 
         def worst(state: Polished) -> float:
             return float(np.max(state.own * scale, initial=0.0))
