@@ -1,8 +1,9 @@
 """Does a test fail when a line of the checker is wrong? One change at a time, in a copy, until a proof test fails.
 
-Run `python bench/mutants.py [--count 300] [--seed 0] [--jobs 2] [--lines 1200-1400] [--list]`; prints every change that
-no test notices, with its line, and a sum at the end. Changed are comparisons, arithmetic, constants, `and` and `or`,
-`not`, signs, the direction of rounding, `min` and `max`, `any` and `all`, branches; and refusals are dropped. What
+Run `python bench/mutants.py [--count 300] [--seed 0] [--jobs 2] [--lines 1200-1400] [--list]`, or with `--again FILE`
+for the changes that an earlier run printed. Prints every change that no test notices, with its line, and a sum at the
+end. Changed are comparisons, arithmetic, constants, `and` and `or`, `not`, signs, the direction of rounding, `min` and
+`max`, `any` and `all`, branches; and refusals are dropped. What
 survives either wants a test or changes nothing that can be told (a bound that is never reached, a figure to print, a
 shorter way).
 
@@ -35,8 +36,10 @@ TESTS = [
     "tests/test_proof_rules.py",
     "tests/test_proof_laws.py",
     "tests/test_proof_standalone.py",
+    "tests/test_proof_solids.py",
     "tests/test_limit_certificates.py",
     "tests/test_proof_cra_state.py",
+    "tests/test_proof_small_files.py",
     "tests/test_proof_fast_paths.py",
     "tests/test_proof_places.py",
     "tests/test_proof_mutations.py",
@@ -202,13 +205,18 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--lines", help="first and last line, as 1200-1400")
+    parser.add_argument("--again", type=Path, help="file with what an earlier run printed")
     parser.add_argument("--list", action="store_true", help="print the changes, test nothing")
     given = parser.parse_args()
     source = (ROOT / CHECKER).read_text(encoding="utf-8")
     first, last = map(int, given.lines.split("-")) if given.lines else (1, 10**9)
     chosen = [mutant for mutant in mutants(source) if first <= mutant.line <= last]
     whole = len(chosen)
-    chosen = random.Random(given.seed).sample(chosen, min(given.count, whole))
+    if given.again:
+        wanted = set(given.again.read_text(encoding="utf-8").splitlines())
+        chosen = [mutant for mutant in chosen if f"{mutant.line}: {mutant.text}" in wanted]
+    else:
+        chosen = random.Random(given.seed).sample(chosen, min(given.count, whole))
     if given.list:
         print("\n".join(f"{mutant.line}: {mutant.text}" for mutant in sorted(chosen, key=lambda m: m.line)))
         return 0
