@@ -229,6 +229,40 @@ def test_place_and_axes_do_not_matter(build, shift, order):
 
 
 @LAWS
+@given(builds, st.tuples(*[st.integers(-179, 180)] * 3))
+def test_direction_does_not_matter(build, angles):
+    """Turned by any angles, a hair more friction so that rounding does not leave the cones."""
+    certificate = build()
+    turn = product_of_turns(angles)
+    other = moved(certificate, turn)
+    other["gravity"] = turn(other["gravity"])
+    for joint in other["contacts"]:
+        joint["mu"] *= 1.0 + 1e-12
+    for load in other["loads"]:
+        load["force"] = turn(load["force"])
+    other["forces"] = [turn(row) for row in other["forces"]]
+    other["mechanism"] = {k: turn(v[:3]) + turn(v[3:]) for k, v in other["mechanism"].items()}
+    one, two = verify(certificate), verify(sealed(other))
+    assert one.proved == two.proved, (one.reason, two.reason)
+    for name in PARTS:
+        assert one.figures.get(name, 0.0) == pytest.approx(two.figures.get(name, 0.0), abs=1e-12)
+
+
+def product_of_turns(angles):
+    """Turn about x, then y, then z, by degrees."""
+
+    def turn(v):
+        for k, angle in enumerate(angles):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+            v = [*v]
+            v[i], v[j] = c * v[i] - s * v[j], s * v[i] + c * v[j]
+        return v
+
+    return turn
+
+
+@LAWS
 @given(builds, st.randoms(use_true_random=False), st.booleans())
 def test_order_and_side_do_not_matter(build, random, swap):
     """Blocks, contacts and corners in another order; contacts told from the other side."""

@@ -294,6 +294,26 @@ def test_lower_friction_is_refused_in_a_state():
     assert "friction cone" in report.reason
 
 
+def test_the_order_of_names_is_not_sealed():
+    """Other programs write the fields of an object in another order: it is the same file."""
+
+    def reversed_names(value):
+        if isinstance(value, dict):
+            return {name: reversed_names(value[name]) for name in reversed(value)}
+        return [reversed_names(one) for one in value] if isinstance(value, list) else value
+
+    assert verify(reversed_names(cube_on_ground())).proved
+
+
+def test_a_support_may_weigh_nothing_and_nothing_else_may():
+    for number, proved in ((0, True), (1, False)):
+        certificate = copy.deepcopy(cube_on_ground())
+        certificate["blocks"][number]["density"] = 0.0
+        report = verify(resealed(certificate))
+        assert report.proved is proved
+        assert proved or "density is not positive" in report.reason
+
+
 def test_a_wrong_seal_is_refused():
     for wrong in ("", "0" * 64, None, 0, seal(cube_on_ground()).upper()):
         assert "seal" in verify({**cube_on_ground(), "seal": wrong}).reason

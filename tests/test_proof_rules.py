@@ -34,6 +34,7 @@ from test_proof_checker import (
     state,
     two_cubes,
 )
+from test_proof_laws import other_side
 
 SIGNS = (1, 1, -1, -1)  # of friction along y at the corners of a square, so that it adds up to nothing
 
@@ -288,6 +289,7 @@ def test_what_goes_down_adds_up(spare, grade):
     friction = W / 4 * (1 - spare * SMALL)
     certificate = stacked(W / 2 + SMALL * W / 4, W / 4 * (1 + SMALL), (friction, 0.0))
     assert verify(certificate).claim.endswith(grade)
+    assert verify(sealed(other_side(certificate))).claim.endswith(grade)
 
 
 def test_corrections_may_be_large():

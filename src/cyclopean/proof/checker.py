@@ -400,7 +400,7 @@ class _Joint(NamedTuple):
     b: int
     polygon: Sequence[Sequence[Number]]
     mu: Number
-    tension: Number = 0.0
+    tension: Number
     bent: bool = False  # whether the file says that the surface is rough or curved
 
 
@@ -726,11 +726,9 @@ def _read_stone(value: object, i: int, known: dict[tuple[tuple[int, ...], ...], 
 def _read_held(value: object, fixed: bool, where: str) -> tuple[bool, ...]:
     """Read what a partial support holds: some of DIRECTIONS, in their order, each once."""
     names = _items(value, f"{where}: held")
-    if not all(isinstance(name, str) and name in DIRECTIONS for name in names):
-        _refuse(f"{where}: held is not a list of {', '.join(DIRECTIONS)}")
     held = tuple(name in names for name in DIRECTIONS)
     if list(names) != [name for name in DIRECTIONS if name in names]:
-        _refuse(f"{where}: held names a direction twice, or not in their order")
+        _refuse(f"{where}: held is not a list of {', '.join(DIRECTIONS)}, each once and in their order")
     if fixed or not any(held) or all(held):
         _refuse(f"{where}: held is for blocks that are neither free nor fixed")
     return held
@@ -758,7 +756,7 @@ def _is_closed(faces: Sequence[Sequence[int]]) -> bool:
     """Whether every directed edge occurs once, and so does its reverse: closed, and consistently turned."""
     edges = [pair for face in faces for pair in zip(face, [*face[1:], face[0]], strict=True)]
     once = set(edges)
-    return bool(edges) and len(once) == len(edges) and all((j, i) in once for i, j in edges)
+    return len(once) == len(edges) and all((j, i) in once for i, j in edges)
 
 
 def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Sequence[_Stone]) -> _Joint:
@@ -1237,7 +1235,7 @@ class _Model:
     per_load: int
     per_weight: int
     per_force: int  # the finer of the last two
-    lightest6: list[int]  # of every block the least of `masses6` in its component; 0 for a fixed block
+    lightest6: list[int]  # of every free block the least of `masses6` in its component
     own_gravity2: int
     per_own: int  # of own weights, over 6
     finer: int  # bits by which motions are counted finer, so that partly held blocks move exactly; see `_motion`
@@ -1333,8 +1331,8 @@ def _least_loads6(model: _Model) -> list[int]:
 
 
 def _lightest(masses6: Sequence[int], component: Sequence[int]) -> list[int]:
-    """Of every block the least mass in its component; 0 for supports."""
-    least: dict[int, int] = {-1: 0}
+    """Of every block the least mass in its component, supports together."""
+    least: dict[int, int] = {}
     for mass6, c in zip(masses6, component, strict=True):
         least[c] = min(mass6, least.get(c, mass6))
     return [least[c] for c in component]
