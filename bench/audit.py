@@ -1,12 +1,12 @@
 """Random structures asked of the program and of an oracle that shares nothing with it; runs for hours.
 
-Run `python bench/audit.py --hours H [--seed S] [--rbe N] [--cra N] [--limit N] [--workers 2] [--save DIR]`, or
-`python bench/audit.py FILE...` for cases that it saved. Structures are drawn by tests/oracle_models.py and answered by
-tests/oracle.py; every verdict of ours is verified by the checker again. Prints, by kind and family: cases, undecided,
-open (undecided, and the oracle cannot call them either), near (the oracle alone cannot), contradictions, verdicts
-without a proof that holds, tracebacks. Each case that fails or stays undecided or open is kept in DIR as JSON: model,
-options, what the oracle says and what we say. Ends with status 1 where a case failed. Counts are those of cases done
-within the hours.
+Run `python bench/audit.py --hours H [--seed S] [--rbe N] [--cra N] [--limit N] [--workers 2] [--save DIR] [--tally
+FILE]`, or `python bench/audit.py FILE...` for cases that it saved. Structures are drawn by tests/oracle_models.py and
+answered by tests/oracle.py; every verdict of ours is verified by the checker again. Prints, by kind and family:
+cases, undecided, open (undecided, and the oracle cannot call them either), near (the oracle alone cannot),
+contradictions, verdicts without a proof that holds, tracebacks. Each case that fails or stays undecided or open is
+kept in DIR as JSON: model, options, what the oracle says and what we say. Ends with status 1 where a case failed.
+Counts are those of cases done within the hours.
 """
 
 import argparse
@@ -98,6 +98,7 @@ def main() -> int:
     parser.add_argument("--limit", type=int, default=2_000)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--seconds", type=float, default=SECONDS, help="budget of one coupled search")
+    parser.add_argument("--tally", type=Path, help="JSON file for the counts, which docs/validation.md shows")
     parser.add_argument("--save", type=Path, help="folder for cases that fail or stay undecided")
     chosen = parser.parse_args()
     if chosen.files:
@@ -128,6 +129,9 @@ def main() -> int:
                 shown = perf_counter()
                 print(f"{done} of {sum(counts.values())} cases, {failed} failed", flush=True)
     print(table(rows, spent))
+    if chosen.tally:
+        counted = [[*key, count] for key, count in sorted(rows.items())]
+        chosen.tally.write_text(json.dumps({"seed": chosen.seed, "mixed": MIXED, "counts": counted}, indent=0) + "\n")
     print(f"{done} cases, {failed} failed; shares drawn: {', '.join(f'{k} {len(SHARES[k])} families' for k in KINDS)}")
     return 1 if failed else 0
 
