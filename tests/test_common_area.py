@@ -54,6 +54,12 @@ def test_by_hand():
     assert common_areas(frame, packed([rectangle(0, 0, 2, 2)]))[0] == pytest.approx(3.0, abs=1e-14)
 
 
+def test_sides_that_are_upright_but_for_the_last_digit():
+    for off in (1e-320, 1e-200, 1e-16):
+        leaning = [(0, 0), (2, 0), (2 + off, 1e3), (-off, 1e3)]
+        assert common(leaning, rectangle(off, 0, 1, 1)) == pytest.approx(1.0, abs=1e-12)
+
+
 @st.composite
 def stars(draw):
     """Polygons that run once round a place inside, convex or not."""

@@ -7,6 +7,8 @@ from cyclopean.geometry.packed import ragged_batches
 
 __all__ = ["common_areas"]
 
+UPRIGHT = 1e-150  # m: sides that run no further along x have nothing below them, and no slope
+
 
 def common_areas(one: tuple[Floats, Ints, Ints], two: tuple[Floats, Ints, Ints]) -> Floats:
     """Area of polygon k of `one` and polygon k of `two` in common (m2), for all k.
@@ -52,9 +54,9 @@ def _sides(xy: Floats, following: Ints, start: Ints, base: Floats) -> tuple[Floa
     here = xy - np.stack([np.zeros(len(base)), base], 1)[np.repeat(np.arange(len(base)), np.diff(start))]
     there = here[following]
     run = there[:, 0] - here[:, 0]
+    run = np.where(np.abs(run) > UPRIGHT, run, 0.0)
     begin = np.where((run >= 0.0)[:, None], here, there)
-    with np.errstate(over="ignore"):
-        slope = np.where(run == 0.0, 0.0, (there[:, 1] - here[:, 1]) / np.where(run == 0.0, 1.0, run))
+    slope = np.where(run == 0.0, 0.0, (there[:, 1] - here[:, 1]) / np.where(run == 0.0, 1.0, run))
     return begin[:, 0], begin[:, 0] + np.abs(run), begin[:, 1], slope, np.sign(run)
 
 
