@@ -60,6 +60,12 @@ def test_bounds_that_solvers_leave_apart_are_brought_together(
     assert judged(drawn("limit", seed), tmp_path).outcome == UNDECIDED
 
 
+def test_a_push_that_ten_million_times_its_own_does_not_bring_it_down(tmp_path: Path) -> None:
+    """Where solvers find a state at 2e7 times the push, and no more, forces are sought that balance the push alone."""
+    found = judged(drawn("limit", 300652), tmp_path)
+    assert (found.outcome, found.truth) == ("agrees", "unbounded"), found.note
+
+
 def test_a_lower_bound_has_no_use_of_what_balance_may_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A stone of 0.45 N beside two of 47 kN: forces that miss 4e-10 of its weight stand 1e-8 above the limit."""
     case = drawn("limit", 101087)

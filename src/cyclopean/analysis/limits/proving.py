@@ -201,9 +201,9 @@ def prove_bounds(
     if first.closed or system.blocks > OWN_SCALE:
         return first
     again = in_users_units(limit_at_own_scale(pencil, case.balance(0.0, system)), pencil.unit)
-    if again.word == "unbounded" and (found := _without_limit(case)) is not None:
-        return found
     best = _tighter(case, first, _best(case, list(_sides(case, again, True)), budget))
+    if best.upper is None and (found := _without_limit(case)) is not None:
+        return found
     for limit in MISSED:
         best = _narrowed(case, best, pencil, limit, budget)
     return best
