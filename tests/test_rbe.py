@@ -5,16 +5,20 @@ its support; shifted by 0.8 m on a metre it would need glue that pulls with 0.3/
 0.3 m out, the far side of the contact is 0.2 m from the edge).
 """
 
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import cyclopean
 from cyclopean.analysis import (
     Cone,
     Outcome,
     Settings,
     check,
+    checking,
     collapse_bound,
     interior_point,
     newton,
@@ -331,3 +335,14 @@ def test_options_that_cannot_win_are_told() -> None:
     own = check(stack(1, mu=0.5, density=2000.0), Settings(method="rbe", mu=0.7, density=2500.0))
     assert [w.split(":")[0] for w in own.warnings] == ["--mu 0.7 has no effect", "--density 2500 has no effect"]
     assert check(stack(1), Settings(method="rbe", mu=0.7, density=2500.0)).warnings == ()
+
+
+def test_a_dome_of_curved_joints_drawn_as_facets_stands(monkeypatch):
+    """Beds lean by up to 5.6 degrees from their faces; forces that leave a cone here are sent on to leave one there."""
+    folder = Path(os.environ.get("CYCLOPEAN_FIXTURES", Path(__file__).parents[2] / "shared" / "fixtures")) / "real"
+    path = folder / "compas_assembly-example-dome_assembly.json"
+    if not path.exists():
+        pytest.skip("no fixtures: set CYCLOPEAN_FIXTURES to the folder that holds real/")
+    assert cyclopean.check(path, method="rbe").verdict == "stable"
+    monkeypatch.setattr(checking, "NARROWINGS", 0)
+    assert cyclopean.check(path, method="rbe").verdict == "undecided"
