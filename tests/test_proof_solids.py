@@ -147,6 +147,10 @@ FAULTY = {
     "inside out, apart": (joined(BLOCK, inward(cuboid((5, 0, 0), (6, 1, 1)))), "turned inside out (faces 6"),
     "inside out, boxes overlap": (joined(extruded(U), inward(cuboid((1.2, 0.2, 1.2), (1.5, 0.5, 1.5)))), "inside out"),
     "stone in stone": (joined(BLOCK, cuboid((1, 1, 1), (3, 3, 3))), "stone that would count twice (faces 6"),
+    "stone in stone, another piece between them": (
+        joined(BLOCK, cuboid((9, 0.5, 0), (10, 2, 1)), cuboid((1, 1, 1), (3, 3, 3))),
+        "stone that would count twice (faces 12",
+    ),
     "stone twice": (joined(BLOCK, BLOCK), "lies on another"),
     "stone twice, other triangles": (joined(fans(BLOCK), fans(BLOCK, 1)), "lies on another"),
     "hole in a hole": (joined(BLOCK, HOLE, inward(cuboid((1.5, 1.5, 1.5), (2, 2, 2)))), "turned inside out (faces 12"),
