@@ -111,6 +111,14 @@ def test_out_of_balance_forces_pay_by_the_largest_displacement():
     assert not verify(tree(frame_model(0.05), turned)).proved
 
 
+def test_moments_are_about_the_centre_of_mass():
+    """Forces that leave a millionth of the weight, 4 m aside of where the model is drawn and 8 m behind."""
+    leaf = virtual_work(0.05)["tree"]
+    leaf["forces"] = [[x * (1 - 1e-6) for x in row] for row in leaf["forces"]]
+    there = {**frame_model(0.05), "tolerance": 1e-9}
+    assert verify(tree(moved(there, lambda p: [p[0] + 4.0, p[1] + 8.0, p[2]]), leaf)).proved
+
+
 def test_a_mechanism_closes_the_root_alone():
     report = verify(falls_over())
     assert report.proved

@@ -21,6 +21,7 @@ from test_proof_checker import (
     state,
     two_cubes,
 )
+from test_proof_solids import extruded
 
 DOWN = {"cube": [0, 0, -1, 0, 0, 0]}
 
@@ -203,6 +204,19 @@ def test_gaps_and_overlaps_are_told(top, at, off, gap, overlap):
 def test_what_is_less_than_drawings_say_is_not_told(gap, told):
     """Up to 1e-5 of the cube's diagonal, root 3."""
     assert ("off the faces" in lying(-gap).claim) is told
+
+
+def test_a_point_on_the_brink_of_a_step_lies_on_the_step():
+    """Rough ground is 0.5 mm lower, or higher, beyond the cube's side: within the tolerance, and nothing to be told."""
+    for low in (5e-4, -5e-4):
+        outline = [(-4, -1), (4, -1), (4, -low), (0.5, -low), (0.5, 0), (-4, 0)]
+        vertices, faces = extruded(outline, -4, 4)
+        ground = {"id": "ground", "vertices": vertices, "faces": faces, "density": RHO, "fixed": True}
+        certificate = on_support(ground, level(-0.5, -0.5, 0.5, 0.5), tolerance=0.002)
+        certificate["contacts"][0]["surface"] = "rough"
+        report = verify(sealed(certificate))
+        assert report.proved, report.reason
+        assert [report.figures[key] for key in ("misfit", "contact_gap", "contact_overlap")] == [0, 0, 0]
 
 
 def test_a_contact_beside_its_face_is_told():

@@ -111,6 +111,9 @@ def test_heyman_hinges_of_an_arch() -> None:
         assert (force > 1.0).tolist() == (outer if crown else ~outer).tolist()  # what has opened carries nothing
         assert force[opens > 1e-6].tolist() == [0.0, 0.0]
         assert width == pytest.approx((2 if crown else 1) * 0.8 * 0.5 * PARTING / 3.3, rel=1e-9)
+    report = verify(result.certificate)
+    off = max(report.figures[key] for key in ("closing", "work", "hanging"))
+    assert f"forces go with the displacement, to {off:.2g} of the settlement; " in report.reason
 
 
 @settings(max_examples=8, deadline=None)
