@@ -125,6 +125,18 @@ def test_a_mechanism_closes_the_root_alone():
     assert report.figures["least_margin"] == 1
 
 
+def test_long_numbers_count_as_more_points(monkeypatch):
+    """A speed of 1e-100 m/s makes integers of over 256 bits, and of fewer than 512."""
+    short = falls_over()
+    leaf = copy.deepcopy(short["tree"])
+    next(iter(leaf["mechanism"].values()))[1] = 1e-100
+    long = tree(overhang(), leaf)
+    each = sum(len(joint["polygon"]) for joint in short["contacts"]) + len(short["blocks"])
+    for visits, proved in ((each - 1, (False, False)), (each, (True, False)), (2 * each, (True, True))):
+        monkeypatch.setattr(checker, "VISITS", visits)
+        assert (verify(short).proved, verify(long).proved) == proved
+
+
 def test_opposite_points_cannot_both_engage():
     """The forces leaf by hand: unit pushes at two opposite points cancel on the beam, and do -eps of work each."""
     push = [[0.0] * 3 for _ in range(8)]
