@@ -152,7 +152,7 @@ class Desk:
             try:
                 task = self._todo.get(timeout=self._patience())
             except queue.Empty:
-                self._idle()
+                self._attempt(self._idle)
                 continue
             tasks = [task]
             while not self._todo.empty():  # of several changes only the last is answered
@@ -161,9 +161,16 @@ class Desk:
             for one in tasks:
                 if one is None:
                     return
-                one()
+                self._attempt(one)
             if self._ticket != before:
-                self._answer()
+                self._attempt(self._answer)
+
+    def _attempt(self, step: Callable[[], None]) -> None:
+        """Do this; what cannot be done is said, and the page goes on for everybody."""
+        try:
+            step()
+        except (CyclopeanError, ArithmeticError, ValueError) as error:
+            self._complain(str(error))
 
     def _patience(self) -> float | None:
         """How long (s) to wait for a change; None = as long as it takes."""
@@ -187,16 +194,13 @@ class Desk:
             knobs=self.state.knobs if knobs is None else knobs,
             method=self.state.method if method is None else method,
         )
+        replace(self._settings, method=fresh.method)  # refuses a method that there is not
         if (fresh.knobs, fresh.method) != (self.state.knobs, self.state.method):
             self.state = fresh
             self._touch()
 
     def _rearrange(self, change: Callable[[Arrangement], Arrangement], keep: bool) -> None:
-        try:
-            found = change(self.state.arrangement)
-        except CyclopeanError as error:
-            self._complain(str(error))
-            return
+        found = change(self.state.arrangement)
         if keep:
             self._past = [*self._past[-KEPT:], self.state.arrangement]
         self._arrange(found)
@@ -215,15 +219,11 @@ class Desk:
     def _answer(self) -> None:
         """Claim an answer at once; where a proof takes no time, wait for that before showing the claim."""
         state = self.state
-        try:
-            if self._live is None:
-                density = self._settings.density
-                given = {} if density is None else {"density": density}
-                self._live = LiveModel(state.arrangement.assembly, self._gravity, **given)
-            answer = self._live.solve(state.knobs)
-        except CyclopeanError as error:
-            self._complain(str(error))
-            return
+        if self._live is None:
+            density = self._settings.density
+            given = {} if density is None else {"density": density}
+            self._live = LiveModel(state.arrangement.assembly, self._gravity, **given)
+        answer = self._live.solve(state.knobs)
         self._open = answer
         if self._tell is not None and self._reaches is not None:
             now = state.arrangement, state.knobs.mu, state.knobs.everywhere
