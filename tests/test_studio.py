@@ -34,7 +34,7 @@ from cyclopean.view.studio.desk import Desk, State
 from cyclopean.view.studio.newest import Newest
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.panel import studio
-from cyclopean.view.studio.saving import free_name, save, written
+from cyclopean.view.studio.saving import claimed, save, written
 from cyclopean.view.studio.solids import HEAD, Sheet, Sheets, arrow_solids, once, wires
 from cyclopean.view.studio.stage import hit
 
@@ -175,7 +175,7 @@ def test_saved_files_say_what_the_page_says_and_replace_nothing(watched, tmp_pat
     report, _ = save("report", last, tmp_path, "arch")
     assert "Stable" in report.read_text()
     (tmp_path / "x.studio.html").symlink_to("nowhere")
-    assert free_name(tmp_path, "x", ".html").name == "x.studio-2.html"
+    assert claimed(tmp_path, "x", ".html").name == "x.studio-2.html"
     with pytest.raises(InputError, match="does not exist"):
         save("model", last, tmp_path / "nowhere", "arch")
 
@@ -503,7 +503,7 @@ def test_ctrl_c_ends_it_well_and_other_hosts_are_warned_of(model):
     guard = threading.Timer(LONG, process.kill)
     guard.start()
     line = process.stdout.readline()
-    port = int(re.search(r"http://127.0.0.1:(\d+)", line)[1])
+    port = int(re.search(r"http://127.0.0.1:(\d+)/\?token=[\w-]{32} ", line)[1])
     with socket.create_connection(("127.0.0.1", port), timeout=5):
         pass
     process.send_signal(signal.SIGINT)
@@ -512,7 +512,7 @@ def test_ctrl_c_ends_it_well_and_other_hosts_are_warned_of(model):
     assert process.returncode == 0
     assert out.strip() == ""
     assert err.count("\n") == 1
-    assert "whoever reaches this machine can use the page" in err
+    assert "whoever sees the address can use the page" in err
 
 
 def test_snapshots_of_other_states_are_not_proofs_of_this_one(watched):

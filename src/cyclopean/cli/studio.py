@@ -76,7 +76,7 @@ def studio(
         for warning in warnings:
             warn(warning)
         if not _local(host):
-            warn(f"--host {host}: whoever reaches this machine can use the page, and save files into {place}")
+            warn(f"--host {host}: whoever sees the address can use the page, and save files into {place}")
         return _waited(page.address, not no_browser)
 
 

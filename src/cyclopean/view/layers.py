@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from cyclopean.assembly import Contacts
 from cyclopean.view.colours import rgb
 from cyclopean.view.drawing import Picture
 from cyclopean.view.elevation import View
+
+if TYPE_CHECKING:
+    from cyclopean.view.access import Gate  # loads a web server
 
 __all__ = [
     "SPAN",
@@ -34,11 +37,13 @@ ASPECT = 1.5  # width over height for which the model is framed; the page's styl
 
 
 @contextmanager
-def server(host: str = "127.0.0.1", port: int = 0) -> Iterator[Any]:
-    """A viser server while the block lasts; port 0 = one that is free."""
+def server(host: str = "127.0.0.1", port: int = 0, gate: "Gate | None" = None) -> Iterator[Any]:
+    """A viser server while the block lasts; port 0 = one that is free. Without a gate of yours nobody gets in."""
     import viser
 
-    running = viser.ViserServer(host=host, port=port, verbose=False)
+    from cyclopean.view.access import Gate
+
+    running = (gate or Gate(host)).behind(lambda: viser.ViserServer(host=host, port=port, verbose=False))
     try:
         yield running
     finally:

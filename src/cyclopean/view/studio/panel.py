@@ -1,5 +1,6 @@
 """The live page: sliders, the verdict, the chosen block, what is saved. Viser's own elements; no script of ours."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -14,9 +15,12 @@ from cyclopean.analysis.live import Knobs
 from cyclopean.assembly import Assembly, length_tolerance, paired_friction
 from cyclopean.assembly.rearranging import Pose, arrange
 from cyclopean.errors import CyclopeanError, InputError
+from cyclopean.view.access import Gate
+from cyclopean.view.allowance import Allowance
 from cyclopean.view.colours import ACCENT, SCALE
 from cyclopean.view.figures import number, resultants, unit_of
 from cyclopean.view.layers import server, silent
+from cyclopean.view.messages import takes
 from cyclopean.view.studio.desk import Desk, Snapshot, State
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.prover import Reach
@@ -28,13 +32,14 @@ __all__ = ["Studio", "studio"]
 MU, TILT, PUSH, SCALES = 1.5, 60.0, 1.0, 4.0  # ends of the sliders
 GRAVITY = 9.80665  # m/s2, by which weights are told
 PATIENCE = 8.0  # s that a notice stays
+AT_ONCE, SAVES = 20, 500  # files that are saved in a minute, and in all, by all clients together
 
 
 @dataclass(frozen=True, slots=True)
 class Studio:
     """A page that is being served."""
 
-    address: str
+    address: str  # with the token that opens it
     desk: Desk
 
 
@@ -60,7 +65,7 @@ def studio(
     folder : Path
         Where the page saves files.
     stem : str
-        What their names begin with.
+        What their names begin with; a name, no path.
     host, port : str, int
         Where to listen; port 0 = one that is free.
     warnings : tuple of str
@@ -69,8 +74,10 @@ def studio(
     Raises
     ------
     InputError
-        Nothing that can be analysed: see `analysis.pose`.
+        Nothing that can be analysed: see `analysis.pose`; or a stem that would lead out of the folder.
     """
+    if Path(stem).name != stem:
+        raise InputError(f"stem '{stem}': expected the beginning of a file's name, without a folder")
     posed = pose(model, replace(settings, tilt=None), {}, lambda _: None)
     followed = replace(settings, combination="", factors=(), settle=())  # the posed model has its loads already
     if posed.contacts.strength.any():
@@ -78,12 +85,16 @@ def studio(
         warnings = (*warnings, "joints of this model pull: only rigid-block equilibrium has that")
     if posed.settled is not None:
         warnings = (*warnings, "supports of this model settle: that is left out here; see the command check")
-    with silent(), server(host, port) as running:
+    gate = Gate(host)
+    with silent(), server(host, port, gate) as running:
         running.request_share_url = lambda *_, **__: None  # nobody makes this page public from the page itself
+        elements = running.gui._gui_input_handle_from_uuid  # by which viser itself finds them
+        gate.accepts = lambda uuid, value: takes(elements.get(uuid), value)
         page = _Page(running, posed, followed, folder, stem, (*warnings, *posed.warnings))
         try:
-            shown = "127.0.0.1" if host in ("", "0.0.0.0") else host
-            yield Studio(f"http://{f'[{shown}]' if ':' in shown else shown}:{running.get_port()}", page.desk)
+            shown = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+            place = f"{f'[{shown}]' if ':' in shown else shown}:{running.get_port()}"
+            yield Studio(f"http://{place}/?token={gate.token}", page.desk)
         finally:
             page.close()
 
@@ -97,6 +108,7 @@ class _Page:
         self._running, self._gui = running, running.gui
         self._posed, self._settings, self._folder, self._stem = posed, settings, folder, stem
         self._block: int | None = None
+        self._saves, self._in_all = Allowance(AT_ONCE, 60.0), Allowance(SAVES, math.inf)
         given = None if posed.assembly.contacts is None else posed.assembly.contacts.mu
         self._says_mu = given is not None and bool(np.any(~np.isnan(given)))
         own = np.full(len(posed.contacts), np.nan) if given is None else given
@@ -198,7 +210,7 @@ class _Page:
             )
 
     def _place(self) -> str:
-        return f"Files go to {self._folder.resolve()}; none that is there is replaced."
+        return f"Files go to the folder '{self._folder.resolve().name}'; none that is there is replaced."
 
     # ------------------------------------------------------------------ what the user does
 
@@ -255,21 +267,20 @@ class _Page:
             self.desk.put_back(self._block)
 
     def _save(self, event: Any, kind: str) -> None:
-        snapshot = self.desk.latest
-        if snapshot is None:
-            self._refuse("nothing to save yet")
-            return
+        snapshot, client = self.desk.latest, event.client
         try:
+            if snapshot is None:
+                raise InputError("nothing to save yet")
+            if not self._saves.take():
+                raise InputError(f"{AT_ONCE} files were saved within a minute; wait a little")
+            if not self._in_all.take():
+                raise InputError(f"{SAVES} files were saved already; start the command anew to save more")
             path, content = save(kind, snapshot, self._folder, self._stem)
         except CyclopeanError as error:
-            self._refuse(str(error))
+            _notify(client, "Not done", str(error), "red")
             return
-        for client in self._clients(event):
-            client.add_notification(f"Saved {path.name}", str(path.parent), auto_close_seconds=PATIENCE)
-            client.send_file_download(path.name, content)
-
-    def _clients(self, event: Any) -> list[Any]:
-        return list(self._running.get_clients().values()) if event.client is None else [event.client]
+        _notify(client, f"Saved {path.name}", f"into the folder '{path.resolve().parent.name}'")
+        client.send_file_download(path.name, content)
 
     # ------------------------------------------------------------------ what the page says
 
@@ -289,7 +300,11 @@ class _Page:
 
     def _refuse(self, why: str) -> None:
         for client in self._running.get_clients().values():
-            client.add_notification("Not done", why, color="red", auto_close_seconds=PATIENCE)
+            _notify(client, "Not done", why, "red")
+
+
+def _notify(client: Any, title: str, body: str, colour: str | None = None) -> None:
+    client.add_notification(title, body, color=colour, auto_close_seconds=PATIENCE)
 
 
 _MU_HINT = "Where the model gives none; tan of the angle of friction."

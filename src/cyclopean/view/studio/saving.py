@@ -9,7 +9,7 @@ from cyclopean.io.model_json import model_dict
 from cyclopean.view.page import report_html
 from cyclopean.view.studio.desk import Snapshot
 
-__all__ = ["KINDS", "free_name", "save", "written"]
+__all__ = ["KINDS", "claimed", "save", "written"]
 
 KINDS: Mapping[str, str] = {"model": ".json", "report": ".html", "certificate": ".certificate.json"}
 MOST = 9999
@@ -42,19 +42,28 @@ def written(kind: str, snapshot: Snapshot) -> str:
     return json_text(result.certificate)
 
 
-def free_name(folder: Path, stem: str, ending: str) -> Path:
-    """The first of `stem.studio.x`, `stem.studio-2.x` ... that is not there.
+def claimed(folder: Path, stem: str, ending: str) -> Path:
+    """The first of `stem.studio.x`, `stem.studio-2.x` ... that is not there, as an empty file that now is.
+
+    Whoever saves at the same moment gets the next: a name is looked for and taken in one step.
 
     Raises
     ------
     InputError
-        There are too many.
+        There are too many; or the folder cannot be written into.
     """
     for k in range(1, MOST + 1):
         path = folder / f"{stem}.studio{'' if k == 1 else f'-{k}'}{ending}"
-        if not path.exists() and not path.is_symlink():
-            return path
-    raise InputError(f"{folder}: holds {MOST} files of this name; move some away")
+        try:
+            path.open("xb").close()
+        except FileExistsError:
+            continue
+        except FileNotFoundError:
+            raise InputError("the folder does not exist any more; make it again") from None
+        except OSError as error:
+            raise InputError(f"{path.name}: cannot be written ({error.strerror})") from None
+        return path
+    raise InputError(f"the folder holds {MOST} files of this name; move some away")
 
 
 def save(kind: str, snapshot: Snapshot, folder: Path, stem: str) -> tuple[Path, bytes]:
@@ -63,9 +72,13 @@ def save(kind: str, snapshot: Snapshot, folder: Path, stem: str) -> tuple[Path, 
     Raises
     ------
     InputError
-        As `written`; or the place cannot be written.
+        As `written` and `claimed`, in words that do not tell where the folder is; or the disk is full.
     """
     text = written(kind, snapshot)
-    path = free_name(folder, stem, KINDS[kind])
-    write_text(path, text)
+    path = claimed(folder, stem, KINDS[kind])
+    try:
+        write_text(path, text)
+    except InputError as error:
+        path.unlink(missing_ok=True)
+        raise InputError(str(error).replace(str(path), path.name)) from None
     return path, text.encode()
