@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 import msgspec
 import numpy as np
 import pytest
+from websockets.exceptions import InvalidStatus
 
 from chromium import FOUND, Chromium
 from cyclopean.analysis import Settings
@@ -29,7 +30,7 @@ from cyclopean.design import arch
 from cyclopean.errors import InputError
 from cyclopean.io import write_model
 from cyclopean.view import access
-from cyclopean.view.access import LARGEST, LINES, Gate, authorities, stranger
+from cyclopean.view.access import LARGEST, LINES, AccessControl, authorities, refusal
 from cyclopean.view.layers import server, silent
 from cyclopean.view.messages import FAR, LONGEST
 from cyclopean.view.studio.panel import AT_ONCE, studio
@@ -105,8 +106,8 @@ def asked(address, path=None, **headers):
         ([PAGE], [], ["t", "t"], "the token"),
     ],
 )
-def test_strangers_are_told_why(hosts, origins, tokens, why):
-    said = stranger(hosts, origins, tokens, ALLOWED, "t")
+def test_a_refusal_says_why(hosts, origins, tokens, why):
+    said = refusal(hosts, origins, tokens, ALLOWED, "t")
     assert why in said
     assert bool(said) is bool(why)
 
@@ -161,7 +162,7 @@ def test_a_websocket_is_refused_before_it_is_one(served, others):
     assert body.count("\n") == 1
 
 
-def test_without_a_gate_of_yours_nobody_gets_in():
+def test_the_server_of_a_static_page_lets_nobody_in():
     """A static page has a server for a moment, which nobody needs to reach."""
     with silent(), server() as running:
         assert asked(f"http://127.0.0.1:{running.get_port()}/")[0] == 403
@@ -174,9 +175,15 @@ def test_a_viser_that_makes_its_server_otherwise_is_not_served():
         def stop(self):
             stopped.append(self)
 
-    with pytest.raises(RuntimeError, match="without the gate"):
-        Gate("127.0.0.1").behind(Other)
+    with pytest.raises(RuntimeError, match="without access control"):
+        AccessControl("127.0.0.1").guarded(Other)
     assert len(stopped) == 1
+
+
+def test_more_pages_than_there_may_be_are_refused(served, monkeypatch):
+    monkeypatch.setattr(access, "CLIENTS", 0)
+    with pytest.raises(InvalidStatus, match="503"):
+        StudioClient(served.address)
 
 
 # ---------------------------------------------------------------------- what a client may send
@@ -264,9 +271,9 @@ def test_places_that_are_none_are_left_out(served, client, message):
 
 
 def test_the_log_stays_short(caplog):
-    gate = Gate("127.0.0.1")
+    control = AccessControl("127.0.0.1")
     for _ in range(10 * LINES):
-        gate._note("refused")
+        control._note("refused")
     assert len(caplog.records) == LINES
 
 

@@ -1,7 +1,7 @@
 """Who may reach a page that is served, and what of theirs gets through to viser.
 
 viser answers to whoever asks: under any name, for a page of any origin, and takes whatever is sent. So its server is
-made with a gate in front. A request must name this server (else a web page has its own name point here), come from no
+made with checks in front. A request must name this server (else a web page has its own name point here), come from no
 page of another origin, and know the token of the address; then messages are read before viser reads them.
 """
 
@@ -20,10 +20,10 @@ from websockets.exceptions import ConnectionClosedError
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
-from cyclopean.view.allowance import Allowance
 from cyclopean.view.messages import Value, fits, read
+from cyclopean.view.rate_limit import RateLimit
 
-__all__ = ["Gate", "authorities", "stranger"]
+__all__ = ["AccessControl", "authorities", "refusal"]
 
 LARGEST = 16 * 2**10  # bytes of a message; those of a page of ours have some hundreds
 CLIENTS = 32  # at the same time
@@ -40,8 +40,8 @@ _LOG = logging.getLogger("cyclopean.view")
 _MAKING = threading.Lock()
 
 
-class Gate:
-    """What stands before a viser server.
+class AccessControl:
+    """Access control of a viser server, which has none of its own.
 
     Parameters
     ----------
@@ -53,17 +53,17 @@ class Gate:
         self.token = secrets.token_urlsafe(24)
         self.accepts: Callable[[str, Value], bool] = lambda uuid, value: False  # until there are elements
         self._host = host
-        self._lines = Allowance(LINES, SPAN)
+        self._lines = RateLimit(LINES, SPAN)
 
-    def behind(self, make: Callable[[], Any]) -> Any:
-        """What `make` makes: a viser server, whose websocket server has this gate; viser has no option for that.
+    def guarded(self, make: Callable[[], Any]) -> Any:
+        """What `make` makes: a viser server, whose websocket server has these checks; viser has no option for that.
 
         Raises
         ------
         RuntimeError
             It has another one: a page that everybody can reach is not served.
         """
-        plain, made = websockets_server.serve, []
+        made = []
 
         def serve(handler: Any, *where: Any, **options: Any) -> Any:
             if not handler.__module__.startswith("viser."):
@@ -72,6 +72,7 @@ class Gate:
             return plain(handler, *where, **self._options(options))
 
         with _MAKING:
+            plain = websockets_server.serve
             websockets_server.serve = serve  # type: ignore[misc,assignment]
             try:
                 running = make()
@@ -79,28 +80,28 @@ class Gate:
                 websockets_server.serve = plain  # type: ignore[misc]
         if not made:
             running.stop()
-            raise RuntimeError("this version of viser makes its server in another way, without the gate")
+            raise RuntimeError("this version of viser makes its server in another way, without access control")
         return running
 
     def _options(self, options: dict[str, Any]) -> dict[str, Any]:
-        """Options of viser's server, with the gate among them."""
-        answer, gate = options["process_request"], self
+        """Options of viser's server, with the checks among them."""
+        answer, control = options["process_request"], self
 
-        class Gated(ServerConnection):
+        class Checked(ServerConnection):
             async def recv(self, decode: bool | None = None) -> Any:
-                return await gate._received(super().recv, self)
+                return await control._received(super().recv, self)
 
         def let_in(connection: ServerConnection, request: Request) -> Response | None:
-            return gate._answered(connection, request) or _kept_in(answer(connection, request))
+            return control._answered(connection, request) or _kept_in(answer(connection, request))
 
-        return {**options, "process_request": let_in, "create_connection": Gated, "max_size": LARGEST}
+        return {**options, "process_request": let_in, "create_connection": Checked, "max_size": LARGEST}
 
     def _answered(self, connection: ServerConnection, request: Request) -> Response | None:
         """The refusal of a request, or where to go instead; None where it may go on."""
         headers, (path, _, query) = request.headers, request.path.partition("?")
         allowed = authorities(self._host, *connection.local_address[:2])
         hosts, asked = headers.get_all("Host"), parse_qs(query)
-        why = stranger(hosts, headers.get_all("Origin"), asked.get("token", []), allowed, self.token)
+        why = refusal(hosts, headers.get_all("Origin"), asked.get("token", []), allowed, self.token)
         if why:
             self._note(f"refused: {why}")
             return connection.respond(HTTPStatus.FORBIDDEN, f"{why}\n")
@@ -135,7 +136,7 @@ class Gate:
             self._note("a client sent a value out of range; it was left out")
 
     def _note(self, line: str) -> None:
-        if self._lines.take():
+        if self._lines.allows():
             _LOG.warning(line)
 
 
@@ -165,7 +166,7 @@ def authorities(host: str, address: str, port: int) -> frozenset[str]:
     return frozenset(f"{name}:{port}" for name in names) | (frozenset(names) if port == 80 else frozenset())
 
 
-def stranger(
+def refusal(
     hosts: Sequence[str], origins: Sequence[str], tokens: Sequence[str], allowed: Collection[str], token: str
 ) -> str:
     """Why a request is refused, in one line; "" where it is not.

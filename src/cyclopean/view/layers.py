@@ -14,7 +14,7 @@ from cyclopean.view.drawing import Picture
 from cyclopean.view.elevation import View
 
 if TYPE_CHECKING:
-    from cyclopean.view.access import Gate  # loads a web server
+    from cyclopean.view.access import AccessControl  # loads a web server
 
 __all__ = [
     "SPAN",
@@ -37,13 +37,13 @@ ASPECT = 1.5  # width over height for which the model is framed; the page's styl
 
 
 @contextmanager
-def server(host: str = "127.0.0.1", port: int = 0, gate: "Gate | None" = None) -> Iterator[Any]:
-    """A viser server while the block lasts; port 0 = one that is free. Without a gate of yours nobody gets in."""
+def server(host: str = "127.0.0.1", port: int = 0, access: "AccessControl | None" = None) -> Iterator[Any]:
+    """A viser server while the block lasts; port 0 = one that is free. Nobody gets in unless `access` lets them."""
     import viser
 
-    from cyclopean.view.access import Gate
+    from cyclopean.view.access import AccessControl
 
-    running = (gate or Gate(host)).behind(lambda: viser.ViserServer(host=host, port=port, verbose=False))
+    running = (access or AccessControl(host)).guarded(lambda: viser.ViserServer(host=host, port=port, verbose=False))
     try:
         yield running
     finally:

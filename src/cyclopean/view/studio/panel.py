@@ -15,12 +15,12 @@ from cyclopean.analysis.live import Knobs
 from cyclopean.assembly import Assembly, length_tolerance, paired_friction
 from cyclopean.assembly.rearranging import Pose, arrange
 from cyclopean.errors import CyclopeanError, InputError
-from cyclopean.view.access import Gate
-from cyclopean.view.allowance import Allowance
+from cyclopean.view.access import AccessControl
 from cyclopean.view.colours import ACCENT, SCALE
 from cyclopean.view.figures import number, resultants, unit_of
 from cyclopean.view.layers import server, silent
 from cyclopean.view.messages import takes
+from cyclopean.view.rate_limit import RateLimit
 from cyclopean.view.studio.desk import Desk, Snapshot, State
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.prover import Reach
@@ -85,16 +85,16 @@ def studio(
         warnings = (*warnings, "joints of this model pull: only rigid-block equilibrium has that")
     if posed.settled is not None:
         warnings = (*warnings, "supports of this model settle: that is left out here; see the command check")
-    gate = Gate(host)
-    with silent(), server(host, port, gate) as running:
+    access = AccessControl(host)
+    with silent(), server(host, port, access) as running:
         running.request_share_url = lambda *_, **__: None  # nobody makes this page public from the page itself
         elements = running.gui._gui_input_handle_from_uuid  # by which viser itself finds them
-        gate.accepts = lambda uuid, value: takes(elements.get(uuid), value)
+        access.accepts = lambda uuid, value: takes(elements.get(uuid), value)
         page = _Page(running, posed, followed, folder, stem, (*warnings, *posed.warnings))
         try:
             shown = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
             place = f"{f'[{shown}]' if ':' in shown else shown}:{running.get_port()}"
-            yield Studio(f"http://{place}/?token={gate.token}", page.desk)
+            yield Studio(f"http://{place}/?token={access.token}", page.desk)
         finally:
             page.close()
 
@@ -108,7 +108,7 @@ class _Page:
         self._running, self._gui = running, running.gui
         self._posed, self._settings, self._folder, self._stem = posed, settings, folder, stem
         self._block: int | None = None
-        self._saves, self._in_all = Allowance(AT_ONCE, 60.0), Allowance(SAVES, math.inf)
+        self._saves, self._in_all = RateLimit(AT_ONCE, 60.0), RateLimit(SAVES, math.inf)
         given = None if posed.assembly.contacts is None else posed.assembly.contacts.mu
         self._says_mu = given is not None and bool(np.any(~np.isnan(given)))
         own = np.full(len(posed.contacts), np.nan) if given is None else given
@@ -271,9 +271,9 @@ class _Page:
         try:
             if snapshot is None:
                 raise InputError("nothing to save yet")
-            if not self._saves.take():
+            if not self._saves.allows():
                 raise InputError(f"{AT_ONCE} files were saved within a minute; wait a little")
-            if not self._in_all.take():
+            if not self._in_all.allows():
                 raise InputError(f"{SAVES} files were saved already; start the command anew to save more")
             path, content = save(kind, snapshot, self._folder, self._stem)
         except CyclopeanError as error:

@@ -5,10 +5,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-__all__ = ["Allowance"]
+__all__ = ["RateLimit"]
 
 
-class Allowance:
+class RateLimit:
     """So many in any span of so many seconds; any thread may ask.
 
     Parameters
@@ -23,11 +23,11 @@ class Allowance:
     Examples
     --------
     >>> now = [0.0]
-    >>> saves = Allowance(2, 60.0, lambda: now[0])
-    >>> saves.take(), saves.take(), saves.take()
+    >>> saves = RateLimit(2, 60.0, lambda: now[0])
+    >>> saves.allows(), saves.allows(), saves.allows()
     (True, True, False)
     >>> now[0] = 60.0
-    >>> saves.take()
+    >>> saves.allows()
     True
     """
 
@@ -36,8 +36,8 @@ class Allowance:
         self._clock, self._lock = clock, threading.Lock()
         self._taken: deque[float] = deque(maxlen=most)
 
-    def take(self) -> bool:
-        """Whether it may be done now; then it counts."""
+    def allows(self) -> bool:
+        """Whether it may be done now; if so, it counts."""
         with self._lock:
             now, oldest = self._clock(), self._taken[0] if len(self._taken) == self._taken.maxlen else None
             if oldest is not None and now - oldest < self.seconds:
