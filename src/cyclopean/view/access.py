@@ -63,7 +63,7 @@ class AccessControl:
         RuntimeError
             It has another one: a page that everybody can reach is not served.
         """
-        made = []
+        made: list[Any] = []
 
         def serve(handler: Any, *where: Any, **options: Any) -> Any:
             if not handler.__module__.startswith("viser."):
