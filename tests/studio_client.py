@@ -26,6 +26,7 @@ class StudioClient:
         version = f"viser-v{viser.__version__}"
         self.line = connect(f"ws://{parts.netloc}/?{parts.query}", subprotocols=[version], max_size=None)
         self.elements, self.notices, self.html, self.code = {}, queue.Queue(), {}, None
+        self.nodes = set()  # names of what is in the scene
         self._there = threading.Event()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -54,9 +55,13 @@ class StudioClient:
 
     def until(self, text):
         """Wait until the page says this."""
+        self.wait(lambda: any(text in html for html in list(self.html.values())), text)
+
+    def wait(self, done, what):
+        """Wait until something has come."""
         end = time.monotonic() + PATIENCE
-        while not any(text in html for html in list(self.html.values())):
-            assert time.monotonic() < end, f"{text!r}: not said"
+        while not done():
+            assert time.monotonic() < end, f"{what!r}: has not come"
             time.sleep(0.01)
 
     def _read(self):
@@ -74,6 +79,8 @@ class StudioClient:
         kind, props = message["type"], message.get("props") or {}
         if kind == "ReplayDoneMessage":
             self._there.set()
+        elif kind == "TransformControlsMessage":
+            self.nodes.add(message["name"])
         elif kind == "NotificationShowMessage":
             self.notices.put((props["title"], props["body"]))
         elif kind == "GuiUpdateMessage" and "content" in message["updates"]:

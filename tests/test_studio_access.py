@@ -9,6 +9,7 @@ import http.client
 import http.server
 import json
 import logging
+import math
 import os
 import subprocess
 import sys
@@ -188,7 +189,7 @@ def test_more_pages_than_there_may_be_are_refused(served, monkeypatch):
 
 # ---------------------------------------------------------------------- what a client may send
 
-DEEP = b"\x91" * (LARGEST - 1)
+DEEP = b"\x82\xa1a" + b"\x91" * (LARGEST - 20) + b"\xc0\xa4type\xa1x"
 MOVED = {"type": "TransformControlsUpdateMessage", "name": "/handle", "wxyz": [1, 0, 0, 0], "position": [0, 0, 0]}
 CLICK = {
     "type": "ScenePointerMessage", "event_type": "click", "ray_origin": [0, 0, 9], "ray_direction": [0, 0, -1],
@@ -218,7 +219,7 @@ def packed(message, **others):
 def test_rubbish_ends_the_line_of_its_sender_only(served, client, caplog, capfd, raw):
     with StudioClient(served.address) as bad, caplog.at_level(logging.WARNING):
         bad.line.send(raw)
-        assert bad.ended() in (1008, 1009)
+        assert bad.ended() == (1009 if len(raw) > LARGEST else 1008)
         turned(client, 1.0)
         turned(client, 2.0)
     assert [record.name for record in caplog.records] == ["cyclopean.view"]
@@ -236,12 +237,15 @@ def test_rubbish_ends_the_line_of_its_sender_only(served, client, caplog, capfd,
     ],
 )  # fmt: skip
 def test_values_that_an_element_cannot_have_are_left_out(served, client, label, value):
+    page = served.desk._show.__self__
+    element = page._gui._gui_input_handle_from_uuid[client.elements[label]]
     turned(client, 3.0)
-    before, saved = served.desk.state, set(os.listdir(served.desk._show.__self__._folder))
+    before, was, saved = served.desk.state, element.value, os.listdir(page._folder)
     client.set(label, value)
     turned(client, 4.0)  # the page goes on, for the sender too
     assert (served.desk.state.method, served.desk.state.knobs.mu) == (before.method, before.knobs.mu)
-    assert set(os.listdir(served.desk._show.__self__._folder)) == saved
+    assert element.value == (4.0 if label == "Tilt, degrees" else was)
+    assert os.listdir(page._folder) == saved
 
 
 @pytest.mark.parametrize(
@@ -256,22 +260,32 @@ def test_values_that_an_element_cannot_have_are_left_out(served, client, label, 
         {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": 1}},
     ],
 )
-def test_places_that_are_none_are_left_out(served, client, message):
-    poses = served.desk.state.arrangement.poses
+def test_places_that_are_none_are_left_out(served, client, capfd, message):
     client.set("Name", "v05")
     client.set("drag it by a handle", True)
-    client.until("v05")
-    client.send({"type": "TransformControlsDragStartMessage", "name": "/handle"})
+    client.wait(lambda: "/handle" in client.nodes, "a handle")
+    drag = {"type": "TransformControlsDragStartMessage", "name": "/handle"}
+    client.send(drag)
+    client.send({**MOVED, "position": [0.0, 0.0, 2.0]})
+    client.until("1 moved")
+    poses = served.desk.state.arrangement.poses
     client.send(message)
-    client.send({"type": "TransformControlsDragEndMessage", "name": "/handle"})
-    client.set("drag it by a handle", False)
+    client.send({**drag, "type": "TransformControlsDragEndMessage"})
     turned(client, 5.0)
     turned(client, 6.0)
-    assert served.desk.state.arrangement.poses == poses
+    left = served.desk.state.arrangement.poses
+    client.set("Name", "v05")
+    client.set("Change", "Put back")
+    client.set("drag it by a handle", False)
+    client.wait(lambda: not served.desk.state.arrangement.poses, "the block in its place")
+    assert left == poses
+    assert client.notices.empty()
+    assert "Traceback" not in "".join(capfd.readouterr())
 
 
 def test_the_log_stays_short(caplog):
     control = AccessControl("127.0.0.1")
+    control._lines.seconds = math.inf
     for _ in range(10 * LINES):
         control._note("refused")
     assert len(caplog.records) == LINES
@@ -311,6 +325,7 @@ def test_saves_of_many_clients_are_files_of_their_own_and_limited(tmp_path):
     folder = tmp_path / "results"
     folder.mkdir()
     with studio(ARCH, Settings(method="rbe"), folder=folder, stem="arch") as served:
+        served.desk._show.__self__._saves.seconds = math.inf  # however long this machine takes for them
         clients = [StudioClient(served.address) for _ in range(8)]
         clients[0].until("proved: its")
         for _ in range(5):
@@ -404,18 +419,17 @@ def test_many_moves_of_many_clients_take_no_memory(tmp_path):
             clients = [StudioClient(address) for _ in range(8)]
             clients[0].until("proved: its")
 
-            def round_of(count):
-                for k in range(count):
+            def after(end):
+                for k in range(moves):
                     for one in clients:
                         one.set("Tilt, degrees", round(0.1 + 0.1 * (k % 50), 1))
                     time.sleep(0.005)  # s, as sliders do: nothing waits for this
-                clients[0].set("Tilt, degrees", 9.5)
+                clients[0].set("Tilt, degrees", end)
                 for one in clients:
-                    one.until("tilt 9.5° towards")
+                    one.until(f"tilt {end}° towards")
                 return resident(process.pid)
 
-            first = round_of(moves)  # what is loaded once
-            last = round_of(moves)
+            first, last = after(9.5), after(9.6)  # what is loaded once counts in the first
             print(f"{moves} moves of 8 clients: {first:.1f} MB, {last:.1f} MB")
             assert last - first < 10.0
             for one in clients:
