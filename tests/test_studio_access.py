@@ -92,6 +92,7 @@ def asked(address, path=None, **headers):
         ([], [], ["t"], "this name"),
         (["evil.example:8080"], [], ["t"], "this name"),
         (["192.0.2.7"], [], ["t"], "this name"),
+        (["0.0.0.0:8080"], [], ["t"], "this name"),
         (["192.0.2.7:8081"], [], ["t"], "this name"),
         ([PAGE, "evil.example"], [], ["t"], "this name"),
         ([PAGE], ["http://evil.example"], ["t"], "another origin"),
@@ -161,6 +162,14 @@ def test_a_websocket_is_refused_before_it_is_one(served, others):
     status, _, body = asked(served.address, path, **{**upgrade, **others, **origins})
     assert status == 403
     assert body.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="127.0.0.2 is an address of the machine on Linux only")
+def test_on_all_addresses_the_one_that_was_used_is_a_name(tmp_path):
+    with studio(ARCH, Settings(method="rbe"), folder=tmp_path, host="0.0.0.0") as served:
+        assert asked(served.address)[0] == 302
+        assert asked(served.address.replace("127.0.0.1", "127.0.0.2"))[0] == 302
+        assert asked(served.address, Host=urlsplit(served.address.replace("127.0.0.1", "127.0.0.2")).netloc)[0] == 403
 
 
 def test_the_server_of_a_static_page_lets_nobody_in():

@@ -28,6 +28,7 @@ __all__ = ["AccessControl", "authorities", "refusal"]
 LARGEST = 16 * 2**10  # bytes of a message; those of a page of ours have some hundreds
 CLIENTS = 32  # at the same time
 LINES, SPAN = 30, 60.0  # in the log, in so many seconds: who is refused may come back at once
+ANY = ("", "0.0.0.0", "::")  # no names, but all addresses of a machine
 PAGES = ("", "/", "/index.html")
 KEPT_IN = {  # headers of every page: nobody else frames it, and its address, which has the token, goes nowhere
     "Referrer-Policy": "no-referrer",
@@ -162,7 +163,7 @@ def authorities(host: str, address: str, port: int) -> frozenset[str]:
     ['127.0.0.1:8080', '192.0.2.7:8080']
     """
     names = {"localhost", "127.0.0.1", "[::1]"}
-    names |= {f"[{name}]" if ":" in name else name for name in (host.lower(), address.lower()) if name}
+    names |= {f"[{name}]" if ":" in name else name for name in (host.lower(), address.lower()) if name not in ANY}
     return frozenset(f"{name}:{port}" for name in names) | (frozenset(names) if port == 80 else frozenset())
 
 
