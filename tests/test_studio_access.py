@@ -34,6 +34,8 @@ from cyclopean.view import access
 from cyclopean.view.access import LARGEST, LINES, AccessControl, authorities, refusal
 from cyclopean.view.layers import server, silent
 from cyclopean.view.messages import FAR, LONGEST
+from cyclopean.view.rate_limit import RateLimit
+from cyclopean.view.studio import saving
 from cyclopean.view.studio.panel import AT_ONCE, studio
 from cyclopean.view.studio.saving import claimed
 from studio_client import PATIENCE, StudioClient
@@ -365,6 +367,26 @@ def test_a_folder_that_went_is_told_without_its_path(tmp_path):
         folder.rmdir()
         client.set("Save model", True)
         assert client.notices.get(timeout=PATIENCE) == ("Not done", "the folder does not exist any more; make it again")
+
+
+def test_files_in_all_are_limited_and_one_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
+    def full(path, text):
+        raise InputError(f"{path}: cannot be written (no space left on device)")
+
+    with (
+        studio(ARCH, Settings(method="rbe"), folder=tmp_path, stem="arch") as served,
+        StudioClient(served.address) as client,
+    ):
+        client.until("proved: its")
+        served.desk._show.__self__._in_all = RateLimit(1, math.inf)
+        with monkeypatch.context() as patch:
+            patch.setattr(saving, "write_text", full)
+            client.set("Save model", True)
+            told = client.notices.get(timeout=PATIENCE)
+        assert told == ("Not done", "arch.studio.json: cannot be written (no space left on device)")
+        assert os.listdir(tmp_path) == []
+        client.set("Save model", True)
+        assert "were saved already" in client.notices.get(timeout=PATIENCE)[1]
 
 
 # ---------------------------------------------------------------------- a browser, and many clients
