@@ -145,7 +145,7 @@ def _check_combinations(assembly: Assembly) -> None:
     cases = {SELF, *(load.case for load in (*assembly.loads, *assembly.actions))}
     names = [one.name for one in assembly.combinations]
     if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
+        twice = next(name for name, count in Counter(names).items() if count > 1)
         raise InputError(f"combination '{twice}': the name stands twice; names must be unique")
     for one in assembly.combinations:
         if unknown := [case for case, _ in one.factors if case not in cases]:

@@ -13,13 +13,13 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from cyclopean import __version__
 from cyclopean.errors import InputError
 from cyclopean.io.files import read_bytes, write_bytes
+from cyclopean.io.npz import UNREADABLE, arrays_of
 
 __all__ = ["Checkpoints"]
 
@@ -72,9 +72,9 @@ class Checkpoints(Executor):
         if not path.exists():
             return None
         try:
-            with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as file:
-                answer = tuple(file[f"arr_{k}"] for k in range(len(file.files)))
-        except (InputError, ValueError, OSError, KeyError, EOFError, BadZipFile):
+            kept = arrays_of(read_bytes(path))
+            answer = tuple(kept[f"arr_{k}"] for k in range(len(kept)))
+        except UNREADABLE:
             return None
         self.found += 1
         return answer

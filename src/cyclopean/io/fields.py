@@ -2,9 +2,9 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ __all__ = [
     "array",
     "face_fault",
     "faces",
+    "first_repeat",
     "found",
     "label",
     "mapping",
@@ -36,6 +37,7 @@ Faces = tuple[tuple[int, ...], ...]
 REACH = 1e12
 
 _NUMBERS = {int, float}
+_Item = TypeVar("_Item", bound=Hashable)
 
 
 def parsed(path: str, content: str) -> Any:
@@ -49,9 +51,7 @@ def parsed(path: str, content: str) -> Any:
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         found = dict(pairs)
-        if len(found) < len(pairs):
-            keys = [key for key, _ in pairs]
-            twice = next(key for i, key in enumerate(keys) if key in keys[:i])
+        if len(found) < len(pairs) and (twice := first_repeat(key for key, _ in pairs)) is not None:
             raise InputError(f"{path}: the key '{one_line(twice, 40)}' stands twice in one object; keep one")
         return found
 
@@ -66,6 +66,16 @@ def parsed(path: str, content: str) -> Any:
         raise InputError(f"{path}: is nested too deeply to be a model") from None
     except ValueError:  # Python refuses whole numbers of more than 4,300 digits
         raise InputError(f"{path}: holds a whole number of thousands of digits; coordinates are metres") from None
+
+
+def first_repeat(items: Iterable[_Item]) -> _Item | None:
+    """Return the first of the items that stood before, or None."""
+    seen: set[_Item] = set()
+    for item in items:
+        if item in seen:
+            return item
+        seen.add(item)
+    return None
 
 
 def found(value: Any) -> str:
@@ -172,8 +182,7 @@ def face_fault(face: Sequence[int], count: int) -> str:
         have = f"0..{count - 1}" if count else "none"
         return f"names vertex {found(wrong)}, but the vertices are {have}"
     if len(set(face)) < len(face):
-        wrong = next(i for m, i in enumerate(face) if i in face[:m])
-        return f"names vertex {wrong} twice; list every corner once"
+        return f"names vertex {first_repeat(face)} twice; list every corner once"
     return ""
 
 

@@ -16,7 +16,7 @@ from cyclopean import __version__
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.io.fields import array, found, label, mapping, number, parsed, text
+from cyclopean.io.fields import array, first_repeat, found, label, mapping, number, parsed, text
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
 from cyclopean.io.units import check_units
 
@@ -227,7 +227,7 @@ def read_match(path: PathLike) -> StoredMatch:
     rows = array(_field(shown, data, "placements"), f"{shown}: placements")
     placements = tuple(_placement(f"{shown}: placements[{k}]", row) for k, row in enumerate(rows))
     for what, names in (("stone", [p.stone for p in placements]), ("cell", [p.cell for p in placements])):
-        if twice := next((n for i, n in enumerate(names) if n in set(names[:i])), None):
+        if twice := first_repeat(names):
             raise InputError(f"{shown}: {what} {label(twice)} is placed twice")
     units = mapping(data.get("units") or {}, f"{shown}: units")
     settings = mapping(data.get("settings") or {}, f"{shown}: settings")

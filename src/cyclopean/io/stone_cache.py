@@ -2,15 +2,14 @@
 
 A pack is found by the path that was read, the units, and the version of the reader; what it holds of a file counts only
 while the SHA-256 of the file's bytes is the same, so a file that changes is read again and the others are not.
-A pack that cannot be read, or is not as it should be, counts as none. Nothing is ever unpickled.
+A pack that cannot be read, or is not as it should be, counts as none. Nothing is ever unpickled or decompressed, and
+only shapes are kept: volumes and all other measures are taken of them anew.
 """
 
 import hashlib
 import json
 import os
 import sys
-import zipfile
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
@@ -20,29 +19,16 @@ from typing import Any
 import numpy as np
 
 from cyclopean import __version__
-from cyclopean.arrays import Floats, sealed
-from cyclopean.design.stones.stone import Stone
+from cyclopean.arrays import sealed
+from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.errors import InputError
-from cyclopean.io.files import PathLike, write_bytes
+from cyclopean.io.files import LARGEST, PathLike, read_bytes, write_bytes
+from cyclopean.io.npz import UNREADABLE, arrays_of
 
 __all__ = ["Reading", "cache_folder", "pack_path", "packed", "read_pack", "write_pack"]
 
-READER = "3"  # to be raised whenever another mesh, measure or sentence would come out of the same bytes
+READER = "4"  # to be raised whenever another mesh, measure or sentence would come out of the same bytes
 VARIABLE = "CYCLOPEAN_CACHE"
-
-_UNREADABLE = (
-    OSError,
-    ValueError,
-    KeyError,
-    EOFError,
-    MemoryError,
-    NotImplementedError,
-    RuntimeError,
-    zipfile.BadZipFile,
-    zlib.error,
-    InputError,
-)
-_FACTS = 20  # numbers of a stone: volume, centroid, axes, half, hull volume, area, density (NaN: not said), and 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,9 +66,8 @@ def pack_path(folder: Path, source: PathLike, units: str) -> Path:
 def read_pack(path: Path) -> dict[str, Reading]:
     """Readings by the digest of their file; none where there is no sound pack."""
     try:
-        with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as data:
-            return _unpacked({name: data[name] for name in data.files})
-    except _UNREADABLE:
+        return _unpacked(arrays_of(read_bytes(path)))
+    except UNREADABLE:
         return {}
 
 
@@ -92,6 +77,8 @@ def write_pack(path: Path, readings: Mapping[str, Reading]) -> bool:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         stream = BytesIO()
         np.savez(stream, **packed(readings))
+        if stream.tell() > LARGEST:  # it would never be read
+            return False
         write_bytes(path, stream.getvalue())
     except (OSError, InputError):
         return False
@@ -107,24 +94,18 @@ def packed(readings: Mapping[str, Reading]) -> dict[str, Any]:
         "vertices": np.concatenate([np.zeros((0, 3)), *(s.vertices for s in stones)]),
         "triangles": np.concatenate([np.zeros((0, 3), np.int32), *(s.triangles.astype(np.int32) for s in stones)]),
         "counts": np.array([(len(s.vertices), len(s.triangles)) for s in stones], np.int64).reshape(-1, 2),
-        "facts": np.array([_facts(s) for s in stones]).reshape(-1, _FACTS),
+        "density": np.array([np.nan if s.density is None else s.density for s in stones]),
     }
-
-
-def _facts(s: Stone) -> Floats:
-    density = np.nan if s.density is None else s.density
-    single = [s.hull_volume, s.area, density, 0.0]
-    return np.concatenate([[s.volume], s.centroid, s.axes.reshape(-1), s.half, single])
 
 
 def _unpacked(data: Mapping[str, Any]) -> dict[str, Reading]:
     text = json.loads(data["text"].tobytes())
     counts = sealed("counts", data["counts"], None, 2, dtype=np.int64)
     start = np.concatenate([[[0, 0]], np.cumsum(counts, axis=0)])
-    facts = sealed("facts", data["facts"], len(counts), _FACTS, nan=True)
+    density = sealed("density", data["density"], len(counts), nan=True)
     vertices = sealed("vertices", data["vertices"], int(start[-1, 0]), 3)
     triangles = sealed("triangles", data["triangles"], int(start[-1, 1]), 3, dtype=np.int64)
-    if (counts < 0).any() or (triangles < 0).any() or np.isnan(facts[:, :-2]).any():
+    if (counts < 0).any() or (triangles < 0).any():
         raise ValueError("not a pack")
     if (triangles >= np.repeat(counts[:, 0], counts[:, 1])[:, None]).any():
         raise ValueError("not a pack")
@@ -132,16 +113,10 @@ def _unpacked(data: Mapping[str, Any]) -> dict[str, Reading]:
     if len(names) != len(counts):
         raise ValueError("not a pack")
     stones = [
-        _stone(name, vertices[v:w], triangles[t:u], fact)
-        for name, (v, t), (w, u), fact in zip(names, start[:-1].tolist(), start[1:].tolist(), facts, strict=True)
+        stone_of(name, vertices[v:w], triangles[t:u], None if np.isnan(said) else float(said))
+        for name, (v, t), (w, u), said in zip(names, start[:-1].tolist(), start[1:].tolist(), density, strict=True)
     ]
     return _by_file(text, stones)
-
-
-def _stone(name: str, vertices: Floats, triangles: Any, fact: Floats) -> Stone:
-    volume, hull, area, density = (float(fact[k]) for k in (0, 16, 17, 18))
-    said = None if np.isnan(density) else density
-    return Stone(name, vertices, triangles, volume, fact[1:4], fact[4:13].reshape(3, 3), fact[13:16], hull, area, said)
 
 
 def _by_file(text: Sequence[Any], stones: Sequence[Stone]) -> dict[str, Reading]:

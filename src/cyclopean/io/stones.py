@@ -3,6 +3,7 @@
 import hashlib
 import os
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
@@ -18,7 +19,7 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import face_normals, pack, triangles
 from cyclopean.geometry.mesh_repair import Piece, ears_of, repair, weld
 from cyclopean.io.bodies import Body, pieces
-from cyclopean.io.fields import REACH, label
+from cyclopean.io.fields import REACH, first_repeat, label
 from cyclopean.io.files import PathLike, one_line, read_bytes, write_bytes
 from cyclopean.io.glb import read_glb
 from cyclopean.io.models import MESH_SUFFIXES, read_model, write_mesh
@@ -308,6 +309,7 @@ def _ordered(lines: Sequence[bytes]) -> bool:
 def _gathered(path: PathLike, found: _Listed, readings: Iterable[Reading]) -> Inventory:
     """Put the stones of all files together under names of their own."""
     stones: dict[str, Stone] = {}
+    taken: Counter[str] = Counter()
     notes: list[str] = []
     refused: list[str] = []
     for file, reading in zip(found.files, readings, strict=True):
@@ -318,10 +320,10 @@ def _gathered(path: PathLike, found: _Listed, readings: Iterable[Reading]) -> In
         for stone in reading.stones:
             own = reading.named and not found.folder and not reading.alone
             wanted = stem if reading.alone else stone.id if own else f"{stem}-{stone.id}"
-            name, k = wanted, 1
+            name = wanted
             while name in stones:
-                k += 1
-                name = f"{wanted}-{k}"
+                taken[wanted] += 1
+                name = f"{wanted}-{taken[wanted] + 1}"
             if name != wanted:
                 notes.append(f"{shown}: the name {label(wanted)} is taken; this stone is {label(name)}")
             stones[name] = replace(stone, id=name)
@@ -432,9 +434,8 @@ def write_stones(path: PathLike, inventory: Inventory) -> None:
         return
     names = [re.sub(r"[^\w.\- ]", "_", stone.id).strip(" .") or "stone" for stone in inventory.stones]
     folded = [name.casefold() for name in names]
-    twice = next((k for k, name in enumerate(folded) if folded.index(name) < k), None)
-    if twice is not None:
-        one, two = inventory.stones[folded.index(folded[twice])].id, inventory.stones[twice].id
+    if (twice := first_repeat(folded)) is not None:
+        one, two = [stone.id for stone, name in zip(inventory.stones, folded, strict=True) if name == twice][:2]
         raise InputError(f"{one_line(path)}: stones {label(one)} and {label(two)} would have one file; rename one")
     for name, stone in zip(names, inventory.stones, strict=True):
         write_bytes(Path(path) / f"{name}.obj", obj_text(_assembly([stone])).encode())

@@ -12,7 +12,7 @@ from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.errors import InputError
 from cyclopean.io import json_text
 from cyclopean.io.bodies import Body, assembly_of
-from cyclopean.io.fields import label, mapping, parsed
+from cyclopean.io.fields import first_repeat, label, mapping, parsed
 from cyclopean.io.files import one_line
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
 from cyclopean.io.rhino_json import Pose, mesh_triangles
@@ -104,7 +104,7 @@ def blocks_of(
             )
     if fixed and not any(fixed):
         raise InputError("Fixed: no block is held; a structure stands on something")
-    if twice := next((name for k, name in enumerate(names) if name in names[:k]), None):
+    if twice := first_repeat(names):
         raise InputError(f"Names: {label(twice)} stands twice; blocks are told apart by their names")
     for k, name in enumerate(names):
         blocks[k] = replace(blocks[k], id=one_line(name) or f"b{k}")
