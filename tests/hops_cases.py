@@ -1,6 +1,9 @@
 """Requests as Hops of Rhino 8 sends them: the keys, their order and the text in "data" follow its `Schema.cs`."""
 
+import contextlib
 import json
+import subprocess
+import sys
 
 import numpy as np
 
@@ -107,3 +110,17 @@ def tower():
 def two_stones():
     """Stones a little larger than a block of the tower, lying about."""
     return [mesh(*box((5, 0, 0), (6.1, 1.1, 1.2))), mesh(*box((8, 0, 0), (9.2, 1.1, 1.1)))]
+
+
+@contextlib.contextmanager
+def serving(*options):
+    """A server of its own process; its address, and the process."""
+    command = [sys.executable, "-m", "cyclopean", "serve", "--hops", "--port", "0", *map(str, options)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        line = process.stdout.readline()
+        assert "http://127.0.0.1:" in line, line + process.stderr.read()
+        yield line.split("http://")[1].split()[0], process
+    finally:
+        process.kill()
+        process.communicate()

@@ -33,25 +33,11 @@ from cyclopean.design.stones.quarry import quarry  # noqa: E402
 from cyclopean.service.components.catalogue import COMPONENTS  # noqa: E402
 from cyclopean.service.crew import Crew  # noqa: E402
 from cyclopean.service.parameters import Context  # noqa: E402
-from hops_cases import Geometry, box, mesh, one, outputs, points, request, tower, two_stones, vector  # noqa: E402
+from hops_cases import Geometry, box, mesh, one, outputs, points, request, serving, tower, two_stones, vector  # noqa: E402
 
 ENDLESS = {"Relaxation": 10**9}  # of a wall: rounds that nobody waits for
 LARGEST = 2**20
 CLIENT = Path(__file__).parents[1] / "examples" / "rhino8_client.py"
-
-
-@contextlib.contextmanager
-def serving(*options):
-    """A server of its own process; its address, and the process."""
-    command = [sys.executable, "-m", "cyclopean", "serve", "--hops", "--port", "0", *map(str, options)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        line = process.stdout.readline()
-        assert "http://127.0.0.1:" in line, line + process.stderr.read()
-        yield line.split("http://")[1].split()[0], process
-    finally:
-        process.kill()
-        process.communicate()
 
 
 @pytest.fixture(scope="module")

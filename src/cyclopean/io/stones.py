@@ -39,7 +39,11 @@ _UNSHARED = (".glb", ".stl")  # formats whose faces do not share vertices: weldi
 
 
 def read_stones(
-    path: PathLike, units: str | None = None, strict: bool = False, cache: bool = True
+    path: PathLike,
+    units: str | None = None,
+    strict: bool = False,
+    cache: bool = True,
+    within: Path | None = None,
 ) -> tuple[Inventory, tuple[str, ...]]:
     """Read an inventory: a folder of OBJ, STL, PLY and GLB files, one such file, or a model in JSON.
 
@@ -56,6 +60,8 @@ def read_stones(
         Refuse the whole inventory if anything in it cannot be used.
     cache : bool
         Keep what was read in the user's cache folder, by the content of each file (see `stone_cache`).
+    within : Path, optional
+        Folder, links resolved, out of which no link may lead: such files are refused unread.
 
     Returns
     -------
@@ -73,7 +79,7 @@ def read_stones(
         check_units(units, "--units")
     found = _listed(path)
     if found.folder or found.files[0].suffix.lower() in MESH_SUFFIXES:
-        readings, said = _readings(path, found.files, units or "m", cache), _unsaid(path, found.files, units)
+        readings, said = _readings(path, found.files, units or "m", cache, within), _unsaid(path, found.files, units)
     else:
         readings, said = _of_model(path, units)
     inventory = _gathered(path, found, readings)
@@ -114,7 +120,7 @@ def _listed(path: PathLike) -> _Listed:
     return _Listed(chosen, folder=True, others=len(names) - len(chosen))
 
 
-def _readings(path: PathLike, files: Sequence[Path], units: str, cache: bool) -> list[Reading]:
+def _readings(path: PathLike, files: Sequence[Path], units: str, cache: bool, within: Path | None) -> list[Reading]:
     """One reading for each file, from the cache where its content is known there."""
     folder = cache_folder() if cache else None
     place = None if folder is None else pack_path(folder, path, units)
@@ -122,6 +128,9 @@ def _readings(path: PathLike, files: Sequence[Path], units: str, cache: bool) ->
     held: dict[str, Reading] = {}
     result: list[Reading] = []
     for file in files:
+        if within is not None and not Path(os.path.realpath(file)).is_relative_to(within):
+            result.append(Reading(refused=("is a link that leads out of the folder that may be read",)))
+            continue
         try:
             data = read_bytes(file)
         except InputError as error:

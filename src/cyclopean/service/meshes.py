@@ -174,7 +174,7 @@ def _from_folder(text: str, units: str, allowed: Path | None) -> Any:
         raise InputError(f"Folder: '{one_line(text, 80)}' is no path") from None
     if not place.is_relative_to(root):
         raise InputError(f"Folder: '{one_line(text, 80)}' does not lie in the folder that this server may read")
-    inventory, said = read_stones(place, units)
+    inventory, said = read_stones(place, units, within=root)
     return replace(inventory, notes=(*said, *inventory.notes))
 
 

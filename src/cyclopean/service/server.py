@@ -8,12 +8,12 @@ import asyncio
 import contextlib
 import ipaddress
 import json
+import re
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import uvicorn
 from starlette.applications import Starlette
@@ -25,6 +25,7 @@ from starlette.routing import Route
 from cyclopean import __version__
 from cyclopean.errors import InputError
 from cyclopean.service.components.catalogue import COMPONENTS
+from cyclopean.service.connections import ARRIVAL, connection_limit, protocol
 from cyclopean.service.crew import Crew
 from cyclopean.service.parameters import Component, Context
 from cyclopean.service.protocol import described, refusal
@@ -35,8 +36,9 @@ __all__ = ["Options", "application", "serve"]
 
 LOCAL = ("localhost", "127.0.0.1", "::1")
 DRAIN = 4  # times the largest body that is read, and thrown away, so that the client gets to hear why
-CONNECTIONS = 256
-UNREAD = (403, 408, 413, 415)  # refusals after which a body may still be under way: it is not listened to
+BODIES = 4  # of the largest size that are held at one time, beside one for each process
+HOST = re.compile(r"(\[[0-9a-z:.%_-]+\]|[0-9a-z._-]+)(?::([0-9]{1,5}))?")  # name and port, in small letters
+UNREAD = (403, 408, 413, 415, 503)  # refusals after which a body may still be under way: it is not listened to
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,16 +79,17 @@ def serve(options: Options, ready: Callable[[str], None]) -> None:
     listening = _listening(options)
     port = listening.getsockname()[1]
     shown = f"[{options.host}]" if ":" in options.host else options.host
+    most = connection_limit()
     config = uvicorn.Config(
         application(options),
-        http="h11",
+        http=protocol(most),  # type: ignore[arg-type]  # uvicorn only calls it
         ws="none",
         lifespan="on",
         log_config=None,
         log_level="critical",
         access_log=False,
         server_header=False,
-        limit_concurrency=CONNECTIONS,
+        limit_concurrency=most + 1,  # reached only where none of them gives way
         timeout_graceful_shutdown=1,
     )
     with listening:
@@ -126,6 +129,7 @@ def application(options: Options) -> Starlette:
     listed = b"[" + b",".join(told.values()) + b"]"
     page = _page(COMPONENTS)
     crews: list[Crew] = []
+    bodies = _Bodies((BODIES + options.workers) * options.largest)
 
     @contextlib.asynccontextmanager
     async def running(_: Starlette) -> AsyncIterator[None]:
@@ -150,8 +154,9 @@ def application(options: Options) -> Starlette:
 
     async def solve(request: Request) -> Response:
         _refuse_strangers(request, options)
-        body = await _body(request, options)
-        return await _answer(request, crews[-1], request.path_params.get("name", ""), body)
+        with bodies.held() as hold:
+            body = await _body(request, options, hold)
+            return await _answer(request, crews[-1], request.path_params.get("name", ""), body)
 
     async def plain(request: Request) -> Response:
         _refuse_strangers(request, options)
@@ -192,25 +197,46 @@ async def _refused(_: Request, error: Exception) -> Response:
 
 def _refuse_strangers(request: Request, options: Options) -> None:
     """Refuse what a web page elsewhere may have made a browser send."""
-    host = request.headers.get("host", "")
-    name = urlsplit(f"//{host}").hostname if _readable(host) else None
-    if options.local and name not in (*LOCAL, options.host.lower()):
+    hosts = [said.lower() for said in request.headers.getlist("host")]
+    asked = HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
+    port = request.scope["server"][1]
+    if asked is None:
+        raise HTTPException(403, "a request names one host, as in 'Host: localhost:5000'")
+    if options.local and asked[1].strip("[]") not in (*LOCAL, options.host.lower()):
         raise HTTPException(403, "this server answers to localhost only; start it with --host to open it")
-    origin = request.headers.get("origin")
-    if origin is not None and (not _readable(origin) or urlsplit(origin).netloc != host):
+    if options.local and int(asked[2] or 80) != port:
+        raise HTTPException(403, f"this server answers at its own port only: localhost:{port}")
+    own = [f"{way}://{hosts[0]}" for way in ("http", "https")]
+    if any(origin.lower() not in own for origin in request.headers.getlist("origin")):
         raise HTTPException(403, "requests from web pages of another origin are not answered")
 
 
-def _readable(address: str) -> bool:
-    """Whether an address can be taken apart; the standard library refuses some by an exception."""
-    try:
-        return urlsplit(address if "//" in address else f"//{address}").hostname is not None
-    except ValueError:
-        return False
+class _Bodies:
+    """What all bodies together may take of the memory."""
+
+    def __init__(self, most: int) -> None:
+        self._left = most
+
+    @contextlib.contextmanager
+    def held(self) -> Iterator[Callable[[int], None]]:
+        """Yield what is to be told the size of each part of one body before it is kept."""
+        mine = 0
+
+        def hold(size: int) -> None:
+            nonlocal mine
+            if size > self._left:
+                raise HTTPException(503, "the server holds as much as it may for others; try again")
+            mine += size
+            self._left -= size
+
+        try:
+            yield hold
+        finally:
+            self._left += mine
 
 
-async def _body(request: Request, options: Options) -> bytes:
-    """Read the body, but not more than is allowed, nor for longer than a solve may take."""
+async def _body(request: Request, options: Options, hold: Callable[[int], None]) -> bytes:
+    """Read the body, but not more than is allowed, nor for longer than a solve may take, or a minute."""
     most = f"{options.largest / 2**20:g} MB"
     said = f"the request is larger than {most}; send coarser meshes, or start the server with more --max-body"
     length = request.headers.get("content-length", "0")
@@ -221,10 +247,11 @@ async def _body(request: Request, options: Options) -> bytes:
     parts: list[bytes] = []
     size = 0
     try:
-        async with asyncio.timeout(options.seconds):
+        async with asyncio.timeout(min(options.seconds, ARRIVAL)):
             async for part in request.stream():
                 size += len(part)
                 if size <= options.largest:
+                    hold(len(part))
                     parts.append(part)
                 elif size > DRAIN * options.largest:
                     raise HTTPException(413, said)
