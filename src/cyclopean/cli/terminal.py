@@ -1,5 +1,7 @@
 """Standard output, standard error, and what goes wrong with them."""
 
+import json
+import re
 import sys
 import threading
 import time
@@ -11,6 +13,7 @@ from cyclopean.errors import InputError
 
 __all__ = ["ClosedPipeError", "complain", "long_work", "of_file", "one_line", "say", "say_json", "warn"]
 
+_UNUSUAL = re.compile(r"[^ -~\n]")
 PATIENCE = 1.0  # s without a sign of life that a person takes for granted
 
 
@@ -24,7 +27,7 @@ def one_line(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Print lines of text on standard output."""
+    """Print lines of text on standard output; control characters in them as JSON writes them, so that JSON stays so."""
     _write(sys.stdout, text + "\n")
 
 
@@ -83,7 +86,7 @@ def _tick(stages: list[str], done: threading.Event) -> None:
     began = time.monotonic()
     width = 0
     while not done.wait(PATIENCE):
-        line = f"{stages[-1]} ... {time.monotonic() - began:.0f} s"
+        line = f"{one_line(stages[-1])} ... {time.monotonic() - began:.0f} s"
         width = max(width, len(line))
         sys.stderr.write(f"\r{line:{width}}")
         sys.stderr.flush()
@@ -92,8 +95,14 @@ def _tick(stages: list[str], done: threading.Event) -> None:
         sys.stderr.flush()
 
 
+def _visible(found: re.Match[str]) -> str:
+    """A character that may command the terminal, or turn the direction of writing, in words instead."""
+    return found[0] if found[0].isprintable() else json.dumps(found[0])[1:-1]
+
+
 def _write(stream: TextIO, text: str) -> None:
     encoding = stream.encoding or "utf-8"
+    text = _UNUSUAL.sub(_visible, text)
     try:
         stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
         stream.flush()

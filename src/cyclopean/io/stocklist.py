@@ -17,7 +17,7 @@ import numpy as np
 from cyclopean import __version__
 from cyclopean.design.laying.stock import Slab
 from cyclopean.errors import InputError
-from cyclopean.io.csv_tables import csv_number, csv_text
+from cyclopean.io.csv_tables import cell_text, csv_number, csv_text
 from cyclopean.io.fields import REACH, label
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
 
@@ -79,7 +79,7 @@ def _row(where: str, head: Sequence[str], cells: Sequence[str], before: int) -> 
     count = given.get("count") or "1"
     if not (count.isascii() and count.isdigit() and 0 < int(count) <= MOST - before):
         raise InputError(f"{where}: count {label(count)} is not a whole number of 1 to {MOST - before:,}")
-    name = given.get("id", "")
+    name = cell_text(given.get("id", ""))
     if not name.isprintable():
         raise InputError(f"{where}: id {label(name)} does not print on one line")
     return repeated(name, (length, depth, height), int(count), before, density)
