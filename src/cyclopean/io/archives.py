@@ -2,7 +2,8 @@
 
 A 3DM file is a chain of chunks, each with a type, a length and that many bytes, and its last one says how long the file
 is. What is cut off, or has lost or gained a byte, breaks the chain. Damage inside a chunk shows only when it is read,
-so a process of its own tries that first, which can be stopped.
+so a process of its own tries that first, which can be stopped, and has no more memory than a sound file of that size
+takes: meshes are compressed in it.
 """
 
 import os
@@ -13,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from cyclopean.errors import InputError
+from cyclopean.io.fields import refuse_unfolded
 
 __all__ = ["refuse_damaged"]
 
@@ -20,7 +22,20 @@ PATIENCE = 5.0  # s; beside one second for each MB, which is a hundred times wha
 _HEADER = 32  # bytes: the name of the format, and its version in the last eight
 _SHORT = 0x80000000  # types that have a number in place of a length, and no bytes
 _END = 0x00007FFF  # type of the last chunk
-_TRIAL = "import rhino3dm, sys; sys.exit(rhino3dm.File3dm.Read(sys.argv[1]) is None)"
+_ROOM = 1 << 30, 64  # bytes of the process that tries: these, and so many for each byte of the file
+_TRIAL = """
+import sys
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]),) * 2)
+except (ImportError, ValueError, OSError):  # not on every system, nor above a lower limit
+    pass
+import rhino3dm
+file = rhino3dm.File3dm.Read(sys.argv[1])
+meshes = () if file is None else [g for g in (item.Geometry for item in file.Objects) if isinstance(g, rhino3dm.Mesh)]
+print(sum(len(mesh.Vertices) + 4 * len(mesh.Faces) for mesh in meshes))
+sys.exit(file is None)
+"""
 
 
 def refuse_damaged(path: str, data: bytes) -> None:
@@ -37,18 +52,19 @@ def refuse_damaged(path: str, data: bytes) -> None:
         raise InputError(f"{path}: is a damaged 3DM file, or is cut off; save it again in Rhino")
     if "python" not in os.path.basename(sys.executable or "").lower():  # inside Rhino there is no Python to start
         return
-    limit = PATIENCE + len(data) / 1e6
+    limit, room = PATIENCE + len(data) / 1e6, str(_ROOM[0] + _ROOM[1] * len(data))
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "trial.3dm"
         place.write_bytes(data)
         try:
             done = subprocess.run(
-                [sys.executable, "-c", _TRIAL, str(place)], capture_output=True, timeout=limit, check=False
+                [sys.executable, "-c", _TRIAL, str(place), room], capture_output=True, timeout=limit, check=False
             )
         except subprocess.TimeoutExpired:
             raise InputError(f"{path}: is a damaged 3DM file: it cannot be read in {limit:.0f} s") from None
     if done.returncode:
         raise InputError(f"{path}: is a damaged 3DM file; save it again in Rhino")
+    refuse_unfolded(path, int(done.stdout.split()[-1]), len(data))
 
 
 def _chained(data: bytes) -> bool:

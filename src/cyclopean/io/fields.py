@@ -26,6 +26,7 @@ __all__ = [
     "number",
     "parsed",
     "points",
+    "refuse_unfolded",
     "text",
     "vector",
 ]
@@ -36,6 +37,7 @@ Faces = tuple[tuple[int, ...], ...]
 # keeps every later product within double precision; it is far beyond any quarry, in any unit.
 REACH = 1e12
 
+ROWS = 2_000_000  # vertices and corners that a small file may unfold to, by meshes that stand in several places
 _NUMBERS = {int, float}
 _Item = TypeVar("_Item", bound=Hashable)
 
@@ -130,6 +132,14 @@ def number(value: Any, where: str) -> float:
     if not abs(real) <= REACH:
         raise InputError(f"{where} = {real:g} is beyond 1e12; check the units")
     return real
+
+
+def refuse_unfolded(path: str, rows: int, size: int) -> None:
+    """Refuse a file of `size` bytes that becomes so many vertices and corners, by sharing or compression, so far."""
+    if rows > max(ROWS, size):
+        raise InputError(
+            f"{path}: {size:,} bytes that unfold to more than {max(ROWS, size):,} vertices and corners; simplify it"
+        )
 
 
 def points(value: Any, where: str) -> Floats:

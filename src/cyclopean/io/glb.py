@@ -16,7 +16,7 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import Body, assembly_of
 from cyclopean.io.carried import TOLD, carried, fan, model_rest, polygons, rebuilt, told, written_fields
-from cyclopean.io.fields import REACH, array, label, mapping, number, parsed
+from cyclopean.io.fields import REACH, array, label, mapping, number, parsed, refuse_unfolded
 from cyclopean.io.files import decoded
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import linear, stone_colours
@@ -79,7 +79,7 @@ def _opened(path: str, data: bytes) -> "_Reader":
     needs = set(map(str, array(document.get("extensionsRequired", []), f"{path}: extensionsRequired"))) - _UNDERSTOOD
     if needs:
         raise InputError(f"{path}: needs the extension {label(min(needs))}; export the GLB without compression")
-    return _Reader(path, document, binary)
+    return _Reader(path, document, binary, len(data))
 
 
 def _extras(node: dict[str, Any]) -> dict[str, Any]:
@@ -121,10 +121,12 @@ def _chunks(path: str, data: bytes) -> tuple[dict[str, Any], bytes]:
 class _Reader:
     """One document and its binary chunk, with every index and length checked before it is used."""
 
-    def __init__(self, path: str, document: dict[str, Any], binary: bytes) -> None:
+    def __init__(self, path: str, document: dict[str, Any], binary: bytes, size: int) -> None:
         self.path = path
         self.document = document
         self.binary = binary
+        self.size = size  # bytes of the file
+        self.rows = 0  # vertices and corners so far; meshes may be shared by nodes
 
     def item(self, kind: str, index: Any) -> dict[str, Any]:
         """Entry `index` of the list `kind` of the document."""
@@ -264,6 +266,8 @@ class _Reader:
         beyond = count and offset + (count - 1) * stride + width > length
         if start + length > len(self.binary) or beyond or not width <= stride <= _WIDEST:
             raise InputError(f"{self.path}: accessors[{index}] reaches beyond the data of the GLB; is it cut off?")
+        self.rows += count
+        refuse_unfolded(self.path, self.rows, self.size)
         if not count:
             return np.zeros((0, _POINTS_PER[kind]))
         rows = np.ndarray((count, _POINTS_PER[kind]), dtype, self.binary, start + offset, (stride, dtype.itemsize))

@@ -25,7 +25,7 @@ from cyclopean.geometry import mesh_faults
 from cyclopean.io.blocklist import flat
 from cyclopean.io.bodies import Body, assembly_of, welded
 from cyclopean.io.carried import TOLD, carried, fan, model_rest, polygons, rebuilt, shown, told, understood
-from cyclopean.io.fields import Faces, face_fault, label, parsed
+from cyclopean.io.fields import Faces, face_fault, label, parsed, refuse_unfolded
 from cyclopean.io.files import one_line
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import stone_colours
@@ -278,7 +278,7 @@ def read_ifc(path: str, stem: str, data: bytes, units: str | None) -> tuple[Asse
         file = _library(where=f"{path}: ").file.from_string(text)
         if (lines := len(_INSTANCE.findall(text))) > (read := len(file.entity_names())):  # it stops without a word
             raise InputError(f"{path}: is a damaged IFC file: only {read} of its {lines} lines can be read")
-        reader = _Reader(path, file)
+        reader = _Reader(path, file, len(data))
         found = reader.elements()
     except _DAMAGE as error:
         raise InputError(f"{path}: is a damaged IFC file ({one_line(str(error), 80)})") from None
@@ -323,9 +323,11 @@ def _row(path: str, body: Body, said: dict[str, Any]) -> dict[str, Any]:
 class _Reader:
     """One IFC file."""
 
-    def __init__(self, path: str, file: Any) -> None:
+    def __init__(self, path: str, file: Any, size: int) -> None:
         self.path = path
         self.file = file
+        self.size = size  # bytes of the file
+        self.rows = 0  # vertices and corners so far; bodies may be shared by elements
         self.schema = file.schema
         self.skipped: Counter[str] = Counter()
         self.psets = _library(".util.element").get_psets
@@ -344,7 +346,7 @@ class _Reader:
                 row = {
                     _OURS.get(key, key): value if key in _OURS else understood(key, str(value))
                     for key, value in said.items()
-                    if key != "id"  # the number of the set in the file
+                    if key and key != "id"  # nameless, or the number of the set in the file
                 }
                 found.append((body, row, product.id()))
         return found
@@ -362,6 +364,8 @@ class _Reader:
                 self.skipped[item.is_a()] += 1
                 continue
             vertices, corners = drawn(item)
+            self.rows += len(vertices) + sum(map(len, corners))
+            refuse_unfolded(self.path, self.rows, self.size)
             if fault := next((f for face in corners if (f := face_fault(face, len(vertices)))), ""):
                 raise InputError(f"{self.path}: #{item.id()}: a face {fault}")
             faces += [tuple(i + before for i in face) for face in corners]
