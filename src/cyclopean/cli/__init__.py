@@ -1,22 +1,56 @@
 """The command line: the only room that prints or exits. Heavy libraries are imported inside the commands."""
 
+import contextlib
+import signal
 import sys
+import threading
+import types
+import typing
 
 __all__ = ["main"]
+
+_INTERRUPTED = 130
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run one command and return its exit status.
+
+    SIGTERM and SIGHUP end it as Ctrl-C does, with the status that a shell gives what ends by them.
 
     Parameters
     ----------
     argv : list of str, optional
         Arguments without the program's name; those of the process by default.
     """
+    seen: list[int] = []
+    before = _answered(seen)
     try:
         from cyclopean.cli.app import run  # here, so that an interrupt while it loads ends quietly too
 
-        return run(sys.argv[1:] if argv is None else list(argv))
+        status = run(sys.argv[1:] if argv is None else list(argv))
     except KeyboardInterrupt:
-        sys.stderr.write("cyclopean: error: interrupted\n")
-        return 130
+        with contextlib.suppress(OSError):  # the terminal may be gone
+            sys.stderr.write("cyclopean: error: interrupted\n")
+        status = _INTERRUPTED
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return 128 + seen[0] if seen and status == _INTERRUPTED else status
+
+
+def _answered(seen: list[int]) -> dict[int, typing.Any]:
+    """Have the signals that ask for an end interrupt the command; return who answered them before.
+
+    What is ignored, as under `nohup`, stays so. Only the first signal interrupts: others often follow at once, such as
+    the kernel's after the shell's when a terminal is closed, and must not disturb the cleaning up.
+    """
+
+    def interrupt(number: int, _: types.FrameType | None) -> None:
+        if not seen:
+            seen.append(number)
+            raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        return {}
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    return {n: signal.signal(n, interrupt) for n in numbers if signal.getsignal(n) == signal.SIG_DFL}

@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TextIO
 
 from cyclopean.errors import InputError
@@ -55,8 +55,9 @@ def warn(text: str) -> None:
 
 
 def complain(text: str) -> None:
-    """Print an error, one line on standard error."""
-    _write(sys.stderr, f"cyclopean: error: {one_line(text)}\n")
+    """Print an error, one line on standard error; where that is gone, as a closed terminal is, nobody can be told."""
+    with suppress(OSError):
+        _write(sys.stderr, f"cyclopean: error: {one_line(text)}\n")
 
 
 @contextmanager

@@ -45,19 +45,33 @@ def workers(count: int, cluster: str | None) -> Iterator[Executor | None]:
 def beside(count: int) -> Iterator[Executor | None]:
     """Open so many processes beside this one; None for none.
 
-    Where the work is given up, above all by Ctrl-C, they are ended at once, and say nothing.
+    Where the work is given up, by Ctrl-C or another signal, they are ended at once, and say nothing.
+
+    Raises
+    ------
+    InputError
+        One of them was ended by somebody else.
     """
     if not count:
         yield None
         return
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
 
-    way = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(count, mp_context=way, initializer=_leave_interrupts) as executor:
+    from cyclopean.processes import ChildContext, held_back
+
+    with held_back():  # Python's own process that cleans up after others begins here
+        pool = ProcessPoolExecutor(count, mp_context=ChildContext())
+    with pool as executor:
         before = multiprocessing.active_children()
         try:
             yield executor
+        except BrokenProcessPool:
+            raise InputError(
+                "--workers: a process that did part of the work was ended, perhaps for want of memory;"
+                " run the command again, or with fewer --workers"
+            ) from None
         except BaseException:
             answers: Any = getattr(executor, "_result_queue", None)
             executor.shutdown(wait=False, cancel_futures=True)
@@ -68,13 +82,6 @@ def beside(count: int) -> Iterator[Executor | None]:
             if hasattr(answers, "_writer"):
                 answers._writer.close()
             raise
-
-
-def _leave_interrupts() -> None:
-    """Ctrl-C goes to every process of a terminal; the first one answers it."""
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager

@@ -3,17 +3,13 @@
 import asyncio
 import json
 import multiprocessing
-import signal
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING
 
+from cyclopean.processes import ChildProcess
 from cyclopean.service.parameters import Context
-
-if TYPE_CHECKING:
-    from multiprocessing.context import SpawnProcess
 
 __all__ = ["Crew", "Reply"]
 
@@ -94,9 +90,8 @@ class _Worker:
     """One process and our end of the pipe to it."""
 
     def __init__(self, context: Context) -> None:
-        way = multiprocessing.get_context("spawn")
-        self._pipe, theirs = way.Pipe()
-        self._process: SpawnProcess = way.Process(target=_work, args=(theirs, context), daemon=True)
+        self._pipe, theirs = multiprocessing.Pipe()
+        self._process = ChildProcess(target=_work, args=(theirs, context), daemon=True)
         self._process.start()
         theirs.close()
         self._ready = False
@@ -145,7 +140,6 @@ def _trouble(status: int, said: str) -> Reply:
 
 def _work(pipe: Connection, context: Context) -> None:
     """What a process does: answer requests until nobody is at the other end."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to every process of a terminal; the first one answers it
     from cyclopean.service.solving import solved
 
     _warm()

@@ -6,7 +6,6 @@ goes on meanwhile, and a question that nobody waits for any more is dropped with
 
 import multiprocessing
 import os
-import signal
 import threading
 import time
 from collections.abc import Callable
@@ -19,6 +18,7 @@ from cyclopean.analysis.live import confirmed
 from cyclopean.analysis.proving import Claim
 from cyclopean.assembly import Assembly
 from cyclopean.errors import CyclopeanError
+from cyclopean.processes import ChildProcess
 from cyclopean.view.studio.newest import Newest
 
 __all__ = ["Prover", "Question", "Reach"]
@@ -107,9 +107,8 @@ class Prover:
         return None if self._box.waiting else answer
 
     def _start(self) -> None:
-        way = multiprocessing.get_context("spawn")
-        self._line, end = way.Pipe()
-        child = way.Process(target=_serve, args=(end, self._behind), name="cyclopean-prover", daemon=True)
+        self._line, end = multiprocessing.Pipe()
+        child = ChildProcess(target=_serve, args=(end, self._behind), name="cyclopean-prover", daemon=True)
         child.start()
         self._child = child
         end.close()
@@ -125,8 +124,7 @@ class Prover:
 
 
 def _serve(line: Connection, behind: bool) -> None:
-    """Answer questions until nobody asks any more; Ctrl-C is left to the parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Answer questions until nobody asks any more."""
     if behind and hasattr(os, "nice"):
         os.nice(BEHIND)
     while True:

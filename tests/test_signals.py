@@ -1,0 +1,108 @@
+"""What ends a command from outside ends all of it: its workers too, with one line and the status that a shell gives.
+
+Every process here holds the pipe of standard error, so that reading it to its end takes until the last one is gone.
+Mutants killed: signals answered by Python's defaults; workers that see a terminal's signals; the process that cleans up
+after others ended by one; workers that do not look whether their parent lives.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs what Unix has")
+
+LONG = 60.0  # s: that a busy machine may take to begin or to end
+ENDLESS = {
+    "match": "match stones.glb wall.json --out out --workers 3 --negotiate 1 --rounds 100",
+    "settle": "settle stones.glb --out laid.json --workers 2 --ways 6 --yaws 64",
+    "sequence": "sequence wall.json --out order.json --workers 3 --method rbe",
+    "vary": "check wall.json --method rbe --vary mu=0.6:0.9 --samples 1000000 --workers 3",
+}
+
+
+@pytest.fixture(scope="module")
+def yard(tmp_path_factory):
+    """Sixty stones, and a wall of about as many."""
+    place = tmp_path_factory.mktemp("yard")
+    for line in (
+        "make stones --count 60 --detail 3 --out stones.glb",
+        "make polygonal --columns 9 --rows 6 --out wall.json",
+    ):
+        subprocess.run([sys.executable, "-m", "cyclopean", *line.split()], cwd=place, check=True, capture_output=True)
+    (place / "out").mkdir()
+    return place
+
+
+@contextmanager
+def begun(line, place, **streams):
+    """The command, in a session of its own, once it has workers."""
+    argv = [sys.executable, "-m", "cyclopean", *line.split()]
+    given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | streams
+    with subprocess.Popen(argv, cwd=place, start_new_session=True, **given) as process:
+        try:
+            deadline = time.monotonic() + LONG
+            while len(children(process)) < 2 and process.poll() is None and time.monotonic() < deadline:
+                time.sleep(0.02)  # one child is Python's own, the next a worker
+            assert process.poll() is None
+            yield process
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+
+
+def children(process):
+    said = subprocess.run(["ps", "-o", "pid=", "--ppid", str(process.pid)], capture_output=True, text=True, check=False)
+    return [int(pid) for pid in said.stdout.split()]
+
+
+@pytest.mark.parametrize(
+    ("command", "number", "whole_group"),
+    [
+        ("match", signal.SIGTERM, False),
+        ("match", signal.SIGHUP, True),
+        ("settle", signal.SIGHUP, False),
+        ("settle", signal.SIGTERM, True),
+        ("sequence", signal.SIGTERM, False),
+        ("sequence", signal.SIGINT, True),
+        ("vary", signal.SIGHUP, True),
+    ],
+)
+def test_a_signal_ends_command_and_workers_with_one_line(yard, command, number, whole_group):
+    with begun(ENDLESS[command], yard) as process:
+        (os.killpg if whole_group else os.kill)(process.pid, number)
+        out, err = process.communicate(timeout=LONG)
+    assert (process.returncode, out, err) == (128 + number, "", "cyclopean: error: interrupted\n")
+    assert sorted(path.name for path in yard.glob("*.json")) == ["wall.json"], "nothing half done is written"
+
+
+@pytest.mark.parametrize("command", ["match", "settle", "sequence"])
+def test_workers_end_with_a_parent_that_is_killed(yard, command):
+    with begun(ENDLESS[command], yard) as process:
+        process.kill()
+        process.communicate(timeout=LONG)
+    assert process.returncode == -signal.SIGKILL
+
+
+def test_a_worker_that_somebody_ends_is_told_of_in_one_line(yard):
+    with begun(ENDLESS["match"], yard) as process:
+        os.kill(max(children(process)), signal.SIGKILL)
+        out, err = process.communicate(timeout=LONG)
+    assert (process.returncode, out, err.count("\n")) == (2, "", 1)
+    assert "--workers: a process that did part of the work was ended" in err
+
+
+def test_a_terminal_that_is_closed_leaves_nobody_to_be_told(yard):
+    """Its session gets SIGHUP, and what is written to it fails."""
+    import pty
+
+    ours, theirs = pty.openpty()
+    with begun(ENDLESS["match"], yard, stdout=theirs, stderr=theirs) as process:
+        os.close(theirs)
+        os.close(ours)
+        process.send_signal(signal.SIGHUP)
+        assert process.wait(timeout=LONG) == 128 + signal.SIGHUP
