@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import stat
 
 import numpy as np
@@ -11,7 +12,7 @@ import cyclopean
 from cyclopean.analysis import Result
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.errors import InputError
-from cyclopean.io import json_text, result_dict, write_json, write_text
+from cyclopean.io import json_text, result_dict, together, write_json, write_text
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -102,6 +103,91 @@ def test_nothing_is_left_of_a_write_that_is_interrupted(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         write_text(tmp_path / "a.txt", "new")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def two_folders(tmp_path):
+    """Each with an old file, and one of somebody else."""
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "old").write_text("old")
+        (tmp_path / name / "theirs").write_text("theirs")
+    return tmp_path
+
+
+def tree(place):
+    return {str(f.relative_to(place)): f.read_text() if f.is_file() else None for f in place.rglob("*")}
+
+
+def write_four(place):
+    with together():
+        for name in ("a/old", "a/new", "b/new", "b/old"):
+            write_text(place / name, "written")
+            assert (place / "a/old").read_text() == "old", "nothing takes its place before all are there"
+
+
+def test_files_that_are_written_together_are_all_there(two_folders):
+    before = tree(two_folders)
+    write_four(two_folders)
+    assert tree(two_folders) == before | dict.fromkeys(("a/old", "a/new", "b/new", "b/old"), "written")
+
+
+@pytest.mark.parametrize("links", [True, False])
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+@pytest.mark.parametrize("moment", range(4))
+def test_of_files_that_are_written_together_none_stays_without_the_others(
+    two_folders, monkeypatch, moment, error, links
+):
+    """The last of their places cannot be taken, or an interrupt comes between two."""
+    before, replace, calls = tree(two_folders), os.replace, []
+
+    def failing(source, target):
+        if not source.endswith(".old") and not target.endswith(".old"):
+            calls.append(target)
+            if len(calls) == moment + 1:
+                raise error
+        replace(source, target)
+
+    def refuse(*_):
+        raise OSError(95, "Operation not supported")
+
+    monkeypatch.setattr(os, "replace", failing)
+    if not links:
+        monkeypatch.setattr(os, "link", refuse)
+    with pytest.raises(InputError if isinstance(error, OSError) else KeyboardInterrupt):
+        write_four(two_folders)
+    assert tree(two_folders) == before
+
+
+def write_and_remove(place):
+    with together():
+        for name in ("a/old", "b/old"):
+            write_text(place / name, "written")
+        shutil.rmtree(place / "b")
+
+
+def test_a_folder_that_is_removed_meanwhile_leaves_the_other_as_it_was(two_folders):
+    before = {name: text for name, text in tree(two_folders).items() if name.startswith("a")}
+    with pytest.raises(InputError, match=r"b/old: cannot be written \(No such file or directory\)"):
+        write_and_remove(two_folders)
+    assert tree(two_folders) == before
+
+
+def write_and_fail(place):
+    with together():
+        with together():
+            write_text(place / "a/old", "once")
+        raise ZeroDivisionError
+
+
+def test_a_file_twice_and_a_set_within_a_set(two_folders):
+    with pytest.raises(ZeroDivisionError):
+        write_and_fail(two_folders)
+    assert (two_folders / "a/old").read_text() == "old"
+    with together():
+        write_text(two_folders / "a/old", "once")
+        write_text(two_folders / "a/old", "twice")
+    assert (two_folders / "a/old").read_text() == "twice"
 
 
 def result(**changes):

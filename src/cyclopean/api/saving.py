@@ -156,9 +156,10 @@ def _write_match(file: FilePath, found: StoneMatch) -> None:
         settings=asked,
     )
     drawing = None if found.drawn is None else io.drawing_dict(found.drawn)
-    io.write_stones(stones, Inventory(found.stones))
-    io.write_model(wall, found.assembly, drawing=drawing)
-    io.write_json(file, data)
+    with io.together():
+        io.write_stones(stones, Inventory(found.stones))
+        io.write_model(wall, found.assembly, drawing=drawing)
+        io.write_json(file, data)
 
 
 def _write_match_page(file: FilePath, found: StoneMatch) -> None:

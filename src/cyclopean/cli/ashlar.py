@@ -326,18 +326,19 @@ def _end(
         texts["--svg"] = ashlar_svg(wall, wall.assembly.name) + "\n"
     texts |= {"--cutlist": ashlar_cutlist_csv(wall), "--left": left_csv(wall)}
     data = ashlar_dict(wall, asked)
-    io.write_model(files["--out"], wall.assembly)
-    for option, text in texts.items():
-        if option in files:
-            io.write_text(files[option], text)
-    if "--display" in files:
-        from cyclopean.assembly import Assembly, Contacts
-        from cyclopean.design.laying.ashlar import open_stones
+    with io.together():
+        io.write_model(files["--out"], wall.assembly)
+        for option, text in texts.items():
+            if option in files:
+                io.write_text(files[option], text)
+        if "--display" in files:
+            from cyclopean.assembly import Assembly, Contacts
+            from cyclopean.design.laying.ashlar import open_stones
 
-        shown = Assembly(open_stones(wall), Contacts.of([], []), name=f"{wall.assembly.name}, as sawn")
-        io.write_model(files["--display"], shown)
-    if "--json" in files:
-        io.write_json(files["--json"], data)
+            shown = Assembly(open_stones(wall), Contacts.of([], []), name=f"{wall.assembly.name}, as sawn")
+            io.write_model(files["--display"], shown)
+        if "--json" in files:
+            io.write_json(files["--json"], data)
     for note in (*said, *wall.notes):
         warn(note)
     if json == STANDARD_OUTPUT:

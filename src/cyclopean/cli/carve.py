@@ -128,16 +128,19 @@ def _written(
         page = carving_html(
             carved, whole, built, result, before=before, after=after, least=least, certificate_file=proof
         )
-    for file, text in texts.items():
-        io.write_text(to[file], text)
-    io.write_json(to["placements.json"], placements_dict(carved, str(stored.wall)))
-    _write_meshes({to["carved.glb"]: carved_meshes(carved), to["offcuts.glb"]: offcut_meshes(carved)})
-    io.write_model(to["carved.json"], built.assembly)
-    write_result(result, {"--json": to["result.json"], "--certificate": to["certificate.json"]}, str(to["carved.json"]))
-    if page is not None:
-        io.write_text(files["--report"], page)
-    if "--json" in files:
-        io.write_json(files["--json"], data)
+    with io.together():
+        for file, text in texts.items():
+            io.write_text(to[file], text)
+        io.write_json(to["placements.json"], placements_dict(carved, str(stored.wall)))
+        _write_meshes({to["carved.glb"]: carved_meshes(carved), to["offcuts.glb"]: offcut_meshes(carved)})
+        io.write_model(to["carved.json"], built.assembly)
+        write_result(
+            result, {"--json": to["result.json"], "--certificate": to["certificate.json"]}, str(to["carved.json"])
+        )
+        if page is not None:
+            io.write_text(files["--report"], page)
+        if "--json" in files:
+            io.write_json(files["--json"], data)
     return data
 
 

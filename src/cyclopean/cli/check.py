@@ -306,15 +306,16 @@ def write_result(
                 "" if sensitivity is None else sensitivity_section(sensitivity),
             ),
         )
-    if proof is not None:
-        io.write_json(proof, result.certificate)
-    elif "--certificate" in files:
-        old = "; the file that is there is of an earlier run" if files["--certificate"].is_file() else ""
-        warn(f"--certificate {files['--certificate']}: nothing was proved, so no certificate is written{old}")
-    if page is not None:
-        io.write_text(files["--report"], page)
-    if "--json" in files:
-        io.write_json(files["--json"], data)
+    with io.together():
+        if proof is not None:
+            io.write_json(proof, result.certificate)
+        elif "--certificate" in files:
+            old = "; the file that is there is of an earlier run" if files["--certificate"].is_file() else ""
+            warn(f"--certificate {files['--certificate']}: nothing was proved, so no certificate is written{old}")
+        if page is not None:
+            io.write_text(files["--report"], page)
+        if "--json" in files:
+            io.write_json(files["--json"], data)
     return data
 
 

@@ -85,29 +85,30 @@ def demo(
         sequence = build_sequence(wall)
         stage("writing")
         at = {name: place / name for name in FILES}
-        io.write_model(at["model.json"], wall, drawing=io.drawing_dict(talk.wall))
-        _write(result, place, "", "check.html")
-        io.write_stones(at["stones.obj"], Inventory(stones))
-        rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in talk.rounds]
-        io.write_json(
-            at["match.json"],
-            match_dict(talk.match, stones, cells, stones_path="stones.obj", wall_path="model.json", rounds=rounds),
-        )
-        io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))
-        io.write_model(at["carved.json"], built.assembly)
-        _write(final, place, "carved.", None)
-        io.write_text(at["cutlist.csv"], cutlist_csv(carved))
-        io.write_text(at["cuts.csv"], cuts_csv(carved))
-        io.write_mesh(at["wall.glb"], carved_meshes(carved))
-        io.write_json(at["sequence.json"], io.sequence_dict(sequence, dot_text(sequence)))
-        io.write_text(at["building.html"], view.building_html(sequence))
-        whole = total(carved)
-        before = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as placed", "before")
-        after = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as carved", "after")
-        page = overview_html(
-            result, Inventory(stones).stones, (carved, whole, before, after), (built, final), sequence, FILES
-        )
-        io.write_text(place / "report.html", page)
+        with io.together():
+            io.write_model(at["model.json"], wall, drawing=io.drawing_dict(talk.wall))
+            _write(result, place, "", "check.html")
+            io.write_stones(at["stones.obj"], Inventory(stones))
+            rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in talk.rounds]
+            io.write_json(
+                at["match.json"],
+                match_dict(talk.match, stones, cells, stones_path="stones.obj", wall_path="model.json", rounds=rounds),
+            )
+            io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))
+            io.write_model(at["carved.json"], built.assembly)
+            _write(final, place, "carved.", None)
+            io.write_text(at["cutlist.csv"], cutlist_csv(carved))
+            io.write_text(at["cuts.csv"], cuts_csv(carved))
+            io.write_mesh(at["wall.glb"], carved_meshes(carved))
+            io.write_json(at["sequence.json"], io.sequence_dict(sequence, dot_text(sequence)))
+            io.write_text(at["building.html"], view.building_html(sequence))
+            whole = total(carved)
+            before = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as placed", "before")
+            after = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as carved", "after")
+            page = overview_html(
+                result, Inventory(stones).stones, (carved, whole, before, after), (built, final), sequence, FILES
+            )
+            io.write_text(place / "report.html", page)
     for warning in (*talk.notes, *built.notes):
         warn(warning)
     proofs = {name: verify_file(place / f"{name}certificate.json").proved for name in ("", "carved.")}

@@ -268,14 +268,15 @@ def _written(
             certificate_file=seen_from(there, proof),
             model_file=seen_from(there, Path(model)),
         )
-    if proof is not None:
-        io.write_json(proof, result.certificate)
-    elif "--certificate" in files:
-        warn(f"--certificate {files['--certificate']}: nothing was proved, so no certificate is written")
-    if page is not None:
-        io.write_text(files["--report"], page)
-    if "--json" in files:
-        io.write_json(files["--json"], data)
+    with io.together():
+        if proof is not None:
+            io.write_json(proof, result.certificate)
+        elif "--certificate" in files:
+            warn(f"--certificate {files['--certificate']}: nothing was proved, so no certificate is written")
+        if page is not None:
+            io.write_text(files["--report"], page)
+        if "--json" in files:
+            io.write_json(files["--json"], data)
     return data
 
 

@@ -334,9 +334,10 @@ def _write(
     from cyclopean import io
     from cyclopean.assembly import Assembly, Contacts
 
-    io.write_model(paths["--out"], model, drawing=None if drawn is None else io.drawing_dict(drawn))
-    if shown is not None:
-        io.write_model(paths["--display"], Assembly(shown, Contacts.of([], []), name=f"{model.name}, open joints"))
+    with io.together():
+        io.write_model(paths["--out"], model, drawing=None if drawn is None else io.drawing_dict(drawn))
+        if shown is not None:
+            io.write_model(paths["--display"], Assembly(shown, Contacts.of([], []), name=f"{model.name}, open joints"))
 
 
 def _say_made(model: "Assembly") -> None:

@@ -130,13 +130,14 @@ def match(
         inventory, stones, files, units, {**wanted, "negotiate": share, "rounds": turns, "supports": supports or None}
     )
     page = answer.page(inventory) if "--report" in files else None
-    if answer.drawn is not None and "--out negotiated.json" in files:
-        io.write_model(files["--out negotiated.json"], answer.drawn.assembly, drawing=io.drawing_dict(answer.drawn))
-    for option in ("--out match.json", "--json"):
-        if option in files:
-            io.write_json(files[option], data)
-    if page is not None:
-        io.write_text(files["--report"], page)
+    with io.together():
+        if answer.drawn is not None and "--out negotiated.json" in files:
+            io.write_model(files["--out negotiated.json"], answer.drawn.assembly, drawing=io.drawing_dict(answer.drawn))
+        for option in ("--out match.json", "--json"):
+            if option in files:
+                io.write_json(files[option], data)
+        if page is not None:
+            io.write_text(files["--report"], page)
     parts.clear()
     if json == STANDARD_OUTPUT:
         say_json(data)

@@ -96,13 +96,14 @@ def sequence(
         from cyclopean.view import building_html
 
         page = building_html(found)
-    for option in ("--out", "--json"):
-        if option in files:
-            io.write_json(files[option], data)
-    if "--dot" in files:
-        io.write_text(files["--dot"], graph)
-    if page is not None:
-        io.write_text(files["--report"], page)
+    with io.together():
+        for option in ("--out", "--json"):
+            if option in files:
+                io.write_json(files[option], data)
+        if "--dot" in files:
+            io.write_text(files["--dot"], graph)
+        if page is not None:
+            io.write_text(files["--report"], page)
     if json == STANDARD_OUTPUT:
         say_json(data)
     else:

@@ -124,13 +124,14 @@ def settle(
         model_path=os.path.relpath(out, there),
         units=units,
     )
-    if "--svg" in files:
-        from cyclopean.view.rubble_drawing import rubble_svg
+    with io.together():
+        if "--svg" in files:
+            from cyclopean.view.rubble_drawing import rubble_svg
 
-        io.write_text(files["--svg"], rubble_svg(wall.assembly, Path(stones).name))
-    io.write_model(files["--out"], wall.assembly)
-    if "--json" in files:
-        io.write_json(files["--json"], data)
+            io.write_text(files["--svg"], rubble_svg(wall.assembly, Path(stones).name))
+        io.write_model(files["--out"], wall.assembly)
+        if "--json" in files:
+            io.write_json(files["--json"], data)
     if json == STANDARD_OUTPUT:
         say_json(data)
     else:

@@ -2,7 +2,7 @@
 
 import typing
 
-from cyclopean.io.files import json_text, write_json, write_text
+from cyclopean.io.files import json_text, together, write_json, write_text
 from cyclopean.io.limits import limit_dict
 from cyclopean.io.models import MESH_SUFFIXES, file_format, read_model, write_mesh, write_model
 from cyclopean.io.results import margins_dict, result_dict, sensitivity_dict, subsidence_dict
@@ -31,6 +31,7 @@ __all__ = [
     "sensitivity_dict",
     "sequence_dict",
     "subsidence_dict",
+    "together",
     "write_exchange",
     "write_json",
     "write_mesh",

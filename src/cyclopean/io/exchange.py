@@ -11,7 +11,7 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.io.carried import refuse_unwritable
 from cyclopean.io.fields import label
-from cyclopean.io.files import PathLike, json_text, one_line, write_bytes
+from cyclopean.io.files import PathLike, json_text, one_line, together, write_bytes
 from cyclopean.io.findings import Findings
 
 __all__ = ["FORMATS", "Format", "exchange_format", "exchange_paths", "write_exchange"]
@@ -123,8 +123,9 @@ def write_exchange(
         contents = _json(assembly, drawing) if form.suffix == ".json" else _WRITERS[form.suffix](assembly, known)
     except InputError as error:
         raise InputError(f"{shown}: {error}") from None
-    for place, content in zip(places, contents, strict=False):  # a model without contacts has no table of them
-        write_bytes(place, content)
+    with together():
+        for place, content in zip(places, contents, strict=False):  # a model without contacts has no table of them
+            write_bytes(place, content)
     name = PurePath(path).name
     lost = _lost(form, assembly, known)
     if drawing is not None and form.suffix != ".json":

@@ -4,6 +4,10 @@ import json
 import os
 import secrets
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +15,17 @@ import numpy as np
 
 from cyclopean.errors import InputError
 
-__all__ = ["PathLike", "decoded", "json_text", "one_line", "read_bytes", "write_bytes", "write_json", "write_text"]
+__all__ = [
+    "PathLike",
+    "decoded",
+    "json_text",
+    "one_line",
+    "read_bytes",
+    "together",
+    "write_bytes",
+    "write_json",
+    "write_text",
+]
 
 PathLike = str | os.PathLike[str]
 
@@ -103,26 +117,128 @@ def write_bytes(path: PathLike, data: bytes) -> None:
     InputError
         The folder is missing, `path` is a folder, or the place cannot be written.
     """
-    shown = one_line(path)
+    with together() as files:
+        files.add(path, data)
+
+
+@contextmanager
+def together() -> Iterator["_Files"]:
+    """Have all files that are written meanwhile take their places at the end, or none of them.
+
+    Until then they lie in a temporary folder beside each. Where one cannot take its place, those before it give theirs
+    back to what was there. What is written within another such set belongs to that.
+
+    Raises
+    ------
+    InputError
+        As `write_bytes`.
+    """
+    outer = _OPEN.get()
+    if outer is not None:
+        yield outer
+        return
+    files = _Files()
+    token = _OPEN.set(files)
     try:
-        target = os.path.realpath(path)
-        folder = os.path.dirname(target)
-        mode = os.stat(path).st_mode if os.path.exists(path) else None
-        if mode is not None and stat.S_ISDIR(mode):
-            raise InputError(f"{shown}: is a folder; name a file in it")
-        if not os.path.isdir(folder) and mode is None:
-            parent = one_line(os.path.dirname(os.fspath(path)) or folder)
-            raise InputError(f"{shown}: the folder '{parent}' does not exist; make it first")
-        if mode is not None and not os.access(path, os.W_OK):
-            raise InputError(f"{shown}: cannot be written (it is read-only)")
-        if mode is not None and not stat.S_ISREG(mode):
-            _pour(path, data)
-            return
-        _replace(target, folder, data, 0o666 if mode is None else stat.S_IMODE(mode))
+        yield files
+        files.take_places()
+    finally:
+        _OPEN.reset(token)
+        files.clear()
+
+
+@dataclass(frozen=True, slots=True)
+class _Files:
+    """What is to be written."""
+
+    aside: dict[str, str] = field(default_factory=dict)  # temporary folder in each folder that is written to
+    ready: list[tuple[str, str, str]] = field(default_factory=list)  # as named, where it is to be, where it lies
+    poured: list[tuple[PathLike, bytes]] = field(default_factory=list)  # into pipes and devices
+
+    def add(self, path: PathLike, data: bytes) -> None:
+        """Look at the place, and lay the file beside it."""
+        shown = one_line(path)
+        with _refusals(shown):
+            target = os.path.realpath(path)
+            folder = os.path.dirname(target)
+            mode = os.stat(path).st_mode if os.path.exists(path) else None
+            if mode is not None and stat.S_ISDIR(mode):
+                raise InputError(f"{shown}: is a folder; name a file in it")
+            if not os.path.isdir(folder) and mode is None:
+                parent = one_line(os.path.dirname(os.fspath(path)) or folder)
+                raise InputError(f"{shown}: the folder '{parent}' does not exist; make it first")
+            if mode is not None and not os.access(path, os.W_OK):
+                raise InputError(f"{shown}: cannot be written (it is read-only)")
+            if mode is not None and not stat.S_ISREG(mode):
+                self.poured.append((path, data))
+                return
+            if folder not in self.aside:
+                self.aside[folder] = os.path.join(folder, f".{secrets.token_hex(8)}.tmp")
+                os.mkdir(self.aside[folder], 0o700)
+            place = os.path.join(self.aside[folder], str(len(self.ready)))
+            _write_new(place, data, 0o666 if mode is None else stat.S_IMODE(mode))
+            self.ready.append((shown, target, place))
+
+    def take_places(self) -> None:
+        """Have all take their places."""
+        done: list[tuple[str, str, bool]] = []
+        try:
+            for shown, target, place in self.ready:
+                with _refusals(shown):
+                    old = f"{place}.old"
+                    done.append((target, old, os.path.exists(target)))
+                    if done[-1][2] and len(self.ready) + len(self.poured) > 1:
+                        _keep(target, old)
+                    os.replace(place, target)
+            for path, data in self.poured:
+                with _refusals(one_line(path)):
+                    _pour(path, data)
+        except BaseException:  # also an interrupt
+            for target, old, was_there in reversed(done):
+                with suppress(OSError):
+                    if os.path.exists(old):
+                        os.replace(old, target)
+                    elif not was_there:
+                        os.unlink(target)
+            raise
+
+    def clear(self) -> None:
+        """Remove the temporary folders, and what is left in them."""
+        for folder in self.aside.values():
+            with suppress(OSError):
+                for name in os.listdir(folder):
+                    os.unlink(os.path.join(folder, name))
+                os.rmdir(folder)
+
+
+_OPEN: ContextVar[_Files | None] = ContextVar("files that are written together", default=None)
+
+
+@contextmanager
+def _refusals(shown: str) -> Iterator[None]:
+    """Put what the operating system refuses into one line."""
+    try:
+        yield
     except OSError as error:
         raise InputError(f"{shown}: cannot be written ({error.strerror or error})") from None
     except ValueError:  # an embedded null character
         raise InputError(f"{shown}: is not a path") from None
+
+
+def _keep(target: str, old: str) -> None:
+    """Give what is there a second name, so that it can come back."""
+    try:
+        os.link(target, old)
+    except OSError:  # a file system without links
+        os.replace(target, old)
+
+
+def _write_new(path: str, data: bytes, mode: int) -> None:
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), mode)
+    with os.fdopen(handle, "wb") as stream:
+        stream.write(data)
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 def _pour(path: PathLike, data: bytes) -> None:
@@ -132,21 +248,6 @@ def _pour(path: PathLike, data: bytes) -> None:
         if hasattr(os, "O_NONBLOCK"):
             os.set_blocking(handle, True)
         stream.write(data)
-
-
-def _replace(target: str, folder: str, data: bytes, mode: int) -> None:
-    """Write beside `target`, then rename over it; the temporary file never survives."""
-    temporary = os.path.join(folder, f".{secrets.token_hex(8)}.tmp")
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), mode)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(temporary, target)
-    except BaseException:  # also an interrupt: nothing half-written stays
-        os.unlink(temporary)
-        raise
 
 
 def write_json(path: PathLike, data: Any) -> None:

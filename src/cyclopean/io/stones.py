@@ -20,7 +20,7 @@ from cyclopean.geometry import face_normals, pack, triangles
 from cyclopean.geometry.mesh_repair import Piece, ears_of, repair, weld
 from cyclopean.io.bodies import Body, pieces
 from cyclopean.io.fields import REACH, first_repeat, label
-from cyclopean.io.files import PathLike, one_line, read_bytes, write_bytes
+from cyclopean.io.files import PathLike, one_line, read_bytes, together, write_bytes
 from cyclopean.io.glb import read_glb
 from cyclopean.io.models import MESH_SUFFIXES, read_model, write_mesh
 from cyclopean.io.obj import obj_text, read_obj
@@ -428,7 +428,7 @@ def _stone_dict(stone: Stone, shape: Shape) -> dict[str, Any]:
 def write_stones(path: PathLike, inventory: Inventory) -> None:
     """Write an inventory in metres: to a folder, one OBJ file a stone, or to one OBJ, PLY, STL or GLB file.
 
-    Every file is written whole or not at all. In a folder files take the names of the stones, in which characters
+    All files are written, or none. In a folder they take the names of the stones, in which characters
     that not every file system allows become "_".
 
     Raises
@@ -446,8 +446,9 @@ def write_stones(path: PathLike, inventory: Inventory) -> None:
     if (twice := first_repeat(folded)) is not None:
         one, two = [stone.id for stone, name in zip(inventory.stones, folded, strict=True) if name == twice][:2]
         raise InputError(f"{one_line(path)}: stones {label(one)} and {label(two)} would have one file; rename one")
-    for name, stone in zip(names, inventory.stones, strict=True):
-        write_bytes(Path(path) / f"{name}.obj", obj_text(_assembly([stone])).encode())
+    with together():
+        for name, stone in zip(names, inventory.stones, strict=True):
+            write_bytes(Path(path) / f"{name}.obj", obj_text(_assembly([stone])).encode())
 
 
 def _assembly(stones: Sequence[Stone]) -> Assembly:
