@@ -1,5 +1,6 @@
 """Checkpoints: a job that stopped goes on where it stopped, and never with another job's answers."""
 
+import io
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -62,16 +63,60 @@ def test_other_input_and_another_function_are_other_answers(tmp_path):
     assert len(CALLS) == 3
 
 
-@pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 not a zip", None])
+def saved(*arrays):
+    stream = io.BytesIO()
+    np.savez(stream, *arrays)
+    return stream.getvalue()
+
+
+DAMAGE = {
+    "emptied": lambda _: b"",
+    "no zip": lambda _: b"PK\x03\x04 not a zip",
+    "cut off": lambda data: data[:-40],
+    "not a number": lambda _: saved(np.array([np.nan, 4.0]), np.array([2])),
+    "another shape": lambda _: saved(np.array([1.0]), np.array([2])),
+    "shifted a little": lambda _: saved(np.array([1.0 + 1e-9, 4.0]), np.array([2])),
+    "shifted, behind the old digest": lambda data: data[:32] + saved(np.array([1.0 + 1e-9, 4.0]), np.array([2])),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
 def test_a_damaged_file_is_done_again(tmp_path, damage):
+    before = Checkpoints(tmp_path / "parts")
+    before.submit(squared, JOBS[1])
+    (file,) = before
     parts = Checkpoints(tmp_path / "parts")
-    parts.submit(squared, JOBS[1])
-    (file,) = parts
-    file.write_bytes(file.read_bytes()[:-40] if damage is None else damage)
+    file.write_bytes(DAMAGE[damage](file.read_bytes()))
     assert parts.submit(squared, JOBS[1]).result()[0].tolist() == [1.0, 4.0]
     assert len(CALLS) == 2
     assert parts.submit(squared, JOBS[1]).result()[1].tolist() == [2]
     assert len(CALLS) == 2
+    assert (parts.found, parts.unfit) == (1, {file})
+
+
+def test_the_answer_of_another_call_is_not_taken_for_this_one(tmp_path):
+    parts = Checkpoints(tmp_path / "parts")
+    parts.submit(squared, JOBS[1])
+    (one,) = parts
+    parts.submit(squared, JOBS[2])
+    (other,) = set(parts) - {one}
+    other.write_bytes(one.read_bytes())
+    assert parts.submit(squared, JOBS[2]).result()[0].tolist() == [4.0, 4.0]
+    again = Checkpoints(tmp_path / "parts")
+    again.submit(squared, JOBS[2])
+    assert again.unfit == {one}
+    again.submit(squared, JOBS[1])
+    assert not again.unfit
+
+
+def test_clearing_leaves_what_others_put_there(tmp_path):
+    parts = Checkpoints(tmp_path / "parts")
+    parts.submit(squared, JOBS[0])
+    (tmp_path / "parts" / "notes.npz").write_text("theirs")
+    (tmp_path / "parts" / f".{'0' * 16}.tmp").mkdir()  # of a run that was killed
+    (tmp_path / "parts" / f".{'0' * 16}.tmp" / "0").write_text("half")
+    parts.clear()
+    assert [path.name for path in (tmp_path / "parts").iterdir()] == ["notes.npz"]
 
 
 def test_calls_are_made_as_they_are_asked_for(tmp_path):

@@ -1,5 +1,6 @@
 """`match` from the outside: words, files, statuses, workers, a cluster, and going on after a stop."""
 
+import io
 import json
 import os
 import signal
@@ -117,6 +118,47 @@ def test_a_run_that_was_stopped_goes_on(run, yard, monkeypatch):
     resumed = match_of()["placements"]
     assert run("match", *yard, "--fresh")[0] == 0
     assert match_of()["placements"] == resumed
+
+
+def stopped(run, yard, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("cyclopean.design.matching.match._answer", stop)
+        assert run("match", *yard)[0] == 130
+    return sorted(Path("out/match.parts").iterdir())
+
+
+def test_parts_that_were_changed_are_done_again_and_told_of(run, yard, monkeypatch):
+    """Poses shifted by a millimetre in a file that is sound otherwise."""
+    assert run("match", *yard)[0] == 0
+    alone = match_of()["placements"]
+    for part in stopped(run, yard, monkeypatch):
+        data = part.read_bytes()
+        with np.load(io.BytesIO(data[32:])) as file:
+            arrays = [file[f"arr_{k}"] for k in range(len(file.files))]
+        shifted = [a + 1e-3 if a.dtype.kind == "f" else a for a in arrays]
+        stream = io.BytesIO()
+        np.savez(stream, *shifted)
+        part.write_bytes(data[:32] + stream.getvalue())
+    status, _, err = run("match", *yard)
+    assert status == 0
+    (line,) = [line for line in err.splitlines() if "match.parts" in line]
+    assert line.endswith("of an interrupted run did not fit (damaged, changed or of other input): done anew")
+    assert match_of()["placements"] == alone
+
+
+def test_parts_of_other_input_are_told_of(run, yard, monkeypatch):
+    assert run("match", *yard, "--points", 600)[0] == 0
+    alone = match_of()["placements"]
+    stopped(run, yard, monkeypatch)
+    status, _, err = run("match", *yard, "--points", 600)
+    assert status == 0
+    (line,) = [line for line in err.splitlines() if "match.parts" in line]
+    assert line.endswith("of an interrupted run did not fit (damaged, changed or of other input): done anew")
+    assert match_of()["placements"] == alone
+    assert [p.name for p in Path("out").iterdir()] == ["match.json"]
 
 
 @pytest.mark.parametrize(

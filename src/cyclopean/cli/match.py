@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cyclopean.design.matching.negotiation import Round
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.walls.polygonal import PolygonalWall
+    from cyclopean.io.checkpoints import Checkpoints
 
 __all__ = ["match"]
 
@@ -120,11 +121,13 @@ def match(
         try:
             answer = _answered(inventory, wall, supports, settings, (share, turns), parts, stage)
         except InputError:
-            if not resumed:  # a slip in the command must not cost what an interrupted run has done
+            if not resumed and not parts.made:  # a slip in the command must not cost what was done before it
                 parts.clear()
             raise
     unlike = _unlike(inventory, answer.cells)
-    for warning in dict.fromkeys((*said, *inventory.notes, *unlike, *answer.warnings, *answer.match.notes)):
+    for warning in dict.fromkeys(
+        (*said, *_unfit(parts), *inventory.notes, *unlike, *answer.warnings, *answer.match.notes)
+    ):
         warn(warning)
     data = answer.data(
         inventory, stones, files, units, {**wanted, "negotiate": share, "rounds": turns, "supports": supports or None}
@@ -238,6 +241,16 @@ def _unlike(inventory: "Inventory", cells: "Cells") -> tuple[str, ...]:
         return ()
     said = f"{times:.3g} times as large as" if times > 1.0 else f"{1.0 / times:.3g} times smaller than"
     return (f"cells are {said} stones; check the units of the wall and of the stones (--units)",)
+
+
+def _unfit(parts: "Checkpoints") -> tuple[str, ...]:
+    """Tell of what an interrupted run has left in vain."""
+    if not parts.unfit:
+        return ()
+    what = "1 part" if len(parts.unfit) == 1 else f"{len(parts.unfit)} parts"
+    return (
+        f"{parts.folder}: {what} of an interrupted run did not fit (damaged, changed or of other input): done anew",
+    )
 
 
 def _empty(found: "Match", cells: "Cells") -> tuple[str, ...]:

@@ -1,16 +1,18 @@
 """Work that was interrupted goes on where it stopped: what each call of a long job returned, kept in a folder.
 
 The calls of matching are pure functions of arrays. Each is known by the SHA-256 of its function, its arguments and the
-version of the program; what it returns, a tuple of arrays, is kept as `.npz` under that name. A later run with the same
-input makes the same calls and finds their answers. A file that cannot be read counts as not there.
+version of the program; what it returns, a tuple of arrays, is kept as `.npz` under that name, behind the SHA-256 of
+name and content. A later run with the same input makes the same calls and finds their answers. A file that was damaged
+or changed, or is of another call, does not bear its digest: it counts as not there.
 """
 
 import hashlib
 import io
 import pickle
-import shutil
+import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,9 @@ from cyclopean.io.files import read_bytes, write_bytes
 from cyclopean.io.npz import UNREADABLE, arrays_of
 
 __all__ = ["Checkpoints"]
+
+_PART = re.compile(r"[0-9a-f]{64}\.npz")
+_ASIDE = re.compile(r"\.[0-9a-f]{16}\.tmp")  # folder that a part was being written in when the run was killed
 
 
 class Checkpoints(Executor):
@@ -37,6 +42,8 @@ class Checkpoints(Executor):
 
     def __init__(self, folder: Path, inner: Executor | None = None) -> None:
         self.folder, self.inner, self.found, self.made = folder, inner, 0, 0
+        self.unfit = set(self)  # left by an earlier run, and of no use to this one so far
+        self._written: set[Path] = set()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Have one call done, or find its answer; done when this returns unless there is an inner executor."""
@@ -61,8 +68,17 @@ class Checkpoints(Executor):
         return (future.result(timeout) for future in futures)
 
     def clear(self) -> None:
-        """Forget everything: the work is done."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        """Forget everything, for the work is done; what others put into the folder stays, and the folder with it."""
+        with suppress(OSError):
+            for path in list(self.folder.iterdir()):
+                if _ASIDE.fullmatch(path.name):
+                    for file in path.iterdir():
+                        file.unlink()
+                    path.rmdir()
+                elif _PART.fullmatch(path.name):
+                    path.unlink()
+            self.folder.rmdir()
+        self.unfit = set(self)
 
     def _place(self, fn: Callable[..., Any], call: object) -> Path:
         key = hashlib.sha256(pickle.dumps((__version__, np.__version__, fn, call), protocol=5)).hexdigest()
@@ -72,11 +88,17 @@ class Checkpoints(Executor):
         if not path.exists():
             return None
         try:
-            kept = arrays_of(read_bytes(path))
+            data = read_bytes(path)
+            content = data[hashlib.sha256().digest_size :]
+            if data != _sealed(path, content):
+                return None
+            kept = arrays_of(content)
             answer = tuple(kept[f"arr_{k}"] for k in range(len(kept)))
         except UNREADABLE:
             return None
         self.found += 1
+        if path not in self._written:
+            self.unfit.discard(path)
         return answer
 
     def _hand_on(self, path: Path, done: "Future[Any]", given: "Future[Any]") -> None:
@@ -99,9 +121,16 @@ class Checkpoints(Executor):
         self.folder.mkdir(exist_ok=True)
         buffer = io.BytesIO()
         np.savez(buffer, *answer)
-        write_bytes(path, buffer.getvalue())
+        write_bytes(path, _sealed(path, buffer.getvalue()))
+        self._written.add(path)
         self.made += 1
 
     def __iter__(self) -> Iterator[Path]:
         """Files that are kept, by name."""
-        return iter(sorted(self.folder.glob("*.npz")) if self.folder.is_dir() else [])
+        paths = sorted(self.folder.iterdir()) if self.folder.is_dir() else []
+        return iter([path for path in paths if _PART.fullmatch(path.name)])
+
+
+def _sealed(path: Path, content: bytes) -> bytes:
+    """What a part's file holds: the digest of its name and its content, then the content."""
+    return hashlib.sha256(path.name.encode() + content).digest() + content
