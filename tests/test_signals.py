@@ -39,15 +39,15 @@ def yard(tmp_path_factory):
 
 
 @contextmanager
-def begun(line, place, **streams):
-    """The command, in a session of its own, once it has workers."""
+def begun(line, place, ready=lambda process: len(children(process)) > 1, **streams):
+    """The command, in a session of its own, once it has workers: one child is Python's own, the next a worker."""
     argv = [sys.executable, "-m", "cyclopean", *line.split()]
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | streams
     with subprocess.Popen(argv, cwd=place, start_new_session=True, **given) as process:
         try:
             deadline = time.monotonic() + LONG
-            while len(children(process)) < 2 and process.poll() is None and time.monotonic() < deadline:
-                time.sleep(0.02)  # one child is Python's own, the next a worker
+            while not ready(process) and process.poll() is None and time.monotonic() < deadline:
+                time.sleep(0.02)
             assert process.poll() is None
             yield process
         finally:
@@ -106,3 +106,17 @@ def test_a_terminal_that_is_closed_leaves_nobody_to_be_told(yard):
         os.close(ours)
         process.send_signal(signal.SIGHUP)
         assert process.wait(timeout=LONG) == 128 + signal.SIGHUP
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_work_on_a_cluster_with_one_line(yard, number):
+    distributed = pytest.importorskip("distributed", reason="needs dask")
+    (yard / f"cluster-{number}").mkdir()
+    with distributed.LocalCluster(
+        n_workers=1, processes=True, threads_per_worker=1, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        line = f"match stones.glb wall.json --out cluster-{number} --cluster {cluster.scheduler_address}"
+        with begun(line, yard, lambda _: any(yard.glob(f"cluster-{number}/match.parts/*.npz"))) as process:
+            process.send_signal(number)
+            out, err = process.communicate(timeout=LONG)
+    assert (process.returncode, out, err) == (128 + number, "", "cyclopean: error: interrupted\n")

@@ -1,0 +1,106 @@
+"""Work that is killed at any moment comes to the same end when it is started again, to the last digit.
+
+CYCLOPEAN_KILLS=20 kills each command at twenty moments, drawn evenly from the time that it takes.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cyclopean.io.checkpoints import Checkpoints
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs what Unix has")
+
+KILLS = int(os.environ.get("CYCLOPEAN_KILLS", "2"))
+LONG = 300.0  # s: that a busy machine may take
+STONES = "make stones --count 7 --seed 2 --detail 1 --out stones.glb"
+WALL = "make polygonal --columns 3 --rows 2 --width 1.4 --height 0.9 --depth 0.3 --out wall.json"
+COMMANDS = {
+    "match": "match stones.glb wall.json --out {0} --workers 2 --negotiate 1 --rounds 2",
+    "settle": "settle stones.glb --out {0}/a.json --json {0}/b.json --workers 2 --ways 2 --yaws 2 --look-ahead 2",
+    "sequence": "sequence wall.json --out {0}/a.json --dot {0}/b.dot --workers 2 --method rbe",
+}
+
+
+@pytest.fixture(scope="module")
+def yard(tmp_path_factory):
+    place = tmp_path_factory.mktemp("yard")
+    for line in (STONES, WALL):
+        subprocess.run([sys.executable, "-m", "cyclopean", *line.split()], cwd=place, check=True, capture_output=True)
+    return place
+
+
+def called(line, place, seconds=LONG):
+    """Status of a command; it is killed after so many seconds."""
+    argv = [sys.executable, "-m", "cyclopean", *line.split()]
+    with subprocess.Popen(argv, cwd=place, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
+        try:
+            process.communicate(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate(timeout=LONG)  # its workers end too, and let go of the pipe
+    return process.returncode
+
+
+def held(folder):
+    """What a folder holds, without the time that it took."""
+    return {path.name: _timeless(path) for path in folder.iterdir() if path.suffix != ".tmp"}  # of a killed run
+
+
+def _timeless(path):
+    def plain(value):
+        if isinstance(value, dict):
+            return {key: plain(item) for key, item in value.items() if key != "seconds"}
+        return [plain(item) for item in value] if isinstance(value, list) else value
+
+    return plain(json.loads(path.read_text())) if path.suffix == ".json" else path.read_text()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_run_that_was_killed_comes_to_the_same_end(yard, command):
+    line, whole = COMMANDS[command], yard / f"whole-{command}"
+    whole.mkdir()
+    began = time.monotonic()
+    assert called(line.format(whole), yard) == 0
+    took = time.monotonic() - began
+    for k, moment in enumerate(np.random.default_rng(1).uniform(0.0, took, KILLS)):
+        place = yard / f"killed-{command}-{k}"
+        place.mkdir()
+        assert called(line.format(place), yard, moment) in (0, -signal.SIGKILL)
+        assert called(line.format(place), yard) == 0
+        assert held(place) == held(whole)
+
+
+def test_a_cluster_that_loses_a_worker_answers_the_same(run, monkeypatch):
+    """One of its two processes is killed as soon as the first part of the work is done."""
+    distributed = pytest.importorskip("distributed", reason="needs dask")
+    for line in (STONES, WALL):
+        assert run(*line.split())[0] == 0
+    for name in ("alone", "together"):
+        Path(name).mkdir()
+    assert run("match", "stones.glb", "wall.json", "--out", "alone")[0] == 0
+    killed, keep = [], Checkpoints._keep
+
+    with distributed.LocalCluster(
+        n_workers=2, processes=True, threads_per_worker=1, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        victim = next(iter(cluster.workers.values())).pid
+
+        def kill_one(self, path, answer):
+            if not killed:
+                killed.append(victim)
+                os.kill(victim, signal.SIGKILL)
+            keep(self, path, answer)
+
+        monkeypatch.setattr(Checkpoints, "_keep", kill_one)
+        where = ("--cluster", cluster.scheduler_address)
+        assert run("match", "stones.glb", "wall.json", "--out", "together", *where)[0] == 0
+    assert killed == [victim]
+    assert held(Path("together")) == held(Path("alone"))
