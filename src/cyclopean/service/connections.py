@@ -54,8 +54,9 @@ class _Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
         self._watch()
-        if len(self.connections) > self._most:
-            others = (c for c in self.connections if isinstance(c, _Connection) and c is not self and c.patience)
+        held = [c for c in self.connections if isinstance(c, _Connection) and not c.transport.is_closing()]
+        if len(held) > self._most:  # those that were ended are among the connections for a moment yet
+            others = (c for c in held if c is not self and c.patience)
             if last := min(others, key=lambda c: (c.conn.their_state is not h11.IDLE, c._since), default=None):
                 last.transport.abort()
 

@@ -89,7 +89,7 @@ def serve(options: Options, ready: Callable[[str], None]) -> None:
         log_level="critical",
         access_log=False,
         server_header=False,
-        limit_concurrency=most + 1,  # reached only where none of them gives way
+        limit_concurrency=2 * most,  # reached only where none of them gives way; of a burst many end at once
         timeout_graceful_shutdown=1,
     )
     with listening:
