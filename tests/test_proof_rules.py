@@ -68,6 +68,7 @@ def test_a_boulder_does_not_hide_what_is_left_on_a_pebble(extra, proved):
     assert report.proved is proved
     assert report.figures["equilibrium_force"] == pytest.approx(abs(extra), rel=1e-3)
     assert proved or report.reason.startswith("block pebble: its forces do not balance")
+    assert report.figures.get("exact", 0.0) == 0.0
 
 
 def test_a_boulder_does_not_hide_that_a_pebble_tips():
