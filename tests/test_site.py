@@ -165,3 +165,14 @@ def test_the_site_builds_strictly_and_asks_no_network(tmp_path: Path) -> None:
         assert not fetched.search(page.read_text(encoding="utf-8")), page.name
     assert "Symbols" in (tmp_path / "glossary.html").read_text(encoding="utf-8")
     assert (tmp_path / "search" / "search_index.js").stat().st_size > 100_000
+
+
+def test_a_folder_that_holds_other_files_is_left_alone(tmp_path: Path) -> None:
+    script = ROOT / ".ci" / "docs"
+    if not script.exists():
+        pytest.skip("no .ci: this is not a checkout")
+    (tmp_path / "notes.txt").write_text("mine")
+    run = subprocess.run([script, "."], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert run.returncode == 2
+    assert run.stderr == f".ci/docs: {tmp_path} holds other files; name a folder that is empty, or not there yet\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
