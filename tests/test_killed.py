@@ -18,7 +18,7 @@ from cyclopean.io.checkpoints import Checkpoints
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs what Unix has")
 
-KILLS = int(os.environ.get("CYCLOPEAN_KILLS", "2"))
+KILLS = int(os.environ.get("CYCLOPEAN_KILLS", "1"))
 LONG = 300.0  # s: that a busy machine may take
 STONES = "make stones --count 7 --seed 2 --detail 1 --out stones.glb"
 WALL = "make polygonal --columns 3 --rows 2 --width 1.4 --height 0.9 --depth 0.3 --out wall.json"

@@ -104,7 +104,7 @@ def test_dripping_connections_keep_nobody_out(port) -> None:
 
 @pytest.mark.parametrize("before", [b"", b"GET /healthcheck HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n"])
 def test_a_head_that_never_ends_is_not_listened_to(port, before) -> None:
-    """A byte now and then keeps nothing open, neither at once nor after an answer; the end comes in ten seconds."""
+    """A byte now and then keeps nothing open, neither at once nor after an answer; the end comes in five seconds."""
     with opened(port) as connection:
         connection.sendall(before.replace(b"%d", str(port).encode()) + b"GET / HTTP/1.1\r\nX-Slow: ")
         connection.settimeout(0.5)

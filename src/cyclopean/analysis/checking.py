@@ -23,7 +23,7 @@ from cyclopean.geometry import frames_from_normals
 from cyclopean.statics import EquilibriumSystem, contact_matrix, equilibrium_system
 
 SPARED = (0.0, 0.003, 0.01, 0.03)  # rad by which cones are narrower still, one after the other
-NARROWINGS = 3  # rounds of narrowing cones where forces leave them, before all are narrowed
+NARROWINGS = 12  # rounds of narrowing cones that forces leave, two or three are usual; then all are narrowed
 
 __all__ = ["check", "solved", "within_faces"]
 

@@ -16,7 +16,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 __all__ = ["ARRIVAL", "connection_limit", "protocol"]
 
 CONNECTIONS = 512
-HEAD = 10.0  # s for the head of a request, also the next one of a connection
+HEAD = 5.0  # s for the head of a request, also the next one of a connection
 ARRIVAL = 60.0  # s for a body, and to fetch what is ready of an answer
 GRACE = 5.0  # s more, in which who reads the body says so in words
 LATE = b"HTTP/1.1 408 Request Timeout\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
