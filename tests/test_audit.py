@@ -56,7 +56,7 @@ def test_bounds_that_solvers_leave_apart_are_brought_together(
     """Cubes on pins of a thousandth of their size."""
     found = judged(drawn("limit", seed), tmp_path)
     assert found.outcome == "agrees", (found.truth, found.ours, found.note)
-    monkeypatch.setattr(proving, "_narrowed", lambda _case, known, *_: known)
+    monkeypatch.setattr(proving, "_bisected", lambda _case, known, *_: known)
     assert judged(drawn("limit", seed), tmp_path).outcome == UNDECIDED
 
 

@@ -54,6 +54,8 @@ class _Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
         self._watch()
+        if len(self.connections) <= self._most:
+            return
         held = [c for c in self.connections if isinstance(c, _Connection) and not c.transport.is_closing()]
         if len(held) > self._most:  # those that were ended are among the connections for a moment yet
             others = (c for c in held if c is not self and c.patience)

@@ -9,7 +9,7 @@ import numpy as np
 from cyclopean.analysis.certificates import Parts, certify, force_rows
 from cyclopean.analysis.limits.budget import UNLIMITED, Budget
 from cyclopean.analysis.limits.own_scale import limit_at_own_scale, opened_bound
-from cyclopean.analysis.limits.pencil import Pencil, total
+from cyclopean.analysis.limits.pencil import Pencil
 from cyclopean.analysis.limits.solving import CLOSED, LimitOutcome
 from cyclopean.analysis.posing import PosedModel
 from cyclopean.analysis.rigid.components import component_labels, lightest
@@ -32,7 +32,7 @@ MISSED = (PLAIN, ACCEPTED)
 OWN_SCALE = 3000  # free blocks up to which a model is solved again at every block's own scale
 ASKED = 40  # multipliers that are then decided one by one, at most
 BELOW = 2e-7  # relative: how far below a mechanism's multiplier the next one lies
-TRIFLE = 1e-9  # multipliers that make live loads this share of the dead ones are all one
+TRIFLE = 1e-9  # multipliers that differ by no more than this share of any block's dead load are all one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,7 +205,7 @@ def prove_bounds(
     if best.upper is None and (found := _without_limit(case)) is not None:
         return found
     for limit in MISSED:
-        best = _narrowed(case, best, pencil, limit, budget)
+        best = _bisected(case, best, pencil, limit, budget)
     return best
 
 
@@ -221,14 +221,16 @@ def _sides(case: _Case, outcome: LimitOutcome, raised: bool) -> Iterator[dict[st
         yield case.moving(outcome.y, outcome.upper, raised)
 
 
-def _narrowed(case: _Case, known: Proved, pencil: Pencil, limit: float, budget: Budget) -> Proved:
+def _bisected(case: _Case, known: Proved, pencil: Pencil, limit: float, budget: Budget) -> Proved:
     """Both bounds brought together by deciding one multiplier after another between them.
 
     A mechanism says how far down it works, and the next question is asked there (Newton's method for a ratio;
     Dinkelbach 1967); where that is slow, halfway. Bounds that lie no further apart than a trifle are left as they are.
     """
     low, high, room = known.lower or 0.0, np.inf if known.upper is None else known.upper, known.room
-    trifle = TRIFLE * pencil.unit * total(case.system.p) / max(total(pencil.q), 1e-300)
+    live, dead = (np.linalg.norm(p.reshape(-1, 6)[:, :3], axis=1) for p in (pencil.q, case.system.p))
+    trifle = TRIFLE * pencil.unit * float(np.min(dead[live > 0.0] / live[live > 0.0], initial=np.inf))
+    trifle = trifle if np.isfinite(trifle) else 0.0
     sides: dict[str, dict[str, Any]] = {}
     top, gap, fast = high - room, np.inf, np.isfinite(high)  # no state is sought beyond, certificates might let it pass
     for _ in range(ASKED):
