@@ -13,6 +13,7 @@ import pytest
 for name in ("rhino3dm", "starlette", "uvicorn"):
     pytest.importorskip(name, reason=f"{name} of the extra rhino is not installed")
 
+import uvicorn  # noqa: E402
 from starlette.exceptions import HTTPException  # noqa: E402
 from starlette.requests import Request  # noqa: E402
 
@@ -21,7 +22,7 @@ from cyclopean.design.stones.quarry import quarry  # noqa: E402
 from cyclopean.io import write_stones  # noqa: E402
 from cyclopean.service import Options  # noqa: E402
 from cyclopean.service import server as module  # noqa: E402
-from cyclopean.service.connections import connection_limit  # noqa: E402
+from cyclopean.service.connections import connection_limit, protocol  # noqa: E402
 from hops_cases import request, serving, tower  # noqa: E402
 
 PATIENCE = 120.0  # s for an answer, on whatever machine
@@ -204,3 +205,28 @@ def test_links_that_lead_out_of_the_folder_are_not_read(port, yards) -> None:
     (said,) = [line for line in found["warnings"] if "leads out" in line]
     assert "out.obj" in said
     assert "other" not in said
+
+
+def test_of_a_burst_each_takes_another_s_place() -> None:
+    """Five at once where two may be: three give way, though none is gone yet when the next one comes."""
+
+    class Line(asyncio.Transport):
+        ended = False
+
+        def abort(self) -> None:
+            self.ended = True
+
+        def is_closing(self) -> bool:
+            return self.ended
+
+    async def answer(scope: object, receive: object, send: object) -> None: ...
+
+    async def burst() -> list[bool]:
+        config, state = uvicorn.Config(answer, log_config=None), uvicorn.server.ServerState()
+        config.load()
+        lines = [Line() for _ in range(5)]
+        for line in lines:
+            protocol(2)(config=config, server_state=state, app_state={}).connection_made(line)
+        return [line.ended for line in lines]
+
+    assert sorted(asyncio.run(burst())) == [False, False, True, True, True]
