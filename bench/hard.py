@@ -15,7 +15,7 @@ import numpy as np
 from cyclopean.analysis import Settings, check
 from cyclopean.analysis.coupled.hopping import hop
 from cyclopean.analysis.coupled.polish import polish
-from cyclopean.analysis.posing import pose
+from cyclopean.analysis.preparation import pose
 from cyclopean.assembly import Assembly, Block
 from cyclopean.io import read_model
 from cyclopean.statics import equilibrium_system

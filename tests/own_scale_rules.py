@@ -53,7 +53,7 @@ class Rules:
     """The model in fractions."""
 
     def __init__(self, model: Any) -> None:
-        """Take a `PosedModel`: assembly, contacts, fixed, gravity, density."""
+        """Take a `PreparedModel`: assembly, contacts, fixed, gravity, density."""
         self.assembly, self.contacts = model.assembly, model.contacts
         self.free = [i for i in range(len(model.assembly)) if not model.fixed[i]]
         g = vec(model.gravity)

@@ -9,7 +9,7 @@ import pytest
 import auditing
 import cyclopean
 from auditing import CONTRADICTS, FAILURES, NEAR, OPEN, RAISES, UNDECIDED, UNPROVED, contradicts, judged
-from cyclopean.analysis.limits import proving
+from cyclopean.analysis.limit_analysis import proving
 from oracle import LimitAnswer
 from oracle_models import SHARES, drawn
 

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Settings, check, solve_rbe, tension
-from cyclopean.analysis.coupled.glue import coupled_tension, glued
+from cyclopean.analysis.coupled.penalty_form import coupled_tension, glued
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.assembly import Assembly, Block, Contacts, supports
 from cyclopean.design import arch, stack, wall

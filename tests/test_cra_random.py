@@ -17,7 +17,7 @@ from coupled_cases import CoupledCase, coupled_case, undetected
 from coupled_damage import FATAL, PERHAPS, damaged
 from cyclopean.analysis import CoupledOutcome, Result, Settings, check
 from cyclopean.analysis.coupled.at_scale import solve_at_scale
-from cyclopean.analysis.posing import pose
+from cyclopean.analysis.preparation import pose
 from cyclopean.analysis.proving import coupled_claim, prove
 from cyclopean.proof import seal, verify
 from cyclopean.statics import equilibrium_system

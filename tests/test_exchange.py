@@ -293,7 +293,7 @@ def test_rhino_file_in_millimetres():
     np.testing.assert_allclose(again.contacts.point, contacts.point, atol=1e-12)
     np.testing.assert_allclose(again.loads[0].point, load.point, atol=1e-12)
     assert (again.blocks[0].density, again.loads[0].force.tolist()) == (2500.0, [0, 0, -9])
-    with pytest.raises(InputError, match="says that its units are mm; leave out --units m"):
+    with pytest.raises(InputError, match="says that its units are mm; leave out units m"):
         read_model("mm.3dm", "m")
     file.Settings.ModelUnitSystem = rhino.UnitSystem.Miles
     file.Write("mm.3dm", 7)
@@ -507,7 +507,7 @@ def test_ifc_of_another_program():
     assert warnings == ("b.ifc: made 2 blocks, one for each named mesh",)
     assert model.mass.volume.tolist() == pytest.approx([2.0, 2.0])
     assert model.mass.centroid[:, 0].tolist() == pytest.approx([1.0, 0.0], abs=1e-12)
-    with pytest.raises(InputError, match="an IFC file says its units; leave out --units mm"):
+    with pytest.raises(InputError, match="an IFC file says its units; leave out units mm"):
         read_model("b.ifc", "mm")
     solid = file.create_entity("IfcBlock", file.by_type("IfcAxis2Placement3D")[0], 1.0, 1.0, 1.0)
     for part in (first, second):

@@ -101,7 +101,7 @@ def test_units_asked_for(at):
     assert read_model(at(model()), "m")[1] == ()
     with pytest.raises(InputError) as caught:
         read_model(at(model()), "mm")
-    assert str(caught.value) == "wall.json: says that its units are m; leave out --units mm"
+    assert str(caught.value) == "wall.json: says that its units are m; leave out units mm"
     assembly, warnings = read_model(at(model(units=ABSENT)), "mm")
     assert warnings == ()
     assert assembly.mass.volume[0] == pytest.approx(1e-9)
@@ -274,7 +274,7 @@ def test_refused_paths(at, tmp_path):
         with pytest.raises(InputError) as caught:
             read_model(path)
         assert str(caught.value) == line
-    with pytest.raises(InputError, match=r"^--units: 'yard' is not a unit of length; use m, cm, mm, in or ft$"):
+    with pytest.raises(InputError, match=r"^units: 'yard' is not a unit of length; use m, cm, mm, in or ft$"):
         read_model(at(model()), "yard")
 
 

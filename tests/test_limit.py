@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from cyclopean.analysis import Live, LiveLoad, Settings, check, limit, moving_joints
-from cyclopean.analysis.limits.interior import limit_interior
-from cyclopean.analysis.limits.pencil import pencil, proving_multiplier
-from cyclopean.analysis.limits.solving import solve_limit
+from cyclopean.analysis.limit_analysis.interior import limit_interior
+from cyclopean.analysis.limit_analysis.load_family import pencil, proving_multiplier
+from cyclopean.analysis.limit_analysis.solving import solve_limit
 from cyclopean.assembly import Assembly, Load
 from cyclopean.design import arch, dome, stack, vault, wall
 from cyclopean.errors import InputError

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from cyclopean.analysis import Live, Settings, limit, polar_tilt, pushover
-from cyclopean.analysis.limits.budget import UNLIMITED, Budget
-from cyclopean.analysis.limits.interior import Start, limit_interior
-from cyclopean.analysis.limits.limit import live_pencil
-from cyclopean.analysis.limits.live import live_loads
-from cyclopean.analysis.limits.pencil import proving_multiplier
-from cyclopean.analysis.limits.polish import rebalanced
-from cyclopean.analysis.limits.starting import opening, pressing
-from cyclopean.analysis.posing import pose
+from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
+from cyclopean.analysis.limit_analysis.interior import Start, limit_interior
+from cyclopean.analysis.limit_analysis.limit import live_pencil
+from cyclopean.analysis.limit_analysis.live_load import live_loads
+from cyclopean.analysis.limit_analysis.load_family import proving_multiplier
+from cyclopean.analysis.limit_analysis.polish import rebalanced
+from cyclopean.analysis.limit_analysis.starting import opening, pressing
+from cyclopean.analysis.preparation import pose
 from cyclopean.assembly import Load
 from cyclopean.design import arch, dome, stack, wall
 from cyclopean.errors import InputError
@@ -179,7 +179,7 @@ def test_time_for_many_is_shared():
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
 def test_no_time_is_no_limit(seconds):
-    with pytest.raises(InputError, match="--seconds"):
+    with pytest.raises(InputError, match="seconds"):
         limit(stack(1), PUSH, seconds=seconds)
 
 

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from coupled_cases import prism
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.posing import pose
+from cyclopean.analysis.preparation import pose
 from cyclopean.assembly import (
     Assembly,
     BodyLoad,

@@ -17,8 +17,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.posing import pose
-from cyclopean.analysis.reserves import CLOSE, margins, shrunk
+from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.safety_margins import CLOSE, margins, shrunk
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.design import arch, stack, wall
 from cyclopean.view.figures import resultants

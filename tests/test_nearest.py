@@ -12,20 +12,20 @@ import pytest
 
 from auditing import AGREES, judged
 from cyclopean.analysis import Settings
-from cyclopean.analysis.posing import PosedModel, pose
+from cyclopean.analysis.equilibrium.components import component_labels, lightest
+from cyclopean.analysis.equilibrium.exact_balance import exact_balance
+from cyclopean.analysis.equilibrium.nearest import nearest
+from cyclopean.analysis.equilibrium.own_scale import own_scaled
+from cyclopean.analysis.equilibrium.rbe import solve_rbe
+from cyclopean.analysis.preparation import PreparedModel, pose
 from cyclopean.analysis.proving import polished
-from cyclopean.analysis.rigid.components import component_labels, lightest
-from cyclopean.analysis.rigid.exact_balance import exact_balance
-from cyclopean.analysis.rigid.nearest import nearest
-from cyclopean.analysis.rigid.own_scale import own_scaled
-from cyclopean.analysis.rigid.rbe import solve_rbe
 from cyclopean.assembly import Assembly
 from cyclopean.design import wall
 from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
 from oracle_models import drawn
 
 
-def posed(assembly: Assembly, **options: object) -> tuple[PosedModel, EquilibriumSystem]:
+def posed(assembly: Assembly, **options: object) -> tuple[PreparedModel, EquilibriumSystem]:
     model = pose(assembly, Settings(method="rbe", **options), {}, lambda _: None)  # type: ignore[arg-type]
     return model, equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
 

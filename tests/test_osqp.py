@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Cone, collapse_bound, rbe_program, solve_rbe
-from cyclopean.analysis.coupled.desaxce import desaxce
+from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
 from cyclopean.analysis.coupled.halves_qp import alternate_qp, forces_qp, motion_qp
 from cyclopean.analysis.coupled.search import solve_cra
 from cyclopean.analysis.coupled.sliding import SlidingProgram
@@ -118,11 +118,11 @@ def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
         solve(bounded(1.0), "clarabel", (np.zeros(1), np.zeros(1)))
     with pytest.raises(SolverError, match=r"clarabel, osqp \(pip install 'cyclopean\[osqp\]'\)"):
         solve(bounded(1.0), "simplex")
-    with pytest.raises(InputError, match=r"--solver simplex: .*cyclopean\[osqp\]"):
+    with pytest.raises(InputError, match=r"solver simplex: .*cyclopean\[osqp\]"):
         solve_rbe(posed(stack(1), 0.7, UPRIGHT), "simplex")
     monkeypatch.setitem(sys.modules, "osqp", None)
     for absent in (lambda: solve(bounded(1.0), "osqp"), lambda: solve_rbe(posed(stack(1), 0.7, UPRIGHT), "osqp")):
-        with pytest.raises(InputError, match=r"--solver osqp: the package is not installed; pip install 'cyclopean"):
+        with pytest.raises(InputError, match=r"solver osqp: the package is not installed; pip install 'cyclopean"):
             absent()
 
 
@@ -210,7 +210,7 @@ def test_pyramids_that_the_user_asks_for() -> None:
 
 def test_the_gap_shifted_loop_by_osqp() -> None:
     system = posed(stack(1), 0.84, tilted(30.0))
-    found = desaxce(system, Bounds(), SlidingProgram(system, solver="osqp"))
+    found = de_saxce_iteration(system, Bounds(), SlidingProgram(system, solver="osqp"))
     assert found.found
     hot, cold = SlidingProgram(system, solver="osqp"), SlidingProgram(system)
     s, alpha = np.zeros(system.points), np.ones(system.points)

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from cyclopean.analysis import Settings
-from cyclopean.analysis.posing import PosedModel, pose
-from cyclopean.analysis.rigid.components import component_labels, components
-from cyclopean.analysis.rigid.deciding import Decision, decide
-from cyclopean.analysis.rigid.exact_balance import exact_balance, product, total
-from cyclopean.analysis.rigid.opening import drive, opened
-from cyclopean.analysis.rigid.own_scale import own_scaled
-from cyclopean.analysis.rigid.polishing import Polisher
-from cyclopean.analysis.rigid.rbe import solve_rbe
-from cyclopean.analysis.rigid.slack import AMPLE, slack
+from cyclopean.analysis.equilibrium.components import component_labels, components
+from cyclopean.analysis.equilibrium.deciding import Decision, decide
+from cyclopean.analysis.equilibrium.exact_balance import exact_balance, product, total
+from cyclopean.analysis.equilibrium.opening import drive, opened
+from cyclopean.analysis.equilibrium.own_scale import own_scaled
+from cyclopean.analysis.equilibrium.polishing import Polisher
+from cyclopean.analysis.equilibrium.rbe import solve_rbe
+from cyclopean.analysis.equilibrium.slack import AMPLE, slack
+from cyclopean.analysis.preparation import PreparedModel, pose
 from cyclopean.assembly import Assembly, Contacts, Load, detect
 from cyclopean.design import arch, dome, stack, vault, wall
 from cyclopean.io import read_model
@@ -31,15 +31,15 @@ AUDIT = FOLDER.parent / "audit"
 G = 9.80665
 
 
-def posed(assembly: Assembly, **options: object) -> PosedModel:
+def posed(assembly: Assembly, **options: object) -> PreparedModel:
     return pose(assembly, Settings(method="rbe", **options), {}, lambda _: None)  # type: ignore[arg-type]
 
 
-def system_of(model: PosedModel) -> EquilibriumSystem:
+def system_of(model: PreparedModel) -> EquilibriumSystem:
     return equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
 
 
-def judged(model: PosedModel) -> tuple[str, Decision]:
+def judged(model: PreparedModel) -> tuple[str, Decision]:
     """What is decided, once it has passed the rules in fractions."""
     system = system_of(model)
     found = decide(model, system)

@@ -82,7 +82,7 @@ def test_it_begins_at_the_limit_and_falls():
     [
         ({"reach": 0.0}, "expected a positive"),
         ({"reach": np.nan}, "expected a positive"),
-        ({"reach": 1.0, "steps": 0}, "--steps"),
+        ({"reach": 1.0, "steps": 0}, "steps"),
         ({"reach": 1.0, "unit": "km"}, "expected a positive"),
     ],
 )

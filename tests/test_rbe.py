@@ -294,23 +294,23 @@ def test_newton_needs_few_factorisations_where_things_stand() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"solver": "magic"}, "--solver magic"),
-        ({"cone": "square"}, "--cone square"),
-        ({"cone": "inscribed:2"}, "--cone inscribed:2"),
-        ({"cone": "inscribed:8", "solver": "newton"}, "only --solver clarabel takes pyramids"),
-        ({"weights": (1.0, 0.0)}, "--weights 1,0"),
-        ({"method": "cra", "cone": "inscribed:8"}, "--cone inscribed:8: only rigid-block equilibrium has it"),
-        ({"method": "magic"}, "--method magic"),
-        ({"seconds": 0.0}, "--seconds 0"),
-        ({"nodes": 0}, "--nodes 0"),
-        ({"eps": 0.0}, "--eps 0"),
-        ({"eta": -1.0}, "--eta -1"),
-        ({"beta_min": 0.0}, "--beta-min 0"),
-        ({"mu": -0.1}, "--mu -0.1"),
-        ({"mu": float("nan")}, "--mu nan"),
-        ({"density": 0.0}, "--density 0"),
-        ({"tolerance": -1.0}, "--tolerance -1"),
-        ({"gravity": (0.0, 0.0, float("inf"))}, "--gravity"),
+        ({"solver": "magic"}, "solver magic"),
+        ({"cone": "square"}, "cone square"),
+        ({"cone": "inscribed:2"}, "cone inscribed:2"),
+        ({"cone": "inscribed:8", "solver": "newton"}, "only solver clarabel takes pyramids"),
+        ({"weights": (1.0, 0.0)}, "weights 1,0"),
+        ({"method": "cra", "cone": "inscribed:8"}, "cone inscribed:8: only rigid-block equilibrium has it"),
+        ({"method": "magic"}, "method magic"),
+        ({"seconds": 0.0}, "seconds 0"),
+        ({"nodes": 0}, "nodes 0"),
+        ({"eps": 0.0}, "eps 0"),
+        ({"eta": -1.0}, "eta -1"),
+        ({"beta_min": 0.0}, "beta_min 0"),
+        ({"mu": -0.1}, "mu -0.1"),
+        ({"mu": float("nan")}, "mu nan"),
+        ({"density": 0.0}, "density 0"),
+        ({"tolerance": -1.0}, "tolerance -1"),
+        ({"gravity": (0.0, 0.0, float("inf"))}, "gravity"),
         ({"supports": "ids=nobody"}, "block 'nobody'"),
     ],
 )
@@ -333,7 +333,7 @@ def test_parse_cone() -> None:
 def test_options_that_cannot_win_are_told() -> None:
     """What the model says wins over --mu and --density, which fill in; where nothing is left to fill, say so."""
     own = check(stack(1, mu=0.5, density=2000.0), Settings(method="rbe", mu=0.7, density=2500.0))
-    assert [w.split(":")[0] for w in own.warnings] == ["--mu 0.7 has no effect", "--density 2500 has no effect"]
+    assert [w.split(":")[0] for w in own.warnings] == ["`mu` 0.7 has no effect", "`density` 2500 has no effect"]
     assert check(stack(1), Settings(method="rbe", mu=0.7, density=2500.0)).warnings == ()
 
 

@@ -18,9 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Range, Settings, ranges_of, sensitivity, share_between
-from cyclopean.analysis.posing import pose
-from cyclopean.analysis.scatter.ranges import drawn, varied
-from cyclopean.analysis.scatter.throughout import corners
+from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.sensitivity_study.ranges import drawn, varied
+from cyclopean.analysis.sensitivity_study.throughout import corners
 from cyclopean.assembly import Contacts, Load, worn
 from cyclopean.design import stack, wall
 from cyclopean.errors import InputError

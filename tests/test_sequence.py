@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.posing import pose
+from cyclopean.analysis.preparation import pose
 from cyclopean.assembly import Assembly, Block, Load
 from cyclopean.design import arch, stack, wall
 from cyclopean.design.construction.props import _Search

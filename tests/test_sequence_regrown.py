@@ -13,7 +13,7 @@ from cyclopean.analysis import (
     Bounds,
     Deferred,
     Known,
-    PosedModel,
+    PreparedModel,
     Result,
     Settings,
     check,
@@ -23,9 +23,9 @@ from cyclopean.analysis import (
 )
 from cyclopean.analysis.coupled.block_newton import Doubled
 from cyclopean.analysis.coupled.states import measure
-from cyclopean.analysis.grown.inward import inward
-from cyclopean.analysis.grown.region import around, region, way_down
-from cyclopean.analysis.grown.seating import seated
+from cyclopean.analysis.warm_start.inward import inward
+from cyclopean.analysis.warm_start.region import around, region, way_down
+from cyclopean.analysis.warm_start.seating import seated
 from cyclopean.assembly import Assembly
 from cyclopean.design import stack, wall
 from cyclopean.design.construction.props import _Search, smallest_props
@@ -39,11 +39,11 @@ from cyclopean.statics import Schur, equilibrium_system
 from sequence_cases import four_legs
 
 
-def posed(model: Assembly, said: Settings = Settings()) -> PosedModel:  # noqa: B008  frozen
+def posed(model: Assembly, said: Settings = Settings()) -> PreparedModel:  # noqa: B008  frozen
     return pose(model, said, {}, lambda _: None)
 
 
-def without(whole: PosedModel, gone: list[int]) -> Stage:
+def without(whole: PreparedModel, gone: list[int]) -> Stage:
     standing = np.ones(len(whole.assembly), bool)
     standing[gone] = False
     return stage_of(whole, standing)

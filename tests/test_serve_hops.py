@@ -31,8 +31,8 @@ for name in ("rhino3dm", "starlette", "uvicorn"):
 from cyclopean.design.stones.inventory import Inventory  # noqa: E402
 from cyclopean.design.stones.quarry import quarry  # noqa: E402
 from cyclopean.service.components.catalogue import COMPONENTS  # noqa: E402
-from cyclopean.service.crew import Crew  # noqa: E402
 from cyclopean.service.parameters import Context  # noqa: E402
+from cyclopean.service.worker_pool import Crew  # noqa: E402
 from hops_cases import Geometry, box, mesh, one, outputs, points, request, serving, tower, two_stones, vector  # noqa: E402
 
 ENDLESS = {"Relaxation": 10**9}  # of a wall: rounds that nobody waits for

@@ -238,9 +238,9 @@ def test_a_state_of_other_forces_is_refused() -> None:
 
 def test_forces_across_a_gap_are_refused() -> None:
     """The first two conditions alone would accept the wedged beam; the third does not."""
-    from cyclopean.analysis.posing import pose
+    from cyclopean.analysis.equilibrium import settlement
+    from cyclopean.analysis.preparation import pose
     from cyclopean.analysis.proving import certify, polished
-    from cyclopean.analysis.rigid import settling
     from cyclopean.statics import equilibrium_system
 
     model = pose(
@@ -250,13 +250,13 @@ def test_forces_across_a_gap_are_refused() -> None:
     assert model.settled is not None
     scaled = model.settled / system.length_unit
     patch = model.contacts.patch[system.used]
-    gap = settling.support_gap(system, scaled[model.contacts.a[patch]], scaled[model.contacts.b[patch]])
+    gap = settlement.support_gap(system, scaled[model.contacts.a[patch]], scaled[model.contacts.b[patch]])
     size = float(np.linalg.norm(gap, axis=1).max())
-    answer = settling.solve(settling._program(system, gap / size), **settling._options(system, 1e-10))
-    state = next(settling._candidates(system, gap / size, answer.x, answer.z[: len(system.p)], []))
+    answer = settlement.solve(settlement._program(system, gap / size), **settlement._options(system, 1e-10))
+    state = next(settlement._candidates(system, gap / size, answer.x, answer.z[: len(system.p)], []))
     assert state.f is not None
     assert state.y is not None
-    assert settling.missed(system, state) < 1e-8
+    assert settlement.missed(system, state) < 1e-8
     rows = state.y.reshape(-1, 6) / np.repeat([1.0, system.length_unit], 3) * size * system.length_unit
     force = polished(model, system, state.f).parts
     proof = {"world_force": force, "motion": rows, "settlements": model.settled}

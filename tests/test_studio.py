@@ -21,7 +21,7 @@ import pytest
 
 from chromium import FOUND, StudioPage
 from cyclopean.analysis import Settings
-from cyclopean.analysis.live import Knobs
+from cyclopean.analysis.interactive import Knobs
 from cyclopean.assembly import Assembly
 from cyclopean.assembly.rearranging import Pose, arrange
 from cyclopean.design import arch, wall
@@ -31,7 +31,7 @@ from cyclopean.proof import verify
 from cyclopean.view.studio import desk as desk_module
 from cyclopean.view.studio import solids
 from cyclopean.view.studio.desk import Desk, State
-from cyclopean.view.studio.newest import Newest
+from cyclopean.view.studio.latest_value import LatestValue
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.panel import studio
 from cyclopean.view.studio.saving import claimed, save, written
@@ -280,7 +280,7 @@ def test_only_what_has_changed_is_sent():
 
 
 def test_the_box_holds_the_newest_and_nothing_once_all_has_ended():
-    box = Newest()
+    box = LatestValue()
     assert box.take(0.0) is None
     box.put(1)
     box.put(2)

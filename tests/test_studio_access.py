@@ -26,7 +26,7 @@ from websockets.exceptions import InvalidStatus
 
 from chromium import FOUND, Chromium
 from cyclopean.analysis import Settings
-from cyclopean.analysis.live import Knobs
+from cyclopean.analysis.interactive import Knobs
 from cyclopean.design import arch
 from cyclopean.errors import InputError
 from cyclopean.io import write_model

@@ -16,8 +16,8 @@ import pytest
 
 from coupled_cases import beams, prism
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.displaced.subsidence import HALVINGS, _Path, subsidence
-from cyclopean.analysis.posing import pose
+from cyclopean.analysis.large_displacement.subsidence import HALVINGS, _Path, subsidence
+from cyclopean.analysis.preparation import pose
 from cyclopean.assembly import Assembly, Load, Settlement
 from cyclopean.design import arch, stack, wall
 from cyclopean.errors import InputError
@@ -251,7 +251,7 @@ def test_what_is_refused():
     model = arch(8)
     with pytest.raises(InputError, match="no support settles"):
         subsidence(model, Settings(method="rbe"))
-    with pytest.raises(InputError, match="--steps 0"):
+    with pytest.raises(InputError, match="steps 0"):
         followed(model, {"springer-right": (0.1, 0, 0)}, steps=0)
     with pytest.raises(InputError, match="do not go together"):
         followed(model, {"springer-right": (0.1, 0, 0)}, tension=1.0)

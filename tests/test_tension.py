@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 
 from coupled_cases import prism
 from cyclopean.analysis import Settings, check, solve_cra
-from cyclopean.analysis.posing import pose
-from cyclopean.analysis.scatter.ranges import Range
-from cyclopean.analysis.scatter.throughout import corners
+from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.sensitivity_study.ranges import Range
+from cyclopean.analysis.sensitivity_study.throughout import corners
 from cyclopean.assembly import Assembly, Contacts, detect, supports
 from cyclopean.design import wall
 from cyclopean.errors import InputError

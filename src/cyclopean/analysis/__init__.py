@@ -3,23 +3,10 @@
 from cyclopean.analysis.checking import check
 from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
-from cyclopean.analysis.displaced.pushover import Pushover, PushoverStep, pushover
-from cyclopean.analysis.displaced.subsidence import Subsidence, SubsidenceStep, subsidence
-from cyclopean.analysis.grown.deferred import Deferred
-from cyclopean.analysis.grown.recheck import CONTINUED, Known, mobile, recheck
-from cyclopean.analysis.limits.bracket import CoupledBracket, coupled_bracket
-from cyclopean.analysis.limits.joints import MovingJoint, moving_joints
-from cyclopean.analysis.limits.limit import limit
-from cyclopean.analysis.limits.live import Live, LiveLoad
-from cyclopean.analysis.limits.polar import Polar, polar_tilt
-from cyclopean.analysis.limits.result import LimitResult
-from cyclopean.analysis.posing import PosedModel, pose
-from cyclopean.analysis.proving import Judge
-from cyclopean.analysis.reserves import Margins, margins
-from cyclopean.analysis.rigid.interior import interior_point
-from cyclopean.analysis.rigid.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
-from cyclopean.analysis.rigid.rbe import Outcome, solve_rbe, tension
-from cyclopean.analysis.rigid.reference import (
+from cyclopean.analysis.equilibrium.interior import interior_point
+from cyclopean.analysis.equilibrium.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
+from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe, tension
+from cyclopean.analysis.equilibrium.reference import (
     Cone,
     mechanism_program,
     parse_cone,
@@ -27,11 +14,24 @@ from cyclopean.analysis.rigid.reference import (
     rbe_program,
     solve_program,
 )
+from cyclopean.analysis.large_displacement.pushover import Pushover, PushoverStep, pushover
+from cyclopean.analysis.large_displacement.subsidence import Subsidence, SubsidenceStep, subsidence
+from cyclopean.analysis.limit_analysis.bracket import CoupledBracket, coupled_bracket
+from cyclopean.analysis.limit_analysis.joints import MovingJoint, moving_joints
+from cyclopean.analysis.limit_analysis.limit import limit
+from cyclopean.analysis.limit_analysis.live_load import Live, LiveLoad
+from cyclopean.analysis.limit_analysis.polar import Polar, polar_tilt
+from cyclopean.analysis.limit_analysis.result import LimitResult
+from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.proving import Judge
+from cyclopean.analysis.safety_margins import Margins, margins
 from cyclopean.analysis.same_model import Comparison, compare
-from cyclopean.analysis.scatter.ranges import QUANTITIES, Range, ranges_of
-from cyclopean.analysis.scatter.sampling import Sensitivity, sensitivity, share_between
+from cyclopean.analysis.sensitivity_study.ranges import QUANTITIES, Range, ranges_of
+from cyclopean.analysis.sensitivity_study.sampling import Sensitivity, sensitivity, share_between
 from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
 from cyclopean.analysis.verdict import Result, Settled, Word, openings
+from cyclopean.analysis.warm_start.async_verification import Deferred
+from cyclopean.analysis.warm_start.recheck import CONTINUED, Known, mobile, recheck
 
 __all__ = [
     "CONTINUED",
@@ -55,7 +55,7 @@ __all__ = [
     "MovingJoint",
     "Outcome",
     "Polar",
-    "PosedModel",
+    "PreparedModel",
     "Pushover",
     "PushoverStep",
     "Range",

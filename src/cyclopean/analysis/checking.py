@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from cyclopean.analysis.coupled.glue import coupled_tension
+from cyclopean.analysis.coupled.penalty_form import coupled_tension
 from cyclopean.analysis.coupled.search import solve_cra
-from cyclopean.analysis.posing import PosedModel, pose
+from cyclopean.analysis.equilibrium.deciding import decide
+from cyclopean.analysis.equilibrium.rbe import tension
+from cyclopean.analysis.equilibrium.reference import parse_cone
+from cyclopean.analysis.equilibrium.settlement import settle, support_gap
+from cyclopean.analysis.preparation import PreparedModel, pose
 from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim, settled_claim, spread
-from cyclopean.analysis.rigid.deciding import decide
-from cyclopean.analysis.rigid.rbe import tension
-from cyclopean.analysis.rigid.reference import parse_cone
-from cyclopean.analysis.rigid.settling import settle, support_gap
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
@@ -76,15 +76,15 @@ def check(
     }
     warnings = (*result.warnings, *turned)
     if settings.penalty and pull is None:
-        warnings = (*warnings, "--penalty: the tension could not be measured")
+        warnings = (*warnings, "`penalty`: the tension could not be measured")
     elif pull is not None and not exact:
-        warnings = (*warnings, "--penalty: not even glue makes a coupled state; the tension shown would merely balance")
+        warnings = (*warnings, "`penalty`: not even glue makes a coupled state; the tension shown would merely balance")
     if not settings.method and (only := settings.asks_for_rbe()):
         warnings = (*warnings, f"{only}: only rigid-block equilibrium has it, so the method is rbe")
     return replace(result, seconds=seconds, tension=pull, tension_exact=exact, warnings=warnings)
 
 
-def _method_for(model: PosedModel, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
+def _method_for(model: PreparedModel, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
     """Rigid-block equilibrium where the model asks for it and no method was said, with a warning.
 
     Raises
@@ -99,18 +99,18 @@ def _method_for(model: PosedModel, settings: Settings) -> tuple[Settings, tuple[
     if pulls and settles:
         raise InputError("a settlement and joints that pull do not go together: what has opened pulls no more")
     if settings.penalty:
-        raise InputError(f"--penalty measures the tension that dry joints would need; it does not go with {what}")
+        raise InputError(f"`penalty` measures the tension that dry joints would need; it does not go with {what}")
     if settles and (settings.cone != "exact" or settings.weights != (1.0, 1.0) or settings.solver != "auto"):
-        raise InputError("a settlement is answered in exact cones: leave out --cone, --weights and --solver")
+        raise InputError("a settlement is answered in exact cones: leave out `cone`, `weights` and `solver`")
     if settings.method == "cra":
-        raise InputError(f"{what}: only rigid-block equilibrium has that; use --method rbe")
+        raise InputError(f"{what}: only rigid-block equilibrium has that; use `method` rbe")
     if settings.method == "rbe" or settings.asks_for_rbe():
         return settings, ()
     told = f"the model has {what}: only rigid-block equilibrium has that, so the method is rbe"
     return replace(settings, method="rbe"), (told,)
 
 
-def _after_settlement(model: PosedModel, system: EquilibriumSystem, ground: Floats) -> Claim | None:
+def _after_settlement(model: PreparedModel, system: EquilibriumSystem, ground: Floats) -> Claim | None:
     """What becomes of a settlement; None where no contact point moves with the ground."""
     scaled = ground / system.length_unit
     scaled[:, 3:] *= system.length_unit
@@ -123,7 +123,7 @@ def _after_settlement(model: PosedModel, system: EquilibriumSystem, ground: Floa
 
 
 def within_faces(
-    model: PosedModel, settings: Settings, result: Result, progress: Callable[[str], None] = lambda _: None
+    model: PreparedModel, settings: Settings, result: Result, progress: Callable[[str], None] = lambda _: None
 ) -> Result:
     """The result, or one with forces inside the cones about the faces' normals too, where surfaces lean and it is open.
 
@@ -150,7 +150,7 @@ def within_faces(
 
 
 def _narrowed(
-    model: PosedModel, settings: Settings, system: EquilibriumSystem, margin: float
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, margin: float
 ) -> tuple[EquilibriumSystem, Claim] | None:
     """Forces inside all cones, with the system that they are of; None where narrower cones leave no state.
 
@@ -178,7 +178,10 @@ def _narrowed(
 
 
 def solved(
-    model: PosedModel, settings: Settings, system: EquilibriumSystem, progress: Callable[[str], None] = lambda _: None
+    model: PreparedModel,
+    settings: Settings,
+    system: EquilibriumSystem,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Claim:
     """What the solvers of the chosen method claim."""
     if settings.chosen_method() == "rbe":
@@ -187,7 +190,9 @@ def solved(
     return coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes, progress, rigid))
 
 
-def _glue(model: PosedModel, settings: Settings, system: EquilibriumSystem, claim: Claim) -> tuple[Floats | None, bool]:
+def _glue(
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim
+) -> tuple[Floats | None, bool]:
     """(P,) N of tension at each contact point by the penalty form, and whether a state with it exists.
 
     None where that fails: the verdict stands anyway.

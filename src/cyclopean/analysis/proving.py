@@ -10,14 +10,14 @@ from cyclopean.analysis.certificates import certify
 from cyclopean.analysis.coupled.search import CoupledOutcome
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.analysis.coupled.tree import tree_document
-from cyclopean.analysis.posing import PosedModel
+from cyclopean.analysis.equilibrium.components import component_labels, lightest
+from cyclopean.analysis.equilibrium.deciding import Decision
+from cyclopean.analysis.equilibrium.exact_balance import exact_balance
+from cyclopean.analysis.equilibrium.polishing import Polished, Polisher
+from cyclopean.analysis.equilibrium.rbe import Outcome
+from cyclopean.analysis.equilibrium.settlement import SettledOutcome
+from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.reasons import reason_for
-from cyclopean.analysis.rigid.components import component_labels, lightest
-from cyclopean.analysis.rigid.deciding import Decision
-from cyclopean.analysis.rigid.exact_balance import exact_balance
-from cyclopean.analysis.rigid.polishing import Polished, Polisher
-from cyclopean.analysis.rigid.rbe import Outcome
-from cyclopean.analysis.rigid.settling import SettledOutcome
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result, Settled, Word
 from cyclopean.arrays import Floats
@@ -80,13 +80,13 @@ def coupled_claim(outcome: CoupledOutcome) -> Claim:
 
 
 def prove(
-    model: PosedModel, settings: Settings, system: EquilibriumSystem, claim: Claim, judge: Judge = verify
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim, judge: Judge = verify
 ) -> Result:
     """Turn a claim into a result; "stable" and "unstable" only where a certificate has passed the independent checker.
 
     Parameters
     ----------
-    model : PosedModel
+    model : PreparedModel
         As it was analysed.
     settings : Settings
         What the user said.
@@ -143,7 +143,7 @@ def prove(
     )
 
 
-def _settled(model: PosedModel, rows: Floats) -> Settled | None:
+def _settled(model: PreparedModel, rows: Floats) -> Settled | None:
     """How blocks and joints have moved, of the (n, 6) displacements of free blocks."""
     if model.settled is None:
         return None
@@ -177,7 +177,7 @@ def spread(system: EquilibriumSystem, contacts: Contacts, values: Floats) -> Flo
 
 
 def _proof(
-    model: PosedModel, bounds: Bounds, system: EquilibriumSystem, claim: Claim
+    model: PreparedModel, bounds: Bounds, system: EquilibriumSystem, claim: Claim
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """What the certificate will hold beside the model, and the residuals, recomputed from what will stand there."""
     if claim.kind in ("rbe-state", "rbe-settled", "cra-state") and claim.f is not None:
@@ -221,14 +221,14 @@ def _turned(system: EquilibriumSystem, rows: Floats) -> Floats:
     return turned
 
 
-def _rows(model: PosedModel, motion: Floats) -> Floats:
+def _rows(model: PreparedModel, motion: Floats) -> Floats:
     """(n, 6): the motion of free blocks among all blocks."""
     rows = np.zeros((len(model.assembly), 6))
     rows[~model.fixed] = motion
     return rows
 
 
-def polished(model: PosedModel, system: EquilibriumSystem, f: Floats, schur: Schur | None = None) -> Polished:
+def polished(model: PreparedModel, system: EquilibriumSystem, f: Floats, schur: Schur | None = None) -> Polished:
     """Forces made ready for a certificate: every block balanced to 1e-10 of the lightest one's weight, if it can be."""
     balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
     share = lightest(component_labels(system), balance.weight) / balance.weight
@@ -280,7 +280,7 @@ def _refused(report: Report) -> dict[str, str]:
 
 
 def _reason(
-    model: PosedModel, settings: Settings, system: EquilibriumSystem, claim: Claim, report: Report | None
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim, report: Report | None
 ) -> str:
     if report is not None and not report.proved:
         return f"A solver's answer did not survive the independent check: {report.reason}"

@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis.coupled.states import Bounds
-from cyclopean.analysis.posing import PosedModel
-from cyclopean.analysis.rigid.rbe import BALANCE, COLLAPSE
+from cyclopean.analysis.equilibrium.rbe import BALANCE, COLLAPSE
+from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats
 
 __all__ = ["reason_for"]
 
 
 def reason_for(
-    model: PosedModel,
+    model: PreparedModel,
     bounds: Bounds,
     kind: str,
     motion: Floats | None,
@@ -25,7 +25,7 @@ def reason_for(
 
     Parameters
     ----------
-    model : PosedModel
+    model : PreparedModel
         The model.
     bounds : Bounds
         Of the virtual displacement.
@@ -51,7 +51,7 @@ def reason_for(
 
 
 def _said(
-    model: PosedModel,
+    model: PreparedModel,
     bounds: Bounds,
     kind: str,
     motion: Floats | None,
@@ -97,7 +97,7 @@ def _named(bounds: Bounds) -> str:
     return f"eta = {bounds.eta / bounds.eps:g} eps, beta_min = {bounds.beta / bounds.eps:g} eps"
 
 
-def _falls(model: PosedModel, motion: Floats, provenance: Mapping[str, Any]) -> str:
+def _falls(model: PreparedModel, motion: Floats, provenance: Mapping[str, Any]) -> str:
     blocks = model.assembly.blocks
     if model.idle:
         names = ", ".join(f"'{blocks[i].id}'" for i in model.idle[:3])

@@ -46,60 +46,60 @@ class Settings:
     def __post_init__(self) -> None:
         self._check_method()
         if self.mu is not None and not (0.0 <= self.mu < np.inf):
-            raise InputError(f"--mu {self.mu:g}: expected a number >= 0")
+            raise InputError.of("mu", self.mu, "expected a number >= 0")
         if self.density is not None and not (0.0 < self.density < np.inf):
-            raise InputError(f"--density {self.density:g}: expected a positive number of kg/m3")
+            raise InputError.of("density", self.density, "expected a positive number of kg/m3")
         if self.tolerance is not None and not (0.0 < self.tolerance < np.inf):
-            raise InputError(f"--tolerance {self.tolerance:g}: expected a positive length in metres")
+            raise InputError.of("tolerance", self.tolerance, "expected a positive length in metres")
         if not (0.0 < self.seconds < np.inf):
-            raise InputError(f"--seconds {self.seconds:g}: expected a positive number")
+            raise InputError.of("seconds", self.seconds, "expected a positive number")
         if not (self.nodes >= 1):
-            raise InputError(f"--nodes {self.nodes}: expected a whole number >= 1")
+            raise InputError.of("nodes", self.nodes, "expected a whole number >= 1")
         self._check_pull()
         for name, values in (("gravity", self.gravity), ("tilt", self.tilt)):
             if values is not None and not np.isfinite(values).all():
-                raise InputError(f"--{name}: expected finite numbers")
+                raise InputError.of(name, None, "expected finite numbers")
         self.bounds()
 
     def _check_method(self) -> None:
         if self.method not in ("", *METHODS):
-            raise InputError(f"--method {self.method}: expected one of {', '.join(METHODS)}")
+            raise InputError.of("method", self.method, f"expected one of {', '.join(METHODS)}")
         if self.solver not in RBE_SOLVERS:
             raise InputError(
-                f"--solver {self.solver}: expected one of {', '.join(RBE_SOLVERS)}"
+                f"`solver` {self.solver}: expected one of {', '.join(RBE_SOLVERS)}"
                 " (osqp comes with: pip install 'cyclopean[osqp]')"
             )
         if self.method == "cra" and (only := self.asks_for_rbe()):
-            raise InputError(f"{only}: only rigid-block equilibrium has it; use --method rbe")
+            raise InputError(f"{only}: only rigid-block equilibrium has it; use `method` rbe")
 
     def _check_pull(self) -> None:
         for name in ("tension", "cohesion"):
             value = getattr(self, name)
             if value is not None and not (0.0 < value < np.inf):
-                raise InputError(f"--{name} {value:g}: expected a positive number of Pa")
+                raise InputError.of(name, value, "expected a positive number of Pa")
         if self.tension is not None and self.cohesion is not None:
-            raise InputError("--tension and --cohesion say the same thing (C = mu PA); give one of them")
+            raise InputError("`tension` and `cohesion` say the same thing (C = mu PA); give one of them")
         if self.penalty and (self.tension is not None or self.cohesion is not None):
-            raise InputError("--penalty asks what tension dry joints would need; leave out --tension and --cohesion")
+            raise InputError("`penalty` asks what tension dry joints would need; leave out `tension` and `cohesion`")
         for name, motion in self.settle:
             if len(motion) != 6 or not np.isfinite(motion).all():
-                raise InputError(f"--settle {name}: expected six finite numbers, metres and radians")
+                raise InputError.of("settle", name, "expected six finite numbers, metres and radians")
         for case, factor in self.factors:
             if not np.isfinite(factor):
-                raise InputError(f"--factor {case}: expected a finite number")
+                raise InputError.of("factor", case, "expected a finite number")
 
     def asks_for_rbe(self) -> str:
         """The first option given that only rigid-block equilibrium has; "" where there is none."""
         if self.cone != "exact":
-            return f"--cone {self.cone}"
+            return f"`cone` {self.cone}"
         if self.weights != (1.0, 1.0):
-            return f"--weights {self.weights[0]:g},{self.weights[1]:g}"
+            return f"`weights` {self.weights[0]:g},{self.weights[1]:g}"
         for name in ("tension", "cohesion"):
             if (value := getattr(self, name)) is not None:
-                return f"--{name} {value:g}"
+                return f"`{name}` {value:g}"
         if self.settle:
-            return f"--settle {self.settle[0][0]}"
-        return f"--solver {self.solver}" if self.solver not in CRA_SOLVERS else ""
+            return f"`settle` {self.settle[0][0]}"
+        return f"`solver` {self.solver}" if self.solver not in CRA_SOLVERS else ""
 
     def chosen_method(self) -> str:
         """The method said, or the default: coupled analysis unless an option asks for rigid-block equilibrium."""

@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from cyclopean.api.inputs import Model, assembly_of, in_python, said
+from cyclopean.api.inputs import Model, assembly_of, said
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Result, Settings
@@ -96,27 +96,26 @@ def check(
     """
     from cyclopean import analysis
 
-    with in_python():
-        assembly, assumed = assembly_of(model, units)
-        chosen = said(
-            analysis.Settings() if settings is None else settings,
-            method=method,
-            mu=mu,
-            density=density,
-            supports=supports,
-            gravity=gravity,
-            tilt=(float(tilt), 0.0) if isinstance(tilt, int | float) else tilt,
-            tolerance=tolerance,
-            cone=cone,
-            solver=solver,
-            penalty=penalty,
-            eps=eps,
-            eta=eta,
-            beta_min=beta_min,
-            seconds=seconds,
-            nodes=nodes,
-        )
-        result = analysis.check(assembly, chosen, progress)
+    assembly, assumed = assembly_of(model, units)
+    chosen = said(
+        analysis.Settings() if settings is None else settings,
+        method=method,
+        mu=mu,
+        density=density,
+        supports=supports,
+        gravity=gravity,
+        tilt=(float(tilt), 0.0) if isinstance(tilt, int | float) else tilt,
+        tolerance=tolerance,
+        cone=cone,
+        solver=solver,
+        penalty=penalty,
+        eps=eps,
+        eta=eta,
+        beta_min=beta_min,
+        seconds=seconds,
+        nodes=nodes,
+    )
+    result = analysis.check(assembly, chosen, progress)
     return replace(result, warnings=(*assumed, *result.warnings)) if assumed else result
 
 
@@ -183,18 +182,17 @@ def build_sequence(
     from cyclopean.design.construction import sequence
 
     extra: dict[str, Any] = {"lean": lean, "clearance": clearance, "most_props": most_props, "watch": watch}
-    with in_python():
-        assembly, assumed = assembly_of(model, units)
-        chosen = said(
-            Settings(seconds=sequence.SECONDS) if settings is None else settings,
-            method=method,
-            mu=mu,
-            density=density,
-            supports=supports,
-            gravity=gravity,
-            tolerance=tolerance,
-            seconds=seconds,
-        )
-        given = {name: value for name, value in extra.items() if value is not None}
-        found = sequence.build_sequence(assembly, chosen, progress=progress, executor=executor, **given)
+    assembly, assumed = assembly_of(model, units)
+    chosen = said(
+        Settings(seconds=sequence.SECONDS) if settings is None else settings,
+        method=method,
+        mu=mu,
+        density=density,
+        supports=supports,
+        gravity=gravity,
+        tolerance=tolerance,
+        seconds=seconds,
+    )
+    given = {name: value for name, value in extra.items() if value is not None}
+    found = sequence.build_sequence(assembly, chosen, progress=progress, executor=executor, **given)
     return replace(found, warnings=(*assumed, *found.warnings)) if assumed else found

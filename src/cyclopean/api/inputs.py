@@ -1,9 +1,7 @@
 """What the one-call functions accept: a file, or what another function gave; options as keywords."""
 
 import os
-import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
 
@@ -14,7 +12,7 @@ if TYPE_CHECKING:
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
 
-__all__ = ["HasAssembly", "Model", "Path", "Stones", "assembly_of", "in_python", "inventory_of", "said"]
+__all__ = ["HasAssembly", "Model", "Path", "Stones", "assembly_of", "inventory_of", "said"]
 
 Chosen = TypeVar("Chosen")
 
@@ -89,16 +87,3 @@ def said(base: Chosen, /, **options: Any) -> Chosen:
     """Settings in which the options that were given (are not None) stand instead."""
     given = {name: value for name, value in options.items() if value is not None}
     return replace(base, **given) if given else base  # type: ignore[type-var]
-
-
-@contextmanager
-def in_python() -> Iterator[None]:
-    """Refusals name options as Python writes them: beta_min, not --beta-min."""
-    try:
-        yield
-    except InputError as error:
-        text = str(error)
-        plain = re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda found: found[1].replace("-", "_"), text)
-        if plain == text:
-            raise
-        raise InputError(plain) from None

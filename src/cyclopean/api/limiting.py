@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
-from cyclopean.api.inputs import Model, assembly_of, in_python, said
+from cyclopean.api.inputs import Model, assembly_of, said
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
@@ -84,22 +84,21 @@ def limit(
     """
     from cyclopean import analysis
 
-    with in_python():
-        assembly, assumed = assembly_of(model, units)
-        if live is None:
-            forces = tuple(analysis.LiveLoad(block, force) for block, force in (loads or {}).items())
-            grows = analysis.Live(push, tilt, forces)
-        elif push is not None or tilt is not None or loads:
-            raise InputError("live: says what grows; leave out push, tilt and loads")
-        else:
-            grows = live
-        chosen = said(
-            analysis.Settings() if settings is None else settings,
-            mu=mu,
-            density=density,
-            supports=supports,
-            gravity=gravity,
-            tolerance=tolerance,
-        )
-        found = analysis.limit(assembly, grows, chosen, progress, solver=solver, seconds=seconds)
+    assembly, assumed = assembly_of(model, units)
+    if live is None:
+        forces = tuple(analysis.LiveLoad(block, force) for block, force in (loads or {}).items())
+        grows = analysis.Live(push, tilt, forces)
+    elif push is not None or tilt is not None or loads:
+        raise InputError("live: says what grows; leave out push, tilt and loads")
+    else:
+        grows = live
+    chosen = said(
+        analysis.Settings() if settings is None else settings,
+        mu=mu,
+        density=density,
+        supports=supports,
+        gravity=gravity,
+        tolerance=tolerance,
+    )
+    found = analysis.limit(assembly, grows, chosen, progress, solver=solver, seconds=seconds)
     return replace(found, warnings=(*assumed, *found.warnings)) if assumed else found

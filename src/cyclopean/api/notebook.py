@@ -20,7 +20,7 @@ __all__ = ["SHOWN", "card", "load_ipython_extension", "one_line"]
 
 # Where they are defined, and what they are to a person.
 SHOWN = {
-    ("cyclopean.analysis.limits.result", "LimitResult"): "",
+    ("cyclopean.analysis.limit_analysis.result", "LimitResult"): "",
     ("cyclopean.analysis.verdict", "Result"): "",
     ("cyclopean.api.stones", "StoneCarving"): "",
     ("cyclopean.api.stones", "StoneMatch"): "",

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
-from cyclopean.api.inputs import HasAssembly, Path, in_python
+from cyclopean.api.inputs import HasAssembly, Path
 from cyclopean.api.stones import StoneCarving, StoneMatch
 from cyclopean.errors import InputError
 
@@ -54,12 +54,11 @@ def save(thing: "Assembly | HasAssembly | BuildSequence | Mapping[str, Any]", pa
     'stable'
     """
     file = FilePath(path)
-    with in_python():
-        writers = _writers(thing)
-        ending = file.suffix.lower()
-        if ending not in writers:
-            raise InputError(f"{file}: a {type(thing).__name__} is written as {', '.join(sorted(writers))}")
-        writers[ending](file)
+    writers = _writers(thing)
+    ending = file.suffix.lower()
+    if ending not in writers:
+        raise InputError(f"{file}: a {type(thing).__name__} is written as {', '.join(sorted(writers))}")
+    writers[ending](file)
 
 
 def _writers(thing: Any) -> dict[str, Writer]:

@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from cyclopean.api.inputs import Model, Stones, assembly_of, in_python, inventory_of, said
+from cyclopean.api.inputs import Model, Stones, assembly_of, inventory_of, said
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
@@ -140,22 +140,21 @@ def match(
     from cyclopean.design.matching.cells import cells_of
     from cyclopean.design.matching.match import MatchSettings, match_stones
 
-    with in_python():
-        if gap is not None and weight is not None:
-            raise InputError("weight: gap finds it; leave out one of the two")
-        if not negotiate > 0.0 and rounds is not None:
-            raise InputError("rounds: has no say where cells stay as drawn; add negotiate, or leave it out")
-        inventory, assumed = inventory_of(stones, units)
-        base = MatchSettings() if settings is None else settings
-        chosen = said(base, gap=gap, weight=weight, bond=bond, bond_angle=bond_angle, points=points)
-        if negotiate > 0.0:
-            done, said_of_wall = _negotiated(inventory, wall, chosen, negotiate, rounds, supports, executor, progress)
-            notes = (*assumed, *said_of_wall, *done.notes, *done.match.notes)
-            cells = cells_of(done.wall.assembly)
-            return StoneMatch(done.match, inventory.stones, cells, done.wall, done.rounds, warnings=notes)
-        assembly, said_of_wall = assembly_of(wall)
-        cells = cells_of(assembly, held_blocks(assembly, supports)[0])
-        found = match_stones(inventory, cells, chosen, executor, progress)
+    if gap is not None and weight is not None:
+        raise InputError("weight: gap finds it; leave out one of the two")
+    if not negotiate > 0.0 and rounds is not None:
+        raise InputError("rounds: has no say where cells stay as drawn; add negotiate, or leave it out")
+    inventory, assumed = inventory_of(stones, units)
+    base = MatchSettings() if settings is None else settings
+    chosen = said(base, gap=gap, weight=weight, bond=bond, bond_angle=bond_angle, points=points)
+    if negotiate > 0.0:
+        done, said_of_wall = _negotiated(inventory, wall, chosen, negotiate, rounds, supports, executor, progress)
+        notes = (*assumed, *said_of_wall, *done.notes, *done.match.notes)
+        cells = cells_of(done.wall.assembly)
+        return StoneMatch(done.match, inventory.stones, cells, done.wall, done.rounds, warnings=notes)
+    assembly, said_of_wall = assembly_of(wall)
+    cells = cells_of(assembly, held_blocks(assembly, supports)[0])
+    found = match_stones(inventory, cells, chosen, executor, progress)
     from cyclopean.design.walls.polygonal import PolygonalWall
 
     drawn = wall if isinstance(wall, PolygonalWall) else None
@@ -232,19 +231,18 @@ def carve(
     from cyclopean.io.matches import read_match, read_matched
 
     depth = LEAST if least is None else least
-    with in_python():
-        if not depth >= 0.0:
-            raise InputError(f"least: {depth:g} is not a depth of at least 0 m")
-        if isinstance(found, StoneMatch):
-            wall, rule = found.assembly, supports or found.supports
-            cut = carve_match(found.match, found.stones, found.cells, least=depth, progress=progress)
-        else:
-            stored = read_match(found)
-            wall, placed = read_matched(stored)
-            cut = carve_all(placed, least=depth, progress=progress)
-            rule = supports or stored.supports or ""
-        fixed, _ = held_blocks(wall, rule)
-        built = carved_wall(wall, cut, fixed=fixed)
+    if not depth >= 0.0:
+        raise InputError(f"least: {depth:g} is not a depth of at least 0 m")
+    if isinstance(found, StoneMatch):
+        wall, rule = found.assembly, supports or found.supports
+        cut = carve_match(found.match, found.stones, found.cells, least=depth, progress=progress)
+    else:
+        stored = read_match(found)
+        wall, placed = read_matched(stored)
+        cut = carve_all(placed, least=depth, progress=progress)
+        rule = supports or stored.supports or ""
+    fixed, _ = held_blocks(wall, rule)
+    built = carved_wall(wall, cut, fixed=fixed)
     notes = (*(note for c in cut for note in c.notes), *built.notes)
     return StoneCarving(cut, total(cut), wall, fixed, built, notes)
 
@@ -302,20 +300,19 @@ def settle(
     """
     from cyclopean.design.laying import settle as laying
 
-    with in_python():
-        inventory, assumed = inventory_of(stones, units)
-        chosen = said(
-            laying.SettleSettings() if settings is None else settings,
-            length=length,
-            height=height,
-            thickness=thickness,
-            wythes=wythes,
-            look_ahead=look_ahead,
-            margin=margin,
-            hearting=hearting,
-            chinking=chinking,
-        )
-        wall = laying.settle(inventory, chosen, progress, executor)
+    inventory, assumed = inventory_of(stones, units)
+    chosen = said(
+        laying.SettleSettings() if settings is None else settings,
+        length=length,
+        height=height,
+        thickness=thickness,
+        wythes=wythes,
+        look_ahead=look_ahead,
+        margin=margin,
+        hearting=hearting,
+        chinking=chinking,
+    )
+    wall = laying.settle(inventory, chosen, progress, executor)
     for line in assumed:
         warnings.warn(line, stacklevel=2)
     return wall

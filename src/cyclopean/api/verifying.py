@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cyclopean.api.inputs import Model, Path, assembly_of, in_python
+from cyclopean.api.inputs import Model, Path, assembly_of
 
 if TYPE_CHECKING:
     from cyclopean.proof import Report
@@ -45,8 +45,7 @@ def verify(certificate: Mapping[str, object], *, model: "Model | None" = None, u
         return report
     from cyclopean.analysis import compare
 
-    with in_python():
-        found = compare(certificate, assembly_of(model, units)[0])
+    found = compare(certificate, assembly_of(model, units)[0])
     if not found.differences:
         return report
     return replace(report, proved=False, reason=f"proved, but not of this model: {'; '.join(found.differences)}")

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from cyclopean.api.inputs import in_python, said
+from cyclopean.api.inputs import said
 
 if TYPE_CHECKING:
     from cyclopean.design.walls.dressing import Coping, Foot, Quoins
@@ -93,33 +93,32 @@ def polygonal_wall(
     from cyclopean.design.walls import polygonal
     from cyclopean.design.walls.pattern import PatternSettings
 
-    with in_python():
-        pattern = said(
-            PatternSettings() if settings is None else settings,
-            width=width,
-            height=height,
-            columns=columns,
-            rows=rows,
-            seed=seed,
-            jitter=jitter,
-            lloyd=lloyd,
-            coursing=coursing,
-            courses=courses,
-            size_grade=size_grade,
-            sliver=sliver,
-            openings=None if openings is None else tuple(openings),
-            quoins=quoins,
-            coping=coping,
-            base=base,
-            base_radius=base_radius,
-        )
-        return polygonal.polygonal_wall(
-            pattern,
-            surface=surface,
-            depth=depth,
-            batter=batter,
-            density=density,
-            mu=mu,
-            warped=warped,
-            improve=improve,
-        )
+    pattern = said(
+        PatternSettings() if settings is None else settings,
+        width=width,
+        height=height,
+        columns=columns,
+        rows=rows,
+        seed=seed,
+        jitter=jitter,
+        lloyd=lloyd,
+        coursing=coursing,
+        courses=courses,
+        size_grade=size_grade,
+        sliver=sliver,
+        openings=None if openings is None else tuple(openings),
+        quoins=quoins,
+        coping=coping,
+        base=base,
+        base_radius=base_radius,
+    )
+    return polygonal.polygonal_wall(
+        pattern,
+        surface=surface,
+        depth=depth,
+        batter=batter,
+        density=density,
+        mu=mu,
+        warped=warped,
+        improve=improve,
+    )

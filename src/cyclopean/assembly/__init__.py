@@ -12,13 +12,13 @@ from cyclopean.assembly.blocks import (
 from cyclopean.assembly.checking import bearing, bearing_cones, check_contacts
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.detection import Detection, detect, length_tolerance
+from cyclopean.assembly.joint_wear import worn
 from cyclopean.assembly.loading import Loading, load_cases, loading, resolved_loads, surface_loads_at_points
 from cyclopean.assembly.loads import DEAD, SELF, BodyLoad, Combination, Load, SurfaceLoad
 from cyclopean.assembly.materials import paired_friction
 from cyclopean.assembly.parts import part
 from cyclopean.assembly.patches import Patch, rough_contacts
 from cyclopean.assembly.survey import Survey, Volumes, survey
-from cyclopean.assembly.wear import worn
 
 __all__ = [
     "DEAD",

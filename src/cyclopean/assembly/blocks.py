@@ -213,7 +213,7 @@ def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None)
         if any(b.fixed is True or b.held for b in assembly.blocks):
             return np.array([b.fixed is True for b in assembly.blocks]) | whole, "file"
         if n and all(b.fixed is False for b in assembly.blocks):
-            raise InputError('no block is a support: every block says "fixed": false; use --supports to name some')
+            raise InputError('no block is a support: every block says "fixed": false; use `supports` to name some')
         return lowest <= lowest.min(initial=np.inf) + tol, "lowest"
     kind, _, value = rule.partition("=")
     if kind == "below":
@@ -222,17 +222,17 @@ def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None)
         except ValueError:
             height = np.nan
         if not np.isfinite(height):
-            raise InputError(f"--supports {rule}: '{value}' is not a height in metres")
+            raise InputError.of("supports", rule, f"'{value}' is not a height in metres")
         fixed = lowest <= height
     elif kind == "ids":
         known = {b.id for b in assembly.blocks}
         one = value in known  # an id may hold a comma
         wanted = {value} if one else {name.strip() for name in value.split(",")} - {""}
         if wanted - known:
-            raise InputError(f"--supports {rule}: block '{min(wanted - known)}' is not in the model")
+            raise InputError.of("supports", rule, f"block '{min(wanted - known)}' is not in the model")
         fixed = np.array([b.id in wanted for b in assembly.blocks], bool)
     else:
-        raise InputError(f"--supports {rule}: expected below=Z or ids=a,b")
+        raise InputError.of("supports", rule, "expected below=Z or ids=a,b")
     if not fixed.any():
-        raise InputError(f"--supports {rule}: no block is a support; lower the rule or name blocks with ids=a,b")
+        raise InputError.of("supports", rule, "no block is a support; lower the rule or name blocks with ids=a,b")
     return fixed | whole, rule

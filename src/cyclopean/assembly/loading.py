@@ -78,11 +78,11 @@ def loading(assembly: Assembly, combination: str = "", factors: Sequence[tuple[s
         found = next((c for c in assembly.combinations if c.name == combination), None)
         if found is None:
             names = ", ".join(f"'{c.name}'" for c in assembly.combinations) or "none"
-            raise InputError(f"--combination {combination}: the model has no such combination; it has {names}")
+            raise InputError.of("combination", combination, f"the model has no such combination; it has {names}")
         chosen = {case: float(case == SELF) for case in known} | dict(found.factors)
     for case, factor in factors:
         if case not in known:
-            raise InputError(f"--factor {case}={factor:g}: no load has this case; there are {', '.join(known)}")
+            raise InputError(f"`factor` {case}={factor:g}: no load has this case; there are {', '.join(known)}")
         chosen[case] = float(factor)
     return Loading(combination, chosen)
 

@@ -23,7 +23,7 @@ from cyclopean.cli.sequence import sequence
 from cyclopean.cli.serve import serve
 from cyclopean.cli.settle import settle
 from cyclopean.cli.studio import studio
-from cyclopean.cli.terminal import ClosedPipeError, complain, say
+from cyclopean.cli.terminal import ClosedPipeError, as_option, complain, say
 from cyclopean.cli.view import view
 from cyclopean.errors import CyclopeanError, InputError, SolverError
 
@@ -109,10 +109,10 @@ def _guarded(arguments: list[str]) -> int:
         command = error.ctx.command_path if error.ctx else "cyclopean"
         complain(f"{error.format_message().rstrip('.')}; see {command} --help")
     except SolverError as error:
-        complain(str(error))
+        complain(error.spelt(as_option))
         return UNDECIDED
     except CyclopeanError as error:
-        complain(str(error))
+        complain(error.spelt(as_option))
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted")
         return INTERRUPTED

@@ -225,7 +225,7 @@ def _margins(
 ) -> "Margins | None":
     """What a model that stands has to spare; without being asked only where that takes about a second."""
     from cyclopean import analysis
-    from cyclopean.analysis.reserves import POINTS
+    from cyclopean.analysis.safety_margins import POINTS
 
     few = len(result.contacts.point) <= POINTS
     if result.verdict != "stable" or result.settled is not None or not (few if wanted is None else wanted):

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TextIO
 
-from cyclopean.errors import InputError
+from cyclopean.errors import InputError, spelt
 
-__all__ = ["ClosedPipeError", "complain", "long_work", "of_file", "one_line", "say", "say_json", "warn"]
+__all__ = ["ClosedPipeError", "as_option", "complain", "long_work", "of_file", "one_line", "say", "say_json", "warn"]
 
 _UNUSUAL = re.compile(r"[^ -~\n]")
 PATIENCE = 1.0  # s without a sign of life that a person takes for granted
@@ -27,15 +27,20 @@ def one_line(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Print lines of text on standard output; control characters in them as JSON writes them, so that JSON stays so."""
-    _write(sys.stdout, text + "\n")
+    """Print lines of text on standard output; control characters in them as JSON writes them."""
+    _write(sys.stdout, spelt(text, as_option) + "\n")
 
 
 def say_json(data: object) -> None:
     """Print data as one JSON document on standard output."""
     from cyclopean.io import json_text
 
-    say(json_text(data).rstrip())
+    _write(sys.stdout, json_text(data))
+
+
+def as_option(name: str) -> str:
+    """An option as the command line spells it: beta_min is --beta-min."""
+    return f"--{name.replace('_', '-')}"
 
 
 @contextmanager
@@ -46,18 +51,18 @@ def of_file(path: str) -> Iterator[None]:
     except InputError as error:
         if not str(error).startswith(("block ", "contact ")):
             raise
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(f"{path}: {error.spelt(as_option)}") from None
 
 
 def warn(text: str) -> None:
     """Print a warning, one line on standard error."""
-    _write(sys.stderr, f"cyclopean: warning: {one_line(text)}\n")
+    _write(sys.stderr, f"cyclopean: warning: {one_line(spelt(text, as_option))}\n")
 
 
 def complain(text: str) -> None:
     """Print an error, one line on standard error; where that is gone, as a closed terminal is, nobody can be told."""
     with suppress(OSError):
-        _write(sys.stderr, f"cyclopean: error: {one_line(text)}\n")
+        _write(sys.stderr, f"cyclopean: error: {one_line(spelt(text, as_option))}\n")
 
 
 @contextmanager

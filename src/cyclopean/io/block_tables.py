@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from cyclopean.assembly import Assembly
-from cyclopean.io.carried import carried, shown, told
 from cyclopean.io.csv_tables import csv_text
 from cyclopean.io.findings import Findings
+from cyclopean.io.round_trip import carried, shown, told
 
 __all__ = ["blocks_csv", "contacts_csv"]
 

@@ -14,7 +14,7 @@ import numpy as np
 from cyclopean.arrays import Bools
 from cyclopean.assembly import Assembly, Block
 from cyclopean.geometry import Polyhedra, convex_bodies, face_normals, planar_regions
-from cyclopean.io.carried import fan
+from cyclopean.io.round_trip import fan
 
 __all__ = ["blocklist_text", "flat", "not_convex"]
 

@@ -14,7 +14,7 @@ Polygons there may wind against the normal of their frame: they are turned to wi
 
 What is written is a `compas.datastructures/Assembly`, which COMPAS 2 opens: a part a stone, its mesh as `block` of the
 node, interfaces with frames on the edges. Nodes and interfaces carry what the model says of them under its own names
-(see `io.carried`), the attributes carry the rest, and all of it is read again.
+(see `io.round_trip`), the attributes carry the rest, and all of it is read again.
 """
 
 import ast
@@ -29,9 +29,9 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.errors import InputError
 from cyclopean.geometry import newell_normals
-from cyclopean.io.carried import TOLD, carried, model_rest, rebuilt, told
 from cyclopean.io.fields import Faces, array, face_fault, faces, found, label, mapping, number, points, text, vector
 from cyclopean.io.findings import ContactState, Findings
+from cyclopean.io.round_trip import TOLD, carried, model_rest, rebuilt, told
 from cyclopean.io.units import metres
 
 __all__ = ["compas_dict", "is_compas", "is_dump", "is_ours", "read_compas", "read_dump"]

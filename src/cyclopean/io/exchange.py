@@ -9,10 +9,10 @@ import numpy as np
 
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.io.carried import refuse_unwritable
 from cyclopean.io.fields import label
 from cyclopean.io.files import PathLike, json_text, one_line, together, write_bytes
 from cyclopean.io.findings import Findings
+from cyclopean.io.round_trip import refuse_unwritable
 
 __all__ = ["FORMATS", "Format", "exchange_format", "exchange_paths", "write_exchange"]
 
@@ -129,7 +129,7 @@ def write_exchange(
     name = PurePath(path).name
     lost = _lost(form, assembly, known)
     if drawing is not None and form.suffix != ".json":
-        lost.append(f"{form.name} does not hold how the wall was drawn: dropped; match --negotiate needs the .json")
+        lost.append(f"{form.name} does not hold how the wall was drawn: dropped; match `negotiate` needs the .json")
     return tuple(f"{one_line(name)}: {line}" for line in lost)
 
 
@@ -145,7 +145,7 @@ def _lost(form: Format, assembly: Assembly, findings: Findings) -> list[str]:
     if not form.shapes:
         lines.append(f"{form.name} holds tables, no shapes: it cannot be read back")
         if assembly.contacts is None:
-            lines.append("the model lists no contacts, so there is no table of them; name a result with --result")
+            lines.append("the model lists no contacts, so there is no table of them; name a result with `result`")
     if form.suffix == ".stl" and any(block.id != block.id.strip() for block in assembly.blocks):
         lines.append(f"{form.name} holds no blanks at the ends of ids: dropped")
     if form.suffix == ".3ddat":

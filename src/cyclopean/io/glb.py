@@ -1,7 +1,7 @@
 """GLB (binary glTF 2.0): a tree of named nodes. glTF is y up and in metres; here z is up.
 
 Nodes carry in `extras` what the model says of their stone, the scene what it says of the whole, contacts included. glTF
-draws triangles of single precision; the polygons stand beside them as a record (see `io.carried`).
+draws triangles of single precision; the polygons stand beside them as a record (see `io.round_trip`).
 """
 
 import json
@@ -15,11 +15,11 @@ from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import Body, assembly_of
-from cyclopean.io.carried import TOLD, carried, fan, model_rest, polygons, rebuilt, told, written_fields
 from cyclopean.io.fields import REACH, array, label, mapping, number, parsed, refuse_unfolded
 from cyclopean.io.files import decoded
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import linear, stone_colours
+from cyclopean.io.round_trip import TOLD, carried, fan, model_rest, polygons, rebuilt, told, written_fields
 
 __all__ = ["glb_bytes", "read_glb", "read_glb_model"]
 

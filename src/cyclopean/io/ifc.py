@@ -2,7 +2,7 @@
 
 A project holds a site, a building, a storey and in it the structure: an `IfcWall` where the model's name says so, else
 an `IfcElementAssembly`. It is made of an `IfcBuildingElementPart` a stone, whose body is an `IfcPolygonalFaceSet` of
-double precision; faces that are not flat become triangles, with a record of the polygons beside them (`io.carried`).
+double precision; faces that are not flat become triangles, with a record of the polygons beside them (`io.round_trip`).
 The property set `Cyclopean_Stone` holds what the model says of a stone and what was found out about it,
 `Cyclopean_Model` the rest, and an `IfcRelConnectsElements` each contact with its polygon. Global ids follow from the
 names, so that a model written twice has the same ones. Metres, z up.
@@ -24,11 +24,11 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.io.blocklist import flat
 from cyclopean.io.bodies import Body, assembly_of, welded
-from cyclopean.io.carried import TOLD, carried, fan, model_rest, polygons, rebuilt, shown, told, understood
 from cyclopean.io.fields import Faces, face_fault, label, parsed, refuse_unfolded
 from cyclopean.io.files import one_line
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import stone_colours
+from cyclopean.io.round_trip import TOLD, carried, fan, model_rest, polygons, rebuilt, shown, told, understood
 
 __all__ = ["ifc_bytes", "read_ifc"]
 
@@ -283,7 +283,7 @@ def read_ifc(path: str, stem: str, data: bytes, units: str | None) -> tuple[Asse
     except _DAMAGE as error:
         raise InputError(f"{path}: is a damaged IFC file ({one_line(str(error), 80)})") from None
     if units is not None and found:
-        raise InputError(f"{path}: an IFC file says its units; leave out --units {units}")
+        raise InputError(f"{path}: an IFC file says its units; leave out `units` {units}")
     if not found:
         raise InputError(f"{path}: {_nothing(reader)}")
     warnings = [f"{path}: {_skipped(reader)} are passed over; only faces are read"] if reader.skipped else []

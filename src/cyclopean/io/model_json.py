@@ -64,7 +64,7 @@ def read_document(path: str, stem: str, data: dict[str, Any], units: str | None)
     if "units" in data:
         given = check_units(text(data["units"], f"{path}: units"), f"{path}: units")
         if units is not None and units != given:
-            raise InputError(f"{path}: says that its units are {given}; leave out --units {units}")
+            raise InputError(f"{path}: says that its units are {given}; leave out `units` {units}")
         units = given
     elif units is None:
         units = "m"

@@ -60,7 +60,7 @@ def read_model(path: PathLike, units: str | None = None) -> tuple[Assembly, tupl
     """
     shown = one_line(path)
     if units is not None:
-        check_units(units, "--units")
+        check_units(units, "`units`")
     data = read_bytes(path)
     stem = _stem(path)
     suffix = _kind(path, data)
@@ -106,7 +106,7 @@ def _read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[A
     elif is_compas(document):
         if is_ours(document):
             if units not in (None, "m"):
-                raise InputError(f"{shown}: says that its units are m; leave out --units {units}")
+                raise InputError(f"{shown}: says that its units are m; leave out `units` {units}")
             units = "m"
         assembly, warnings = read_compas(shown, stem, document, units or "m")
     else:
@@ -115,7 +115,7 @@ def _read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[A
 
 
 def _assumed(shown: str, units: str | None) -> tuple[str, ...]:
-    return () if units is not None else (f"{shown}: does not say its units; metres assumed (--units)",)
+    return () if units is not None else (f"{shown}: does not say its units; metres assumed (`units`)",)
 
 
 def _listed(suffixes: Iterable[str]) -> str:

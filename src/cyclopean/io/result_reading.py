@@ -155,7 +155,7 @@ def _source(
     blank = tuple(
         Block(name, np.zeros((0, 3)), ()) for name in (*names, *(f"(not named) {k + 1}" for k in range(rest)))
     )
-    lost = f"{shown}: its model was not found beside it, so blocks are not drawn; name it with --model"
+    lost = f"{shown}: its model was not found beside it, so blocks are not drawn; name it with `model`"
     return _Model(Assembly(blank, name=_title(data)), None, None, None, ""), (lost,)
 
 

@@ -7,7 +7,7 @@ from cyclopean import __version__
 
 if TYPE_CHECKING:  # only a name here: converting a file must not load the solvers
     from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
-    from cyclopean.analysis.reserves import Bracket
+    from cyclopean.analysis.safety_margins import Bracket
 
 __all__ = ["margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
 

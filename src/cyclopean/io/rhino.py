@@ -1,8 +1,8 @@
 """Rhino 3DM, with the extra `rhino` (rhino3dm): stones as meshes, contacts, loads and forces as curves.
 
 Meshes hold double precision, triangles and quads as they are, other polygons as fans of triangles with a record beside
-them (see `io.carried`). What the model says stands in user text under its own name; the user text `cyclopean` says what
-an object is. Stones lie on layers by their group, below `Stones`. The file is in metres; one in another unit is
+them (see `io.round_trip`). What the model says stands in user text under its own name; the user text `cyclopean` says
+what an object is. Stones lie on layers by their group, below `Stones`. The file is in metres; one in another unit is
 converted. Rhino's own solids (Breps, extrusions, SubDs) have curved faces and are not read.
 """
 
@@ -23,7 +23,10 @@ from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
 from cyclopean.io.archives import refuse_damaged
 from cyclopean.io.bodies import Body, assembly_of, welded
-from cyclopean.io.carried import (
+from cyclopean.io.fields import Faces, array, label, parsed
+from cyclopean.io.findings import Findings
+from cyclopean.io.palette import stone_colours
+from cyclopean.io.round_trip import (
     TOLD,
     carried,
     fan,
@@ -35,9 +38,6 @@ from cyclopean.io.carried import (
     understood,
     written_fields,
 )
-from cyclopean.io.fields import Faces, array, label, parsed
-from cyclopean.io.findings import Findings
-from cyclopean.io.palette import stone_colours
 from cyclopean.io.units import check_units, metres
 
 __all__ = ["read_rhino", "rhino_bytes"]
@@ -266,14 +266,14 @@ def read_rhino(path: str, stem: str, data: bytes, units: str | None) -> tuple[As
 def _unit(path: str, said: str, units: str | None) -> tuple[str, list[str]]:
     """Unit of length of the file."""
     if units is not None:
-        check_units(units, "--units")
+        check_units(units, "`units`")
     if said in _UNITS:
         if units not in (None, _UNITS[said]):
-            raise InputError(f"{path}: says that its units are {_UNITS[said]}; leave out --units {units}")
+            raise InputError(f"{path}: says that its units are {_UNITS[said]}; leave out `units` {units}")
         return _UNITS[said], []
     if said not in _UNSAID:
         raise InputError(f"{path}: its unit is {said}; set it to metres, centimetres, millimetres, inches or feet")
-    return units or "m", [] if units else [f"{path}: does not say its units; metres assumed (--units)"]
+    return units or "m", [] if units else [f"{path}: does not say its units; metres assumed (`units`)"]
 
 
 def _no_meshes(found: _Found) -> str:

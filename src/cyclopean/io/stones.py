@@ -76,7 +76,7 @@ def read_stones(
         The path cannot be read, or no stone in it can be used; with `strict`, any stone cannot.
     """
     if units is not None:
-        check_units(units, "--units")
+        check_units(units, "`units`")
     found = _listed(path)
     if found.folder or found.files[0].suffix.lower() in MESH_SUFFIXES:
         readings, said = _readings(path, found.files, units or "m", cache, within), _unsaid(path, found.files, units)
@@ -93,7 +93,7 @@ def _unsaid(path: PathLike, files: Sequence[Path], units: str | None) -> tuple[s
     if units is not None or all(file.suffix.lower() == ".glb" for file in files):  # glTF is in metres
         return ()
     said = "does not say its units" if len(files) == 1 else "no file says its units"
-    return (f"{one_line(path)}: {said}; metres assumed (--units)",)
+    return (f"{one_line(path)}: {said}; metres assumed (`units`)",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -362,9 +362,9 @@ def _suspicion(inventory: Inventory, units: str) -> tuple[str, ...]:
     over_or_under = "less" if size < SIZES[0] else "more"
     said = f"{inventory.source}: half of the stones are {over_or_under} than {size:.3g} m across"
     if not likely:
-        return (f"{said}, which no stone is; check the units (--units)",)
+        return (f"{said}, which no stone is; check the units (`units`)",)
     best = min(likely, key=lambda name: abs(np.log(likely[name] / USUAL)))
-    return (f"{said}; the lengths look as if in {_LONG[best]}: --units {best}",)
+    return (f"{said}; the lengths look as if in {_LONG[best]}: `units` {best}",)
 
 
 def inventory_dict(inventory: Inventory, warnings: Sequence[str] = (), every: bool = True) -> dict[str, Any]:

@@ -26,10 +26,10 @@ from cyclopean import __version__
 from cyclopean.errors import InputError
 from cyclopean.service.components.catalogue import COMPONENTS
 from cyclopean.service.connections import ARRIVAL, connection_limit, protocol
-from cyclopean.service.crew import Crew
 from cyclopean.service.parameters import Component, Context
 from cyclopean.service.protocol import described, refusal
 from cyclopean.service.solving import encoded
+from cyclopean.service.worker_pool import Crew
 from cyclopean.view.markup import STILL, document, section
 
 __all__ = ["Options", "application", "serve"]

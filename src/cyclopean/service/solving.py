@@ -66,7 +66,7 @@ def _solved(path: str, body: bytes, context: Context) -> tuple[int, dict[str, An
     except OutdatedError as error:
         return OUTDATED, refusal(["Bad inputs", str(error)])
     except CyclopeanError as error:
-        return DONE, refusal([str(error).removeprefix("--")])  # written for the command line, where names have dashes
+        return DONE, refusal([str(error)])
     done["warnings"] = [*assumed, *done["warnings"]]
     return DONE, done
 

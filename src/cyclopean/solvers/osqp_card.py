@@ -59,7 +59,7 @@ def load_osqp() -> Any:
     try:
         return import_module("osqp")
     except ImportError:
-        raise InputError("--solver osqp: the package is not installed; pip install 'cyclopean[osqp]'") from None
+        raise InputError("`solver` osqp: the package is not installed; pip install 'cyclopean[osqp]'") from None
 
 
 class OsqpWorkspace:

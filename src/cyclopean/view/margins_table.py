@@ -3,7 +3,7 @@
 from html import escape
 
 from cyclopean.analysis import Margins, Result
-from cyclopean.analysis.reserves import Bracket
+from cyclopean.analysis.safety_margins import Bracket
 from cyclopean.view.figures import number
 from cyclopean.view.markup import section
 

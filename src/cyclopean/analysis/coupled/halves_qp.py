@@ -23,7 +23,7 @@ import scipy.sparse as sp
 
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
 from cyclopean.analysis.coupled.states import Bounds
-from cyclopean.analysis.rigid.rbe import solve_rbe
+from cyclopean.analysis.equilibrium.rbe import solve_rbe
 from cyclopean.arrays import Floats
 from cyclopean.solvers import ConicProgram, solve
 from cyclopean.statics import EquilibriumSystem, pyramid_rows

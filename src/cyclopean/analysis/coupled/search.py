@@ -13,18 +13,18 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cyclopean.analysis.coupled.alternation import alternation
 from cyclopean.analysis.coupled.at_scale import solve_at_scale
+from cyclopean.analysis.coupled.biconvex import alternation
 from cyclopean.analysis.coupled.crossover import crossover
-from cyclopean.analysis.coupled.desaxce import desaxce
+from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
 from cyclopean.analysis.coupled.halves_qp import alternate_qp
 from cyclopean.analysis.coupled.hopping import hop
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
 from cyclopean.analysis.coupled.sliding import SlidingProgram
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.analysis.coupled.tree import Node, refute
-from cyclopean.analysis.rigid.components import Part, components, in_own_units
-from cyclopean.analysis.rigid.rbe import Outcome, solve_rbe
+from cyclopean.analysis.equilibrium.components import Part, components, in_own_units
+from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError, SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
@@ -102,7 +102,7 @@ def solve_cra(
         Unknown solver, or joints that pull.
     """
     if system.pull.any():  # its cones are shifted, and (10) of the coupled conditions is not made for that
-        raise InputError("joints that pull: coupled analysis has none; use --method rbe")
+        raise InputError("joints that pull: coupled analysis has none; use `method` rbe")
     bounds, began = bounds.unit(), time.perf_counter()
     deadline = began + seconds
     rigid = solve_rbe(system, solver) if rigid is None else rigid
@@ -201,10 +201,10 @@ def _routes(
         yield "A at scale", "interior", lambda until: kept(_stiffened(system, bounds, until, schur))
     if solver == "osqp":
         program = SlidingProgram(system, 2.0 * bounds.beta, solver=solver)
-        yield "A", solver, lambda until: kept(desaxce(system, bounds, program, deadline=until))
+        yield "A", solver, lambda until: kept(de_saxce_iteration(system, bounds, program, deadline=until))
         yield "B", solver, lambda until: kept(alternate_qp(system, bounds, next(iter(given), None), deadline=until))
     else:
-        yield "A", "clarabel", lambda until: kept(desaxce(system, bounds, deadline=until))
+        yield "A", "clarabel", lambda until: kept(de_saxce_iteration(system, bounds, deadline=until))
         yield "B", "clarabel", lambda until: kept(alternation(system, bounds, given, until))
     near = min(seen, key=lambda one: one.merit, default=None)
     if near is not None and np.isfinite(near.merit):
@@ -214,7 +214,7 @@ def _routes(
             lambda until: crossover(system, bounds, near.f, near.dq, until - time.perf_counter()),
         )
     within = SlidingProgram(system, 2.0 * bounds.beta, eta=bounds.eta)
-    yield "A within eta", "clarabel", lambda until: desaxce(system, bounds, within, 0.1, deadline=until)
+    yield "A within eta", "clarabel", lambda until: de_saxce_iteration(system, bounds, within, 0.1, deadline=until)
 
 
 def _stiffened(system: EquilibriumSystem, bounds: Bounds, until: float, schur: Schur | None) -> Attempt:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.analysis.coupled.proximal import Prices
+from cyclopean.analysis.equilibrium.interior import SMALLEST_MU
+from cyclopean.analysis.equilibrium.newton import collapse_bound
 from cyclopean.analysis.quadratic_cones import (
     REFLECT,
     apply,
@@ -15,8 +17,6 @@ from cyclopean.analysis.quadratic_cones import (
     quotient,
     scaled,
 )
-from cyclopean.analysis.rigid.interior import SMALLEST_MU
-from cyclopean.analysis.rigid.newton import collapse_bound
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.solvers import Factor

@@ -39,13 +39,13 @@ class Bounds:
     beta: float = 0.01  # beta_min: least sliding where there is friction
 
     def __post_init__(self) -> None:
-        for name, value in (("eps", self.eps), ("eta", self.eta), ("beta-min", self.beta)):
+        for name, value in (("eps", self.eps), ("eta", self.eta), ("beta_min", self.beta)):
             if not (0.0 < value < np.inf):
-                raise InputError(f"--{name} {value:g}: expected a positive number")
+                raise InputError.of(name, value, "expected a positive number")
         if not (self.beta < self.eta):
-            raise InputError(f"--beta-min {self.beta:g}: must be smaller than eta ({self.eta:g})")
+            raise InputError.of("beta_min", self.beta, f"must be smaller than eta ({self.eta:g})")
         if not (1e-6 <= self.eta / self.eps <= 1e6 and 1e-6 <= self.beta / self.eps):
-            raise InputError("--eta and --beta-min: expected within a factor of 1e6 of eps")
+            raise InputError("`eta`, `beta_min`: expected within a factor of 1e6 of eps")
 
     def unit(self) -> "Bounds":
         """The same in units where eps = 1: what all solvers work with."""

@@ -91,7 +91,7 @@ def upwards(gravity: Floats) -> Floats:
     """
     size = float(np.linalg.norm(gravity))
     if not (size > 0.0):
-        raise InputError("--gravity 0,0,0: without gravity no stone rests on another; give a direction")
+        raise InputError("`gravity` 0,0,0: without gravity no stone rests on another; give a direction")
     return np.asarray(-gravity / size)
 
 
@@ -133,7 +133,7 @@ def support_graph(contacts: Contacts, fixed: Bools, up: Floats, lean: float = LE
         `lean` is not between 0 and 1.
     """
     if not (0.0 <= lean < 1.0):
-        raise InputError(f"--lean {lean:g}: expected a number from 0 up to, not including, 1")
+        raise InputError.of("lean", lean, "expected a number from 0 up to, not including, 1")
     rise = contacts.frame[:, 0] @ up if len(contacts) else np.zeros(0)
     support = contacts.area * np.abs(rise)
     upper = np.where(rise > 0.0, contacts.b, contacts.a)

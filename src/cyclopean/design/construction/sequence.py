@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import CONTINUED, Deferred, PosedModel, Result, Settings, Word, pose
+from cyclopean.analysis import CONTINUED, Deferred, PreparedModel, Result, Settings, Word, pose
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.design.construction.blocking import blockers, insertion, neighbours
@@ -138,7 +138,7 @@ def build_sequence(
     began = time.perf_counter()
     settings = Settings(seconds=SECONDS) if settings is None else settings
     if not (most_props >= 0):
-        raise InputError(f"--props {most_props}: expected a whole number >= 0")
+        raise InputError.of("props", most_props, "expected a whole number >= 0")
     whole = pose(assembly, settings, {}, progress)
     progress("ordering")
     plan = _planned(whole, lean, clearance)
@@ -185,7 +185,7 @@ class _Plan:
     up: Floats
 
 
-def _planned(whole: PosedModel, lean: float, clearance: float) -> _Plan:
+def _planned(whole: PreparedModel, lean: float, clearance: float) -> _Plan:
     assembly, up = whole.assembly, upwards(whole.gravity)
     graph = support_graph(whole.contacts, whole.fixed, up, lean)
     layer = layers(graph, whole.fixed)
@@ -216,7 +216,7 @@ class _Stages:
     """The verdict of every stage, one after the other."""
 
     def __init__(
-        self, whole: PosedModel, settings: Settings, order: Sequence[int], most: int, progress: Callable[[str], None]
+        self, whole: PreparedModel, settings: Settings, order: Sequence[int], most: int, progress: Callable[[str], None]
     ) -> None:
         self.whole, self.settings, self.order, self.most, self.progress = whole, settings, order, most, progress
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.analysis import Judge, Known, PosedModel, Result, Settings, mobile, recheck
+from cyclopean.analysis import Judge, Known, PreparedModel, Result, Settings, mobile, recheck
 from cyclopean.arrays import Bools, Ints
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.proof import verify
@@ -21,17 +21,17 @@ __all__ = ["Stage", "moving", "stage_of", "verdict", "with_props"]
 class Stage:
     """Part of a structure, ready for analysis."""
 
-    model: PosedModel
+    model: PreparedModel
     block: Ints  # (k,) index of each of its blocks in the whole
     point: Ints  # (q,) index of each of its contact points in the whole
 
 
-def stage_of(whole: PosedModel, standing: Bools, props: Sequence[int] = ()) -> Stage:
+def stage_of(whole: PreparedModel, standing: Bools, props: Sequence[int] = ()) -> Stage:
     """Cut a stage out of the whole.
 
     Parameters
     ----------
-    whole : PosedModel
+    whole : PreparedModel
         The finished structure, n blocks.
     standing : (n,) bool
         What has been laid; supports always stand.
@@ -49,7 +49,7 @@ def stage_of(whole: PosedModel, standing: Bools, props: Sequence[int] = ()) -> S
     fixed = held[block]
     touched = np.array([bool(b.held) for b in assembly.blocks], bool)  # what is partly held hangs on something
     touched[contacts.a] = touched[contacts.b] = True
-    model = PosedModel(
+    model = PreparedModel(
         assembly,
         contacts,
         fixed,

@@ -113,7 +113,7 @@ def frames_of(
         The clearance is not positive.
     """
     if not (0.0 < clearance < np.inf):
-        raise InputError(f"--clearance {clearance:g}: expected a positive length in metres")
+        raise InputError.of("clearance", clearance, "expected a positive length in metres")
     centre = assembly.mass.centroid[block]
     mesh = assembly.mesh
     own = mesh.vertex[mesh.vertex_start[block] : mesh.vertex_start[block + 1]] + shift

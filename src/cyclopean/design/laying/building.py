@@ -9,7 +9,7 @@ from concurrent.futures import Executor
 import numpy as np
 
 from cyclopean.design.laying.coursing import CLOSE, Course, inwards, level_of
-from cyclopean.design.laying.gangs import Gangs
+from cyclopean.design.laying.parallel import Gangs
 from cyclopean.design.laying.places import Slot, Weights, ranked
 from cyclopean.design.laying.site import Site
 

@@ -82,7 +82,7 @@ def settle(
     if best is None:
         raise InputError(
             f"{inventory.source}: none of {len(inventory)} stones fits into a wall {full.length:.3g} m long and"
-            f" {full.thickness:.3g} m thick; make it larger (--length, --thickness, --height)"
+            f" {full.thickness:.3g} m thick; make it larger (`length`, `thickness`, `height`)"
         )
     return replace(best, measures=replace(best.measures, seconds=perf_counter() - began))
 

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from cyclopean.analysis.rigid.newton import newton
+from cyclopean.analysis.equilibrium.newton import newton
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly.patches import Meeting, Surface, meetings
 from cyclopean.errors import SolverError

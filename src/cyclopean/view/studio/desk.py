@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from cyclopean.analysis import Result, Settings
-from cyclopean.analysis.live import Answer, Knobs, LiveModel
+from cyclopean.analysis.interactive import Answer, Knobs, LiveModel
 from cyclopean.analysis.proving import Claim, rigid_claim
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly

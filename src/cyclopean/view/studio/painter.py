@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cyclopean.view.studio.desk import Snapshot
-from cyclopean.view.studio.newest import Newest
+from cyclopean.view.studio.latest_value import LatestValue
 from cyclopean.view.studio.stage import Stage
 
 __all__ = ["Painter"]
@@ -35,7 +35,7 @@ class Painter:
 
     def __init__(self, stage: Stage, moving: Callable[[], bool]) -> None:
         self._stage, self._moving = stage, moving
-        self._box: Newest[Snapshot] = Newest()
+        self._box: LatestValue[Snapshot] = LatestValue()
         self._thread = threading.Thread(target=self._run, name="painter", daemon=True)
         self._thread.start()
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import PosedModel, Settings, pose
-from cyclopean.analysis.live import Knobs
+from cyclopean.analysis import PreparedModel, Settings, pose
+from cyclopean.analysis.interactive import Knobs
 from cyclopean.assembly import Assembly, length_tolerance, paired_friction
 from cyclopean.assembly.rearranging import Pose, arrange
 from cyclopean.errors import CyclopeanError, InputError
@@ -103,7 +103,7 @@ class _Page:
     """Ties sliders, desk and stage together."""
 
     def __init__(
-        self, running: Any, posed: PosedModel, settings: Settings, folder: Path, stem: str, warnings: tuple[str, ...]
+        self, running: Any, posed: PreparedModel, settings: Settings, folder: Path, stem: str, warnings: tuple[str, ...]
     ) -> None:
         self._running, self._gui = running, running.gui
         self._posed, self._settings, self._folder, self._stem = posed, settings, folder, stem
@@ -322,7 +322,7 @@ def _within(degrees: float) -> float:
     return (degrees + 180.0) % 360.0 - 180.0
 
 
-def _tolerance(posed: PosedModel, settings: Settings) -> float:
+def _tolerance(posed: PreparedModel, settings: Settings) -> float:
     return length_tolerance(posed.assembly) if settings.tolerance is None else settings.tolerance
 
 

@@ -14,12 +14,12 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from cyclopean.analysis import LimitResult, Live, Result, Settings, limit
-from cyclopean.analysis.live import confirmed
+from cyclopean.analysis.interactive import confirmed
 from cyclopean.analysis.proving import Claim
 from cyclopean.assembly import Assembly
 from cyclopean.errors import CyclopeanError
 from cyclopean.processes import ChildProcess
-from cyclopean.view.studio.newest import Newest
+from cyclopean.view.studio.latest_value import LatestValue
 
 __all__ = ["Prover", "Question", "Reach"]
 
@@ -62,7 +62,7 @@ class Prover:
 
     def __init__(self, answered: Callable[[int, Result | Reach | str], None], behind: bool = False) -> None:
         self._answered, self._behind = answered, behind
-        self._box: Newest[Question] = Newest()
+        self._box: LatestValue[Question] = LatestValue()
         self._child: Any = None
         self._line: Connection | None = None
         self._thread = threading.Thread(target=self._run, name="prover", daemon=True)

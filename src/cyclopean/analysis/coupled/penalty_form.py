@@ -1,0 +1,180 @@
+"""Where a model without a coupled state would need glue: the penalty form of coupled rigid-block analysis.
+
+Every contact point may pull with a force t >= 0 along its normal, at the price of opening: a coupled state with glue is
+
+    A (f - t n) = -p, f in K_mu, eqs. (8) to (10) of [Kao2022]_ for f as ever     t (dn - w) = 0, dn <= w, t >= 0
+
+so that a joint is glued only where it has opened by w, and never presses and pulls at one point. (The peer prices
+1e6 t^2 and bounds dn by eta: there w = eta. A stiff spring dn = gamma t would make the bounds of the motion
+meaningless; a stop at dn = w keeps them, and where one w asks for more sliding than eta, a smaller one does not.)
+
+A pull along n that resists opening beyond w is nothing but a frictionless contact point that faces the other way: with
+its column -A n / w, the force t w >= 0 and the gap -dn / w >= -1 obey the same equations as any other point. So the
+system with q further points is solved by the routes of coupled analysis as they are.
+
+By hand: a block of weight W whose centre overhangs the edge of its support by a, glued along a line b behind that edge,
+needs t = W a / b. A block on a slope beyond friction cannot be held by glue in a coupled state: its flat joint would
+have to press and pull at once. Nor can an H frame's beam between parallel faces: what one face opens the other closes.
+Then the forces of the convex programme are returned, with the work by which they miss a state.
+
+References
+----------
+.. [Kao2022] Kao, Iannuzzo, Thomaszewski, Coros, Van Mele, Block: Coupled Rigid-Block Analysis. Computer-Aided
+   Design 146 (2022) 103216.
+"""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from cyclopean.analysis.coupled.biconvex import alternation
+from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
+from cyclopean.analysis.coupled.polish import Attempt, nothing
+from cyclopean.analysis.coupled.sliding import SlidingProgram
+from cyclopean.analysis.coupled.states import Bounds, Residuals, measure, merit
+from cyclopean.arrays import Floats
+from cyclopean.errors import SolverError
+from cyclopean.statics import EquilibriumSystem
+
+__all__ = ["GlueFigures", "coupled_tension", "glued"]
+
+OPENINGS = (0.5, 0.1)  # w in terms of eta: a smaller one where sliding would exceed eta
+ROUNDS = 40  # of the gap-shifted loop: further joints decide slowly
+SHARE = 0.4  # of the time left for each alternation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GlueFigures:
+    """How far what was found is a coupled state with glue, and what it needs."""
+
+    exact: bool  # a coupled state with this glue; if not, no such state was found, and the forces merely balance
+    total: float  # sum of all pulls, in total loads
+    opening: float  # w in eps; 0 where no glue is needed
+    residuals: Residuals  # glue points included
+    mismatch: Floats  # (q,) work by which each point misses a state, in mean block weights x eps; 0 at a state
+    route: str  # "none", "A", "B" with the glue, or "programme" where it is not exact
+
+
+def glued(system: EquilibriumSystem, opening: float) -> EquilibriumSystem:
+    """The system with a frictionless point facing the other way at every contact point: f = t w, gap = -dn / w.
+
+    Parameters
+    ----------
+    system : EquilibriumSystem
+        Scaled, q points.
+    opening : float
+        w > 0 in eps.
+    """
+    q = system.points
+    backwards = sp.kron(sp.identity(q), np.diag([-1.0 / opening, 0.0, 0.0]))
+    frame = np.zeros_like(system.frame)
+    frame[:, 0] = -system.frame[:, 0] / opening
+    return replace(
+        system,
+        used=np.concatenate([system.used, system.used]),
+        row_a=np.concatenate([system.row_a, system.row_a]),
+        row_b=np.concatenate([system.row_b, system.row_b]),
+        arm_a=np.concatenate([system.arm_a, system.arm_a]),
+        arm_b=np.concatenate([system.arm_b, system.arm_b]),
+        frame=np.concatenate([system.frame, frame]),
+        mu=np.concatenate([system.mu, np.zeros(q)]),
+        A=sp.hstack([system.A, system.A @ backwards], format="csr"),
+    )
+
+
+def coupled_tension(
+    system: EquilibriumSystem,
+    bounds: Bounds,
+    state: tuple[Floats, Floats] | None = None,
+    seconds: float = 20.0,
+) -> tuple[Floats, Floats, Floats, GlueFigures]:
+    """Measure the tension that a coupled state would need (penalty form).
+
+    Parameters
+    ----------
+    system : EquilibriumSystem
+        Scaled, q points.
+    bounds : Bounds
+        Of the displacement.
+    state : (f, dq), optional
+        A coupled state that is known already: then there is no tension to look for.
+    seconds : float
+        Budget.
+
+    Returns
+    -------
+    f : (q, 3)
+        Scaled forces with fn = fn+ - pull.
+    pull : (q,)
+        Scaled tension of each point; exactly zero where there is none.
+    dq : (6 m,)
+        The displacement, in eps.
+    figures : GlueFigures
+        Whether the three are a coupled state with glue, and by how much they miss one.
+
+    Raises
+    ------
+    SolverError
+        Even with glue no forces balance the loads: blocks that nothing touches, or joints without friction.
+    """
+    bounds, deadline = bounds.unit(), time.perf_counter() + seconds
+    if state is not None and (residuals := measure(system, bounds, *state)).accepted:
+        return _unglued(system, *state, residuals)
+    if system.points == 0 and system.p.any():
+        raise SolverError("no forces balance the loads: there is no joint to glue")
+    found = nothing(system, bounds) if system.points == 0 else de_saxce_iteration(system, bounds, deadline=deadline)
+    if found.found:
+        return _unglued(system, found.f, found.dq, found.residuals)
+    if not found.infeasible:  # a state without glue comes before any with it
+        found = alternation(system, bounds, deadline=_until(deadline))
+        if found.found:
+            return _unglued(system, found.f, found.dq, found.residuals)
+    for share in OPENINGS:
+        opening = share * bounds.eta
+        found = de_saxce_iteration(glued(system, opening), bounds, rounds=ROUNDS, deadline=deadline)
+        if found.found:
+            return _answer(system, bounds, opening, found, "A")
+    opening = OPENINGS[0] * bounds.eta
+    found = alternation(glued(system, opening), bounds, deadline=_until(deadline))
+    if found.found:
+        return _answer(system, bounds, opening, found, "B")
+    return _answer(system, bounds, opening, _balanced(system, bounds, opening), "programme")
+
+
+def _until(deadline: float) -> float:
+    now = time.perf_counter()
+    return now + SHARE * max(deadline - now, 0.0)
+
+
+def _unglued(
+    system: EquilibriumSystem, f: Floats, dq: Floats, residuals: Residuals
+) -> tuple[Floats, Floats, Floats, GlueFigures]:
+    zero = np.zeros(system.points)
+    return f, zero, dq, GlueFigures(True, 0.0, 0.0, residuals, zero, "none")
+
+
+def _balanced(system: EquilibriumSystem, bounds: Bounds, opening: float) -> Attempt:
+    """Forces and pulls of the convex programme, whose sliding dilates: balanced, but not yet coupled."""
+    both = glued(system, opening)
+    zero = np.zeros(both.points)
+    answer = SlidingProgram(both, 2.0 * bounds.beta).solve(zero, zero + 1.0)
+    if answer.word != "solved":
+        raise SolverError("no forces balance the loads, not even with glue in every joint")
+    f = np.where(np.abs(answer.f) < 1e-8, 0.0, answer.f)
+    return Attempt(f, answer.dq, measure(both, bounds, f, answer.dq), np.inf)
+
+
+def _answer(
+    system: EquilibriumSystem, bounds: Bounds, opening: float, found: Attempt, route: str
+) -> tuple[Floats, Floats, Floats, GlueFigures]:
+    q, both = system.points, glued(system, opening)
+    f, pull = found.f[:q].copy(), np.maximum(found.f[q:, 0], 0.0) / opening
+    f[:, 0] -= pull
+    loads = system.total or 1.0
+    normal, tangential = merit(both, bounds, found.f, found.dq)
+    mismatch = np.zeros(q) if found.found else normal[:q] + normal[q:] + tangential[:q]
+    glue = float(pull.sum()) / loads
+    figures = GlueFigures(found.found, glue, opening if glue > 0.0 else 0.0, found.residuals, mismatch, route)
+    return f, pull, found.dq, figures

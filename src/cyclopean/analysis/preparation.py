@@ -1,0 +1,192 @@
+"""A model made ready for analysis: meshes checked, supports chosen, contacts found, gaps filled in."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
+from cyclopean.arrays import Bools, Floats
+from cyclopean.assembly import (
+    Assembly,
+    Contacts,
+    Loading,
+    bearing,
+    check_contacts,
+    detect,
+    length_tolerance,
+    loading,
+    paired_friction,
+    resolved_loads,
+    supports,
+)
+from cyclopean.errors import InputError
+from cyclopean.geometry import detached_pieces, mesh_faults
+from cyclopean.statics import turned_gravity
+
+__all__ = ["PreparedModel", "pose"]
+
+LIBRARIES = ("clarabel", "rslab", "scipy.sparse.csgraph", "scipy.spatial", "shapely")  # loaded before the clock runs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedModel:
+    """A model ready for analysis, and what had to be assumed for it."""
+
+    assembly: Assembly
+    contacts: Contacts
+    fixed: Bools
+    gravity: Floats
+    density: float
+    tolerance: float
+    assumed: dict[str, Any]
+    warnings: tuple[str, ...]
+    idle: tuple[int, ...]  # free blocks that touch nothing
+    loading: Loading | None = None  # which loads act; those of `assembly` have their factors already
+    settled: Floats | None = None  # (n, 6) m, rad: what the ground does to supports; None = nothing
+
+
+def pose(
+    assembly: Assembly, settings: Settings, clock: dict[str, float], progress: Callable[[str], None]
+) -> PreparedModel:
+    """Check the blocks, choose supports and loads, find or check contacts, fill in what is not given.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The model; contacts are detected where it gives none.
+    settings : Settings
+        What the user said.
+    clock : dict of str to float
+        Is told when the libraries were loaded ("margin") and when the contacts were there ("contacts").
+    progress : callable
+        Is told the name of each stage as it begins.
+
+    Raises
+    ------
+    InputError
+        Blocks that are not closed solids, contacts off their blocks, supports that do not exist.
+    """
+    if not len(assembly):
+        raise InputError("the model has no blocks")
+    faults = mesh_faults(assembly.mesh)
+    if faults:
+        more = f" (and {len(faults) - 1} more blocks with faults)" if len(faults) > 1 else ""
+        raise InputError(f"block '{assembly.blocks[faults[0][0]].id}' {faults[0][1]}{more}; mend its mesh")
+    fixed, rule = supports(assembly, settings.supports, settings.tolerance)
+    density = DENSITY if settings.density is None else settings.density
+    chosen = loading(assembly, settings.combination, settings.factors)
+    acting = resolved_loads(assembly, chosen, density)
+    progress("contacts")
+    for library in LIBRARIES:
+        import_module(library)
+    clock["margin"] = time.perf_counter()
+    if assembly.contacts is None:
+        found = detect(assembly, settings.tolerance)
+        contacts, warnings, margin = found.contacts, found.warnings, found.tolerance
+    else:
+        contacts, margin, warnings = check_contacts(assembly, assembly.contacts, settings.tolerance)
+    tolerance = _stated(assembly, margin)
+    contacts, narrow = bearing(assembly, contacts, tolerance)
+    clock["contacts"] = time.perf_counter()
+    contacts, unsaid = paired_friction(assembly, contacts)
+    warnings = (*warnings, *_detached(assembly), *narrow, *unsaid, *_idle_options(assembly, contacts, settings))
+    assumed: dict[str, Any] = {}
+    if np.isnan(contacts.mu).any() and settings.mu is None:
+        assumed["mu"] = MU
+    if settings.density is None and any(b.density is None for b in assembly.blocks):
+        assumed["density"] = DENSITY
+    if rule == "lowest":
+        assumed["supports"] = "lowest"
+    if settings.gravity is None:
+        assumed["gravity"] = list(GRAVITY)
+    gravity = np.array(settings.gravity or GRAVITY, float)
+    if settings.tilt is not None:
+        gravity = turned_gravity(gravity, *settings.tilt)
+    if chosen is not None and chosen.factors["self"] != 1.0:
+        gravity = chosen.factors["self"] * gravity
+    touched = np.array([bool(b.held) for b in assembly.blocks], bool)  # what is partly held hangs on something
+    touched[contacts.a] = touched[contacts.b] = True
+    return PreparedModel(
+        acting,
+        _pulling(contacts.with_mu(MU if settings.mu is None else settings.mu), settings),
+        fixed,
+        gravity,
+        density,
+        tolerance,
+        assumed,
+        tuple(warnings),
+        tuple(int(i) for i in np.flatnonzero(~touched & ~fixed)),
+        chosen,
+        _settled(assembly, fixed, settings),
+    )
+
+
+def _detached(assembly: Assembly) -> tuple[str, ...]:
+    """Say which blocks are of several pieces: that they move as one is a guess at what was meant."""
+    pieces = detached_pieces(assembly.mesh)
+    several = np.flatnonzero(pieces > 1)
+    if not len(several):
+        return ()
+    more = f" (and {len(several) - 1} more such blocks)" if len(several) > 1 else ""
+    first = int(several[0])
+    return (
+        f"block '{assembly.blocks[first].id}' consists of {pieces[first]} detached pieces,"
+        f" taken as one rigid body{more}",
+    )
+
+
+def _settled(assembly: Assembly, fixed: Bools, settings: Settings) -> Floats | None:
+    """(n, 6) movements of supports, those of the settings before those of the model; None where there are none."""
+    number = {block.id: i for i, block in enumerate(assembly.blocks)}
+    rows = {one.block: one.motion for one in assembly.settlements}
+    for name, motion in settings.settle:
+        if name not in number:
+            raise InputError.of("settle", name, f"block '{name}' is not in the model")
+        rows[number[name]] = np.array(motion, float)
+    for i in rows:
+        if not fixed[i]:
+            raise InputError(f"settlement of block '{assembly.blocks[i].id}': it is no support; only supports settle")
+    moved = np.zeros((len(assembly), 6))
+    for i, row in rows.items():
+        moved[i] = row
+    return moved if moved.any() else None
+
+
+def _pulling(contacts: Contacts, settings: Settings) -> Contacts:
+    """Fill in what joints may pull, where that was asked for; cohesion C is mu times it."""
+    if settings.tension is not None:
+        return contacts.with_tension(settings.tension)
+    if settings.cohesion is None or not len(contacts):
+        return contacts
+    mu = contacts.mu
+    if not (mu.min() == mu.max() and mu.min() > 0.0):
+        raise InputError(
+            f"`cohesion` {settings.cohesion:g}: needs one friction above zero at all contacts"
+            f" (they have {mu.min():g} to {mu.max():g}); use `tension`"
+        )
+    return contacts.with_tension(settings.cohesion / float(mu[0]))
+
+
+def _idle_options(assembly: Assembly, contacts: Contacts, settings: Settings) -> tuple[str, ...]:
+    """Options that fill in what the model already says everywhere: a user may think that they won."""
+    idle = []
+    if settings.mu is not None and len(contacts) and not np.isnan(contacts.mu).any():
+        idle.append(f"`mu` {settings.mu:g} has no effect: every contact of the model gives its own mu")
+    if settings.tension is not None and len(contacts) and not np.isnan(contacts.strength_given).any():
+        idle.append(f"`tension` {settings.tension:g} has no effect: every contact of the model gives its own tension")
+    if settings.density is not None and all(b.density is not None for b in assembly.blocks):
+        idle.append(f"`density` {settings.density:g} has no effect: every block of the model gives its own density")
+    return tuple(idle)
+
+
+def _stated(assembly: Assembly, furthest: float) -> float:
+    """The tolerance (m) a certificate states, given how far the furthest contact point lies off the faces.
+
+    Twice that and at least the length tolerance, for the checker measures to the facets of faces that are not quite
+    flat. Of a small block less of it counts there.
+    """
+    return 2.0 * max(furthest, length_tolerance(assembly))

@@ -1,0 +1,189 @@
+"""How much a model that stands has to spare: friction, joints, tilt.
+
+By rigid-block equilibrium, which asks only for forces that balance: what it finds is what is left at most. By coupled
+analysis, or where stones slide without opening, less may be left.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide
+from cyclopean.analysis.equilibrium.neighbour import Neighbour
+from cyclopean.analysis.limit_analysis.limit import find_limit, limit_of
+from cyclopean.analysis.limit_analysis.live_load import Live
+from cyclopean.analysis.preparation import PreparedModel
+from cyclopean.analysis.proving import polished, prove, rigid_claim
+from cyclopean.analysis.settings import Settings
+from cyclopean.analysis.verdict import Result
+from cyclopean.arrays import Floats, Ints
+from cyclopean.assembly import Contacts
+from cyclopean.statics import EquilibriumSystem, equilibrium_system
+
+__all__ = ["POINTS", "Bracket", "Margins", "margins", "shrunk"]
+
+POINTS = 600  # contact points up to which margins are found without being asked for: about a second
+CLOSE = 1e-3  # of the value said: how far apart the two sides of a margin may be
+SPECK = 1e-3  # of its size, below which a joint is a point
+AZIMUTHS = 8  # that the ground is tilted towards
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bracket:
+    """A margin between two models, each with a certificate: one that stands, and one that falls."""
+
+    stands: float
+    falls: float | None  # None = none was looked for, or none was proved
+    governing: int | None = None  # contact that opens or slides most in the motion of the one that falls
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Margins:
+    """What a model has to spare, by rigid-block equilibrium."""
+
+    friction: Bracket | None  # share of every friction coefficient with which it stands; None = it falls as it is
+    joints: Bracket | None  # share of its size, about its centroid, to which every joint may shrink
+    tilt: Bracket | None  # degrees by which the ground may tilt, towards the worst of the azimuths looked at
+    azimuth: float | None = None  # degrees from +x to +y: that one
+    seconds: float = 0.0
+
+    @property
+    def geometric_safety(self) -> float:
+        """1 over the share to which the joints may shrink; 1 where there is nothing to spare."""
+        return 1.0 if self.joints is None else 1.0 / self.joints.stands
+
+
+def shrunk(contacts: Contacts, share: float) -> Contacts:
+    """Contacts of which every polygon is shrunk about its centroid to this share of its size."""
+    if not len(contacts):
+        return contacts
+    first = contacts.point[contacts.start[:-1]]  # local, so that a model far from the origin loses nothing
+    arm = contacts.point - first[contacts.patch]
+    centre = np.zeros((len(contacts), 3))
+    np.add.at(centre, contacts.patch, contacts.shares[:, None] * arm)
+    middle = centre[contacts.patch]
+    return replace(contacts, point=first[contacts.patch] + middle + share * (arm - middle))
+
+
+def margins(model: PreparedModel, settings: Settings) -> Margins:
+    """Find the least friction and the smallest joints with which a model stands, and how far the ground may tilt.
+
+    The first two are found by bisection to a thousandth, the third by limit analysis towards eight azimuths. Both sides
+    of each are proved: the model that stands and the one that falls have certificates that have passed the independent
+    checker.
+
+    Parameters
+    ----------
+    model : PreparedModel
+        As it was checked.
+    settings : Settings
+        The solver.
+    """
+    began = time.perf_counter()
+    case = _Case(replace(settings, method="rbe", penalty=False), Neighbour())
+    if case.proved(model).verdict != "stable":
+        return Margins(None, None, None, seconds=time.perf_counter() - began)
+    contacts = model.contacts
+    if not _system(model).p.any():  # nothing acts, so that anything will do
+        return Margins(None, None, None, seconds=time.perf_counter() - began)
+    friction = _bracket(case, lambda s: replace(model, contacts=replace(contacts, mu=s * contacts.mu)), 0.0)
+    joints = None
+    if not contacts.strength.any():  # what is left of a joint that pulls would pull elsewhere
+        joints = _bracket(case, lambda s: _smaller(model, s), SPECK)
+    tilt, azimuth = _least_tilt(model)
+    return Margins(friction, joints, tilt, azimuth, time.perf_counter() - began)
+
+
+def _smaller(model: PreparedModel, share: float) -> PreparedModel:
+    """The model with its joints shrunk; the tolerance with them, for no joint may be as narrow as that."""
+    return replace(model, contacts=shrunk(model.contacts, share), tolerance=share * model.tolerance)
+
+
+def _least_tilt(model: PreparedModel) -> tuple[Bracket | None, float | None]:
+    """Tilt towards the worst azimuth, and that azimuth; None where gravity is not vertical, or nothing falls."""
+    if model.gravity[:2].any() or not model.gravity[2] < 0.0 or model.settled is not None or model.fixed.all():
+        return None, None
+    found = [
+        (find_limit(model, Live(tilt=float(az))).outcome, float(az)) for az in np.arange(AZIMUTHS) * 360.0 / AZIMUTHS
+    ]
+    bounded = [(outcome.upper, azimuth) for outcome, azimuth in found if outcome.word == "limit"]
+    if not bounded:
+        return None, None
+    _, azimuth = min(bounded)
+    result = limit_of(model, Live(tilt=azimuth))  # proved
+    lower, upper = result.angle or (None, None)
+    return (None, None) if lower is None else (Bracket(lower, upper, result.governing), azimuth)
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """One model after the other, each begun from what the one before came to."""
+
+    settings: Settings
+    neighbour: Neighbour
+
+    def stands(self, model: PreparedModel) -> bool | None:
+        """What the solvers say; None where they do not know."""
+        system = _system(model)
+        outcome = self.neighbour.solve(system)
+        if outcome.word == "balanced" and outcome.f is not None:
+            if polished(model, system, outcome.f).worst <= ACCEPTED:
+                return True
+            outcome = decide(model, system)
+        return {"balanced": True, "collapse": False}.get(outcome.word)
+
+    def proved(self, model: PreparedModel) -> Result:
+        """A verdict with a certificate."""
+        system = _system(model)
+        result = prove(model, self.settings, system, rigid_claim(self.neighbour.solve(system)))
+        if result.verdict != "undecided":
+            return result
+        return prove(model, self.settings, system, rigid_claim(decide(model, system)))
+
+
+def _system(model: PreparedModel) -> EquilibriumSystem:
+    return equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+
+
+def _bracket(case: _Case, weaker: Callable[[float], PreparedModel], least: float) -> Bracket | None:
+    """Bisect between the model as it is, 1, and the weakest that is looked at; None where an end is not proved."""
+    stands, falls = 1.0, least
+    if case.stands(weaker(least)):
+        stands = least
+    while falls < stands and stands - falls > CLOSE * stands:
+        middle = 0.5 * (stands + falls)
+        if case.stands(weaker(middle)):
+            stands = middle
+        else:
+            falls = middle
+    proved = next((s for s in _upwards(stands) if case.proved(weaker(s)).verdict == "stable"), None)
+    if proved is None or stands == least:
+        return None if proved is None else Bracket(proved, None)
+    for below in (falls, (1.0 - 10.0 * CLOSE) * falls, least):
+        fallen = case.proved(weaker(below))
+        if fallen.verdict == "unstable":
+            return Bracket(proved, below, _governing(fallen))
+    return Bracket(proved, None)
+
+
+def _upwards(stands: float) -> tuple[float, ...]:
+    """Where a proof is tried: at what was found, and with more and more room, to the model as it is."""
+    more = (1.0, 1.0 + CLOSE, 1.1, 2.0, 10.0, 100.0, 1e4)
+    return (*(factor * stands for factor in more if factor * stands < 1.0), 1.0)
+
+
+def _governing(result: Result) -> int | None:
+    """Contact whose points move most against each other in a mechanism."""
+    contacts, rows = result.contacts, result.mechanism
+    if rows is None or not len(contacts):
+        return None
+    patch, centre = contacts.patch, result.assembly.mass.centroid
+
+    def velocity(block: Ints) -> Floats:
+        arm = contacts.point - centre[block]
+        return np.asarray(rows[block, :3] + np.cross(rows[block, 3:], arm))
+
+    apart = np.linalg.norm(velocity(contacts.b[patch]) - velocity(contacts.a[patch]), axis=1)
+    return int(patch[np.argmax(apart)])

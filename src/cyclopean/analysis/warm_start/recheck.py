@@ -1,0 +1,227 @@
+"""Check a model that grew from one whose verdict is known.
+
+Every verdict is proved anew: the certificate of the whole model passes the independent checker. By coupled analysis
+the known state is the first guess. What is new is seated on what was there (see `seating`), and steps that stay inside
+all inequalities lead from there to a state of the whole (see `inward`). At first only what is near a shortest way down
+from what is new to a support may move: its weight has to go down, but not far to the sides. Where the steps jam all
+may move; then the neighbours are seated anew as well, then theirs; where that fails too, the search begins from
+nothing.
+"""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cyclopean.analysis.checking import solved, within_faces
+from cyclopean.analysis.coupled.block_newton import Doubled
+from cyclopean.analysis.coupled.polish import attempt
+from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
+from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.analysis.equilibrium.newton import collapse_bound
+from cyclopean.analysis.equilibrium.rbe import COLLAPSE, solve_rbe
+from cyclopean.analysis.preparation import PreparedModel
+from cyclopean.analysis.proving import Claim, Judge, coupled_claim, prove
+from cyclopean.analysis.settings import Settings
+from cyclopean.analysis.verdict import Result
+from cyclopean.analysis.warm_start.inward import inward
+from cyclopean.analysis.warm_start.region import Region, around, region, way_down
+from cyclopean.analysis.warm_start.seating import seated
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.errors import InputError, SolverError
+from cyclopean.proof import verify
+from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
+
+__all__ = ["CONTINUED", "Known", "mobile", "recheck"]
+
+CONTINUED = "known state"  # the route of a state that was continued
+RADII = (0, 1, 2, 3)  # joints from what is new within which blocks are seated anew, one after the other
+AISLE = 3  # joints to each side of a way down, within which the weight of what is new goes down first
+MOST = 0.7  # share of the blocks from which all of them are as good
+MANY = 4  # new blocks beyond which what is known is no guess
+BUDGET = 0.3  # of the seconds of a search that may be spent on the known state
+MARGIN = 1.001  # of beta_min, where a state was refused by a rounding error
+SLOW = 1e-6  # of the speed of the fastest block
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """A result of a model of k blocks and P contact points, and where these are in the model it grew into."""
+
+    result: Result
+    block: Ints  # (k,) index of each block, -1 = taken away
+    point: Ints  # (P,) index of each contact point, -1 = taken away
+
+
+def recheck(model: PreparedModel, settings: Settings, known: Known | None = None, judge: Judge = verify) -> Result:
+    """Decide whether a model stands, with a verified certificate.
+
+    Parameters
+    ----------
+    model : PreparedModel
+        n blocks.
+    settings : Settings
+        Method, solver and budget.
+    known : Known, optional
+        The result of a smaller model, to begin from; what it says is a guess, nothing is taken on trust.
+    judge : callable
+        The independent checker. With a `Deferred` in its place, nothing may be told of the result before that has
+        been asked whether it is proved.
+
+    Returns
+    -------
+    Result
+        As of `check`; its provenance has the route "known state" where that led to a state.
+
+    Raises
+    ------
+    InputError
+        `known` has other blocks or points than its result, or some that the model does not have.
+    """
+    began = time.perf_counter()
+    if known is not None:
+        _fitting(model, known)
+    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    if settings.chosen_method() == "rbe":
+        result = prove(model, settings, system, solved(model, settings, system), judge)
+    else:
+        result = _coupled(model, settings, system, known, judge)
+    result = within_faces(model, settings, result)
+    return replace(result, seconds={"total": time.perf_counter() - began})
+
+
+def mobile(model: PreparedModel, settings: Settings) -> Ints | None:
+    """Blocks that a mechanism of rigid-block equilibrium moves; None where there is none.
+
+    Blocks that move a million times slower than the fastest are taken to stand, if what is left is still a mechanism.
+
+    Parameters
+    ----------
+    model : PreparedModel
+        n blocks.
+    settings : Settings
+        The solver.
+    """
+    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    outcome = solve_rbe(system, settings.solver)
+    if outcome.word != "collapse" or outcome.y is None:
+        return None
+    rows = outcome.y.reshape(-1, 6)
+    speed = np.abs(rows).max(axis=1)
+    moving = speed > SLOW * speed.max(initial=0.0)
+    if not (collapse_bound(system, np.where(moving[:, None], rows, 0.0).ravel()) >= COLLAPSE):
+        moving = speed > 0.0
+    return np.asarray(system.free[moving])
+
+
+def _fitting(model: PreparedModel, known: Known) -> None:
+    result = known.result
+    for name, index, count, most in (
+        ("block", known.block, len(result.assembly), len(model.assembly)),
+        ("point", known.point, len(result.contacts.point), len(model.contacts.point)),
+    ):
+        if len(index) != count:
+            raise InputError(f"known {name}s: {len(index)} places for the {count} of the known result")
+        if count and not (-1 <= int(index.min()) and int(index.max()) < most):
+            raise InputError(f"known {name}s: a place that the model, with {most} of them, does not have")
+
+
+def _coupled(
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, known: Known | None, judge: Judge
+) -> Result:
+    bounds = settings.bounds().unit()
+    claim = None if known is None else _continued(model, settings, system, known)
+    if claim is not None:
+        result = prove(model, settings, system, claim, judge)
+        if result.verdict == "stable":
+            return result
+    claim = solved(model, settings, system)
+    result = prove(model, settings, system, claim, judge)
+    if result.verdict == "undecided" and claim.kind == "cra-state":  # beta_min to the last bit was too little
+        more = replace(bounds, beta=bounds.beta * MARGIN)
+        again = coupled_claim(solve_cra(system, more, settings.solver, settings.seconds, settings.nodes))
+        if again.kind == "cra-state":
+            return prove(model, settings, system, again, judge)
+    return result
+
+
+def _continued(model: PreparedModel, settings: Settings, system: EquilibriumSystem, known: Known) -> Claim | None:
+    """A coupled state near the one known; None where none is found."""
+    result = known.result
+    if result.force is None or result.displacement is None or not system.blocks or not system.points:
+        return None
+    f, motion, old_block, old_point = _placed(model, system, known)
+    f, dq = f / system.force_unit, motion.ravel() / settings.eps
+    bounds = settings.bounds().unit()
+    fresh = np.flatnonzero(~old_block)
+    if len(fresh) > MANY:
+        return None
+    until = time.perf_counter() + BUDGET * settings.seconds
+    down, rooms = way_down(system, fresh), _Rooms(system)
+    for radius in RADII:
+        blocks = around(system, fresh, radius)
+        start = _seat(system, bounds, blocks, old_point, f, dq)
+        if start is not None:
+            if attempt(system, bounds, *start).found:
+                return _claim(*start, radius + 1)
+            for room in rooms.about(np.union1d(down, blocks)):
+                near, moved, residuals = inward(system, *rooms.of(room), bounds, *start)
+                if residuals.accepted:
+                    return _claim(near, moved, radius + 1)
+        if not len(fresh) or len(blocks) == system.blocks or time.perf_counter() > until:
+            break
+    return None
+
+
+class _Rooms:
+    """Regions, each with its matrix ordered once."""
+
+    def __init__(self, system: EquilibriumSystem) -> None:
+        self.system = system
+        self.known: dict[bytes, tuple[Region, Doubled]] = {}
+
+    def about(self, blocks: Ints) -> list[Ints]:
+        """What is near these blocks, then all; only that where it is most of them."""
+        near, everything = around(self.system, blocks, AISLE), np.arange(self.system.blocks)
+        return [everything] if len(near) > MOST * len(everything) else [near, everything]
+
+    def of(self, blocks: Ints) -> tuple[Region, Doubled]:
+        """The region of these blocks, and its matrix."""
+        if (key := blocks.tobytes()) not in self.known:
+            cut = region(self.system, blocks)
+            self.known[key] = cut, Doubled(Schur(cut.part))
+        return self.known[key]
+
+
+def _seat(
+    system: EquilibriumSystem, bounds: Bounds, blocks: Ints, old: Bools, f: Floats, dq: Floats
+) -> tuple[Floats, Floats] | None:
+    """Forces and motion with these blocks seated anew; None where that fails."""
+    try:
+        return seated(system, bounds, blocks, old, f, dq) if len(blocks) else (f, dq)
+    except SolverError:
+        return None
+
+
+def _claim(f: Floats, dq: Floats, rounds: int) -> Claim:
+    provenance = {"route": CONTINUED, "solver": "newton", "iterations": rounds, "factorisations": 0, "tried": []}
+    return coupled_claim(CoupledOutcome("coupled", f, dq, merit=0.0, route=CONTINUED, provenance=provenance))
+
+
+def _placed(model: PreparedModel, system: EquilibriumSystem, known: Known) -> tuple[Floats, Floats, Bools, Bools]:
+    """(q, 3) N and (m, 6) displacement, rotations scaled, as far as they are known; which blocks and points are old."""
+    result = known.result
+    assert result.force is not None and result.displacement is not None  # noqa: PT018  the caller looked
+    force, old_point = np.zeros((len(model.contacts.point), 3)), np.zeros(len(model.contacts.point), bool)
+    kept = known.point >= 0
+    force[known.point[kept]] = result.force[kept]
+    old_point[known.point[kept]] = True
+    motion, old_block = np.zeros((len(model.assembly), 6)), np.zeros(len(model.assembly), bool)
+    kept = (known.block >= 0) & ~result.fixed  # what was held is new: of its motion nothing is known
+    motion[known.block[kept]] = result.displacement[kept]
+    old_block[known.block[kept]] = True
+    rows = motion[system.free]
+    rows[:, 3:] *= system.length_unit
+    free = old_block[system.free]
+    beside = [np.where(row >= 0, free[row], True) for row in (system.row_a, system.row_b)]
+    return force[system.used], rows, free, old_point[system.used] & beside[0] & beside[1]
