@@ -3,7 +3,7 @@
 Run `python bench/qp.py [--faces 16] [--tilts 0,5,40] [--seconds 120]`; one thread: set RAYON_NUM_THREADS=1 and
 OMP_NUM_THREADS=1 before. The walls have 54, 95 and 145 interfaces, where a home-made ADMM took 5 s and more, and on to
 1,170. For each: the time of the chain, of Clarabel on exact cones, of Clarabel and OSQP on the same pyramids (cold, and
-its steps), of OSQP again in a kept workspace after the loads have changed by 1 % (warm, and its steps), and of
+its steps), of OSQP again from its answer after the loads have changed by 1 % (warm, and its steps), and of
 the whole route `--solver osqp`; then ratios, and residuals in the exact cones (||A f + p|| in total loads; one over the
 bound of a mechanism) of the answers on pyramids as they are, and of the chain and the route after mending.
 """
@@ -11,6 +11,7 @@ bound of a mechanism) of the answers on pyramids as they are, and of the chain a
 import argparse
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 from typing import TypeVar
 
@@ -19,7 +20,7 @@ import numpy as np
 from cyclopean.analysis import Cone, Outcome, rbe_program, solve_rbe
 from cyclopean.assembly import supports
 from cyclopean.design import wall
-from cyclopean.solvers import ConicAnswer, OsqpWorkspace, solve
+from cyclopean.solvers import ConicAnswer, solve
 from cyclopean.statics import EquilibriumSystem, equilibrium_system, project_cones, turned_gravity
 
 Answer = TypeVar("Answer")
@@ -60,13 +61,12 @@ def unbalanced(system: EquilibriumSystem, answer: ConicAnswer) -> float:
 
 
 def warm(system: EquilibriumSystem, cone: Cone, options: dict[str, float]) -> tuple[float, ConicAnswer]:
-    """A second solve in a kept workspace, with loads 1 % off in both directions."""
+    """A second solve from the answer of the first, with loads 1 % off in both directions."""
     program = rbe_program(system, cone)
-    workspace = OsqpWorkspace(program, **options)
-    workspace.solve()
+    first = solve(program, "osqp", **options)
     b = program.b.copy()
     b[: len(system.p)] *= 1.0 + 0.01 * np.cos(np.arange(len(system.p)))
-    return timed(lambda: workspace.solve(b=b), repeats=1)
+    return timed(lambda: solve(replace(program, b=b), "osqp", (first.x, first.z), **options), repeats=1)
 
 
 def row(interfaces: int, tilt: float, faces: int, seconds: float) -> str:

@@ -132,15 +132,6 @@ def test_multipliers_press_and_slide_as_priced():
     assert d[inside, 1:] == pytest.approx(ideal[inside], abs=1e-4)
 
 
-def test_given_bounds_of_friction_are_kept():
-    """Tresca: a bound below sin 20 / 4 leaves no equilibrium, one above changes nothing."""
-    system = posed(on_ground(SQUARE), gravity=turned_gravity(DOWN, 20.0))
-    program, zero, need = SlidingProgram(system, tresca=True), np.zeros(4), np.sin(np.radians(20.0)) / 4
-    assert program.solve(zero, zero + 1, np.full(4, 0.99 * need)).word == "infeasible"
-    wide = program.solve(zero, zero + 1, np.full(4, 1.01 * need))
-    assert wide.f == pytest.approx(SlidingProgram(system).solve(zero, zero + 1).f, abs=1e-6)
-
-
 def test_displacement_within_eta_where_the_bound_bites():
     """Fictitious forces appear exactly where eta is too small for a state of the programme."""
     system = posed(on_ground(SQUARE), gravity=turned_gravity(DOWN, 20.0))

@@ -17,7 +17,6 @@ from cyclopean.analysis.coupled.at_scale import solve_at_scale
 from cyclopean.analysis.coupled.biconvex import alternation
 from cyclopean.analysis.coupled.crossover import crossover
 from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
-from cyclopean.analysis.coupled.halves_qp import alternate_qp
 from cyclopean.analysis.coupled.hopping import hop
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
 from cyclopean.analysis.coupled.sliding import SlidingProgram
@@ -80,8 +79,8 @@ def solve_cra(
     bounds : Bounds
         Of the displacement; only eta / eps and beta_min / eps matter.
     solver : str
-        Of rigid-block equilibrium; "clarabel" keeps the large programmes to Clarabel as well, and "osqp" gives the
-        programmes of routes A and B to OSQP.
+        Of rigid-block equilibrium; "clarabel" keeps the large programmes to Clarabel as well. (OSQP knows linear cones
+        only: coupled programmes go to Clarabel with "osqp", too.)
     seconds : float
         Budget of the whole search, shared out among the routes.
     nodes : int
@@ -199,13 +198,8 @@ def _routes(
 
     if solver not in ("clarabel", "osqp") and system.blocks > FEW:
         yield "A at scale", "interior", lambda until: kept(_stiffened(system, bounds, until, schur))
-    if solver == "osqp":
-        program = SlidingProgram(system, 2.0 * bounds.beta, solver=solver)
-        yield "A", solver, lambda until: kept(de_saxce_iteration(system, bounds, program, deadline=until))
-        yield "B", solver, lambda until: kept(alternate_qp(system, bounds, next(iter(given), None), deadline=until))
-    else:
-        yield "A", "clarabel", lambda until: kept(de_saxce_iteration(system, bounds, deadline=until))
-        yield "B", "clarabel", lambda until: kept(alternation(system, bounds, given, until))
+    yield "A", "clarabel", lambda until: kept(de_saxce_iteration(system, bounds, deadline=until))
+    yield "B", "clarabel", lambda until: kept(alternation(system, bounds, given, until))
     near = min(seen, key=lambda one: one.merit, default=None)
     if near is not None and np.isfinite(near.merit):
         yield (

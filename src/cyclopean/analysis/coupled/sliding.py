@@ -3,7 +3,7 @@
 With a price 1 + s_k of compression and a compliance alpha_k of friction per point,
 
     min  sum (1 + s) fn + beta sum |f_t| + 1/2 sum alpha |f_t|^2
-    s.t.  A f = -p,   |f_t| <= mu fn  or  fn >= 0, |f_t| <= g
+    s.t.  A f = -p,   |f_t| <= mu fn
 
 has a multiplier dq of equilibrium with dd = A'dq and, where fn > 0 and the bound on |f_t| is idle,
 
@@ -20,19 +20,18 @@ References
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
 
 from cyclopean.arrays import Floats
-from cyclopean.solvers import Cone, ConicAnswer, ConicProgram, Linearised, OsqpWorkspace, linearised, solve
+from cyclopean.solvers import Cone, ConicProgram, solve
 from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["SlidingAnswer", "SlidingProgram", "tolerances"]
 
-FACES = 32  # of the inscribed pyramids that OSQP gets in place of cones: 0.5 % of friction off
 LARGE = 1000  # blocks above which Clarabel's `faer` factorisation beats its `qdldl`
 
 
@@ -74,27 +73,10 @@ class SlidingProgram:
         Price of friction; twice beta_min keeps sliding clear of it.
     eta : float, optional
         Bound of the displacement; infinite without it.
-    tresca : bool
-        Bound friction by given g instead of by mu fn.
-    solver : {"clarabel", "osqp"}
-        OSQP gets inscribed pyramids, keeps its factorisation and begins each solve where the last one ended.
-
-    Raises
-    ------
-    InputError
-        OSQP is not installed.
     """
 
-    def __init__(
-        self,
-        system: EquilibriumSystem,
-        beta: float = 0.02,
-        eta: float | None = None,
-        tresca: bool = False,
-        solver: str = "clarabel",
-    ) -> None:
-        self.system, self.beta, self.eta, self.tresca, self.solver = system, beta, eta, tresca, solver
-        self._kept: tuple[Floats, Linearised, OsqpWorkspace] | None = None  # of the last compliances
+    def __init__(self, system: EquilibriumSystem, beta: float = 0.02, eta: float | None = None) -> None:
+        self.system, self.beta, self.eta = system, beta, eta
         q = system.points
         self.rough = np.flatnonzero(system.mu > 0.0)  # points with friction
         rub, points = len(self.rough), np.arange(q)
@@ -106,9 +88,8 @@ class SlidingProgram:
         balance = sp.hstack(parts, format="csc")
         self.size = balance.shape[1]
         limit = _rows(np.arange(rub), 3 * q + np.arange(rub), 1.0, rub, self.size)
-        if not tresca:
-            limit = limit - _rows(np.arange(rub), 3 * self.rough, system.mu[self.rough], rub, self.size)
-        pressed = points if tresca else np.flatnonzero(system.mu <= 0.0)  # elsewhere |f_t| <= mu fn implies fn >= 0
+        limit = limit - _rows(np.arange(rub), 3 * self.rough, system.mu[self.rough], rub, self.size)
+        pressed = np.flatnonzero(system.mu <= 0.0)  # elsewhere |f_t| <= mu fn implies fn >= 0
         rows = [balance, -_rows(np.arange(len(pressed)), 3 * pressed, 1.0, len(pressed), self.size), limit]
         cones: list[Cone] = [("zero", len(system.p), 1), ("nonnegative", len(pressed) + rub, 1)]
         if eta is not None:
@@ -120,13 +101,9 @@ class SlidingProgram:
         rows.append(_cone_rows(3 * q + np.arange(rub), 3 * self.rough + 1, 3 * self.rough + 2, self.size))
         cones.append(("second-order", 3, rub))
         self.A, self.cones = sp.vstack(rows, format="csc"), tuple(cones)
-        self.limit = slice(len(system.p) + len(pressed), len(system.p) + len(pressed) + rub)
-        self.solves = 0
 
-    def solve(
-        self, shift: Floats, alpha: Floats, bound: Floats | None = None, deadline: float = np.inf
-    ) -> SlidingAnswer:
-        """Solve for (q,) price shifts s, compliances alpha and, with Tresca friction, bounds g."""
+    def solve(self, shift: Floats, alpha: Floats, deadline: float = np.inf) -> SlidingAnswer:
+        """Solve for (q,) price shifts s and compliances alpha."""
         system, q = self.system, self.system.points
         cost = np.zeros(self.size)
         cost[0 : 3 * q : 3] = 1.0 + shift
@@ -138,29 +115,13 @@ class SlidingProgram:
         curvature[1 : 3 * q : 3] = curvature[2 : 3 * q : 3] = alpha
         b = np.zeros(self.A.shape[0])
         b[: len(system.p)] = -system.p
-        if bound is not None:
-            b[self.limit] = bound[self.rough]
         program = ConicProgram(sp.diags(curvature, format="csc"), cost, self.A, b, self.cones)
-        if self.solver == "osqp":
-            answer = self._by_osqp(program, alpha, deadline)
-        else:
-            answer = solve(program, self.solver, **tolerances(system.blocks, deadline=deadline))
-        self.solves += 1
+        answer = solve(program, **tolerances(system.blocks, deadline=deadline))
         f = answer.x[: 3 * q].reshape(-1, 3).copy()
         f[system.mu <= 0.0, 1:] = 0.0
         beyond = answer.x[3 * q + len(self.rough) :]
         fictitious = float(np.max(np.abs(beyond), initial=0.0))
         return SlidingAnswer(answer.word, f, answer.z[: len(system.p)].copy(), fictitious, answer.iterations)
-
-    def _by_osqp(self, program: ConicProgram, alpha: Floats, deadline: float) -> ConicAnswer:
-        """Pyramids; where there is no answer within them, that says nothing about the cones."""
-        if self._kept is None or not np.array_equal(self._kept[0], alpha):
-            linear = linearised(program, FACES)
-            self._kept = (alpha.copy(), linear, OsqpWorkspace(linear.program))
-        _, linear, workspace = self._kept
-        left = max(deadline - time.perf_counter(), 1e-3)
-        answer = workspace.solve(program.q, linear.fold @ program.b, seconds=min(left, 1e10))
-        return replace(answer, word="solved" if answer.word == "solved" else "failed", z=linear.multipliers(answer.z))
 
 
 def _rows(row: Any, column: Any, value: Any, count: int, size: int) -> Any:
