@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from cyclopean.assembly import Assembly, Block
 from cyclopean.design import arch, dome, wall
 from cyclopean.design.matching.cells import cells_of
-from cyclopean.design.matching.convex_pieces import convex_pieces
 from cyclopean.design.walls.corner import corner_wall
 from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder, Sphere
 from cyclopean.errors import InputError
+from cyclopean.geometry.convex_pieces import convex_pieces
 from matching_cases import box, model, prism, rotation
 
 L = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from cyclopean.assembly import Assembly, Load
 from cyclopean.design.walls.dressing import Coping, Quoins
 from cyclopean.design.walls.improve import improve_interlock
+from cyclopean.design.walls.joints import Masonry
 from cyclopean.design.walls.openings import Opening
 from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import laid_wall, polygonal_wall
@@ -65,7 +66,7 @@ def test_a_wall_is_drawn_again_to_the_bit(name, path):
     assert warnings == ()
     assert rows(again.assembly) == rows(wall.assembly) == rows(model)
     assert type(again.surface) is type(wall.surface)
-    assert (again.thickness, again.warped) == (wall.thickness, wall.warped)
+    assert (again.thickness, again.masonry) == (wall.thickness, wall.masonry)
     assert drawing_dict(again) == drawing_dict(wall)
 
 
@@ -81,7 +82,7 @@ def test_the_drawing_by_hand():
 
 def test_improved_seeds_are_kept():
     pattern = improve_interlock(PatternSettings(**SMALL, coursing=0.9), rounds=20)
-    wall = laid_wall(pattern, Plane(), Thickness())
+    wall = laid_wall(pattern, Plane(), Thickness(), Masonry())
     assert rows(wall_of(drawing_dict(wall)).assembly) == rows(wall.assembly)
 
 

@@ -12,7 +12,7 @@ from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, detect
 from cyclopean.assembly.checking import check_contacts
 from cyclopean.design.walls.dressing import Coping, Quoins
-from cyclopean.design.walls.joints import base_edges, jointed, stone_ids, with_open_joints
+from cyclopean.design.walls.joints import Masonry, base_edges, jointed, stone_ids, with_open_joints
 from cyclopean.design.walls.openings import Opening
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, Readout
 from cyclopean.design.walls.polygonal import polygonal_wall
@@ -53,7 +53,7 @@ def by_pair(contacts) -> dict:
 
 
 def test_two_squares_by_hand() -> None:
-    model, readout = jointed(two_squares(), Plane(), Thickness(0.5), mu=0.6, density=2000.0)
+    model, readout = jointed(two_squares(), Plane(), Thickness(0.5), Masonry(2000.0, 0.6))
     assert [b.id for b in model.blocks] == ["ground", "c01-b01", "c01-b02"]
     assert [b.fixed for b in model.blocks] == [True, False, False]
     assert [b.group for b in model.blocks] == ["ground", "course-1", "course-1"]
@@ -168,7 +168,7 @@ def test_stones_of_any_shape_are_closed() -> None:
     pattern = pattern_of(
         [[0, 0], [2, 0], [2, 0.2], [0.2, 0.2], [0.2, 1], [0, 1], [1.9, 1.2]], [[0, 1, 2, 3, 4, 5], [3, 2, 6, 4]]
     )
-    model, _ = jointed(pattern, Cylinder(3.0, 1.0), Thickness(0.3), warped="triangles")
+    model, _ = jointed(pattern, Cylinder(3.0, 1.0), Thickness(0.3), Masonry(warped="triangles"))
     assert mesh_faults(model.mesh) == []
     assert len(model.blocks[1].vertices) == 12  # ears, no centre
     assert len(model.blocks[2].vertices) == 10  # a fan about the centre
@@ -214,7 +214,10 @@ def test_open_joints_are_another_model() -> None:
         (lambda: polygonal_wall(mu=-0.1), "mu"),
         (lambda: polygonal_wall(PatternSettings(width=0.4), surface=Cylinder(0.15, 0.2)), "bends with a radius"),
         (lambda: polygonal_wall(surface=Free(lambda u, v: (u, v, 0.0 * u), 3.0, 1.8)), "straight up or down"),
-        (lambda: jointed(two_squares(), Cylinder(0.8, 1.0), Thickness(1.0)), "folds into itself at its foot"),
+        (
+            lambda: jointed(two_squares(), Cylinder(0.8, 1.0), Thickness(1.0), Masonry()),
+            "folds into itself at its foot",
+        ),
         (lambda: with_open_joints(two_squares(), Plane(), Thickness(0.2), gap=1.1), "leaves nothing of stone"),
         (lambda: with_open_joints(two_squares(), Plane(), Thickness(0.2), gap=-1.0), "gap"),
         (lambda: with_open_joints(two_squares(), Plane(), Thickness(0.2), chamfer=0.2), "chamfer"),

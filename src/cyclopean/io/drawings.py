@@ -20,13 +20,13 @@ The drawing describes the blocks beside it. Where it does not any more, because 
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 
 from cyclopean.assembly import Assembly
 from cyclopean.design.walls.dressing import Coping, Quoins, foot_line
-from cyclopean.design.walls.joints import WARPED
+from cyclopean.design.walls.joints import Masonry, Warped
 from cyclopean.design.walls.openings import Opening
 from cyclopean.design.walls.pattern import PatternSettings, Seeds, draw_from
 from cyclopean.design.walls.polygonal import PolygonalWall, laid_wall
@@ -78,7 +78,6 @@ def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
     if callable(base):
         ground = foot_line(base, None, settings.width, max(8, 3 * settings.columns))
         base = None if ground is None else ground.tolist()
-    mu = None if wall.assembly.contacts is None else wall.assembly.contacts.mu[0]
     return {
         "schema": DRAWING,
         "settings": _plain(settings) | {"base": _plain(base)},
@@ -87,8 +86,8 @@ def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
         "depth": float(wall.thickness.depth),
         "batter": float(wall.thickness.batter),
         "density": wall.assembly.blocks[0].density,
-        "mu": None if mu is None or np.isnan(mu) else float(mu),
-        "warped": wall.warped,
+        "mu": wall.masonry.mu,
+        "warped": wall.masonry.warped,
     }
 
 
@@ -140,9 +139,9 @@ def wall_of(value: Any, where: str = "drawing") -> PolygonalWall:
     for key in ("settings", "seeds", "surface"):
         if key not in row:
             raise InputError(f'{where}: has no "{key}"')
-    warped = row.get("warped", WARPED[0])
-    if warped not in WARPED:
-        raise InputError(f"{where}: warped: expected {', '.join(WARPED)}, found {found(warped)}")
+    warped = row.get("warped", "auto")
+    if warped not in get_args(Warped):
+        raise InputError(f"{where}: warped: expected {', '.join(get_args(Warped))}, found {found(warped)}")
     density, mu = (None if row.get(key) is None else number(row[key], f"{where}: {key}") for key in ("density", "mu"))
     if density is not None and not density > 0.0:
         raise InputError(f"{where}: density {density:g} must be a positive number of kg/m3")
@@ -152,7 +151,7 @@ def wall_of(value: Any, where: str = "drawing") -> PolygonalWall:
     try:
         thickness = Thickness(depth, batter)
         refuse_folds(surface, thickness, settings.width, settings.height)
-        return laid_wall(draw_from(seeds, settings), surface, thickness, density=density, mu=mu, warped=warped)
+        return laid_wall(draw_from(seeds, settings), surface, thickness, Masonry(density, mu, warped))
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

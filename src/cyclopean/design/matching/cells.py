@@ -24,9 +24,9 @@ from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.assembly import Assembly, supports
-from cyclopean.design.matching.convex_pieces import convex_pieces
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
+from cyclopean.geometry.convex_pieces import convex_pieces
 
 __all__ = ["Cells", "Form", "cells_of"]
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.design.matching.ascent import FAR, FlatWall, Obstacles
-from cyclopean.design.matching.convex_pieces import convex_pieces
 from cyclopean.design.walls.pattern import Pattern, seed_grid
 from cyclopean.design.walls.polygonal import PolygonalWall
 from cyclopean.design.walls.surfaces import Surface
+from cyclopean.geometry.convex_pieces import convex_pieces
 
 __all__ = ["Frames", "flat_wall", "frames_at"]
 

@@ -293,10 +293,7 @@ def _base(first: _Turn, share: float) -> tuple[_Turn, tuple[str, ...]]:
 
 def _relaid(wall: PolygonalWall, pattern: Pattern) -> PolygonalWall:
     """Another pattern on the same surface."""
-    joints = wall.assembly.contacts
-    mu = None if joints is None or np.isnan(joints.mu[0]) else float(joints.mu[0])
-    density = wall.assembly.blocks[0].density
-    return laid_wall(pattern, wall.surface, wall.thickness, density=density, mu=mu, warped=wall.warped)
+    return laid_wall(pattern, wall.surface, wall.thickness, wall.masonry)
 
 
 def _climbed(talk: _Talk, turn: _Turn) -> _Turn | None:

@@ -36,7 +36,7 @@ from cyclopean.design.options import not_negative, positive
 from cyclopean.design.walls.dressing import Quoins
 from cyclopean.design.walls.improve import Chosen, improvements, standing
 from cyclopean.design.walls.interlock import interlock, score
-from cyclopean.design.walls.joints import FOOTING, MARGIN, JointReadout, jointed, with_open_joints
+from cyclopean.design.walls.joints import FOOTING, MARGIN, JointReadout, Masonry, jointed, with_open_joints
 from cyclopean.design.walls.openings import clear_shape, head_stones
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.design.walls.polygonal import IMPROVING, verdict
@@ -130,20 +130,15 @@ def corner_wall(
         As `polygonal_wall`; ground that is not level; quoins or a coping that cannot turn the corner; an opening that
         leaves no room for the long quoins; a wall that is not longer than they are.
     """
-    settings = settings or PatternSettings()
-    thickness = Thickness(depth)
-    both = _both(settings, positive("corner", length), depth)
-
-    def laid(patterns: tuple[Pattern, Pattern], chosen: Chosen | None = None) -> CornerWall:
-        return _joined(patterns, thickness, density, mu, chosen)
-
+    both = _both(settings or PatternSettings(), positive("corner", length), depth)
+    bed = Thickness(depth), Masonry(density, mu)
     if not improve:
-        return laid((draw_pattern(both[0]), draw_pattern(both[1])))
+        return _joined((draw_pattern(both[0]), draw_pattern(both[1])), *bed)
     first, second = (improvements(one, seconds=IMPROVING / 2.0) for one in both)
     count = max(len(first), len(second))
     pairs = [(first[_place(k, count, len(first))], second[_place(k, count, len(second))]) for k in range(count)]
-    chosen = standing(pairs, lambda pair: verdict(laid(pair).assembly))
-    return laid(pairs[chosen.place], chosen)
+    chosen = standing(pairs, lambda pair: verdict(_joined(pair, *bed).assembly))
+    return replace(_joined(pairs[chosen.place], *bed), chosen=chosen)
 
 
 def joint_score(made: CornerWall) -> float:
@@ -249,25 +244,18 @@ def _pairs(patterns: tuple[Pattern, Pattern]) -> dict[int, int]:
     return dict(zip(two, one, strict=True))
 
 
-def _joined(
-    patterns: tuple[Pattern, Pattern],
-    thickness: Thickness,
-    density: float | None,
-    mu: float | None,
-    chosen: Chosen | None,
-) -> CornerWall:
+def _joined(patterns: tuple[Pattern, Pattern], thickness: Thickness, masonry: Masonry) -> CornerWall:
     """Both walls as one model."""
     same, width = _pairs(patterns), patterns[0].settings.width
-    surfaces: tuple[Surface, Surface] = (Plane(), ReturnPlane(width))
     laid = [
-        jointed(pattern, surface, thickness, density=density, mu=mu)
-        for pattern, surface in zip(patterns, surfaces, strict=True)
+        jointed(patterns[0], Plane(), thickness, masonry),
+        jointed(patterns[1], ReturnPlane(width), thickness, masonry),
     ]
     first = [k + 1 for k in range(len(patterns[0].subdivision))]
     fresh = iter(range(len(first) + 1, len(first) + len(patterns[1].subdivision) + 1))
     second = [first[same[k]] if k in same else next(fresh) for k in range(len(patterns[1].subdivision))]
     number = (tuple(first), tuple(second))
-    blocks: dict[int, Block] = {0: _ground(width, patterns[1].settings.width, thickness.depth, density)}
+    blocks: dict[int, Block] = {0: _ground(width, patterns[1].settings.width, thickness.depth, masonry.density)}
     place = {first[k]: i for i, k in enumerate(same.values(), 1)}  # of the corner stones, from the foot up
     for wall, (pattern, (assembly, _)) in enumerate(zip(patterns, laid, strict=True)):
         long = _long(pattern)
@@ -284,7 +272,7 @@ def _joined(
         raise InputError(f"corner: block '{model.blocks[bad[0][0]].id}' {bad[0][1]}; choose another seed")
     short = sum(readout.short for _, readout in laid)
     joints = JointReadout(joints=len(contacts), warped=0, folded=0, warp=0.0, deviation=0.0, short=short)
-    return CornerWall(model, patterns, number, thickness, joints, chosen)
+    return CornerWall(model, patterns, number, thickness, joints)
 
 
 def _contacts(

@@ -24,7 +24,8 @@ chapter that this program was created from.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from itertools import pairwise
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -35,11 +36,11 @@ from cyclopean.design.walls.pattern import Pattern
 from cyclopean.design.walls.surfaces import Surface, Thickness
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, mesh_faults
+from cyclopean.geometry.convex_pieces import ears
 
-__all__ = ["WARPED", "JointReadout", "Warped", "base_edges", "jointed", "stone_ids", "with_open_joints"]
+__all__ = ["JointReadout", "Masonry", "Warped", "base_edges", "jointed", "stone_ids", "with_open_joints"]
 
-Warped = Literal["auto", "triangles", "plane"]
-WARPED = ("auto", "triangles", "plane")
+Warped = Literal["auto", "triangles", "plane"]  # a best plane if the corners nearly lie in one, else triangles
 Face = tuple[int, ...]
 
 FLAT = 1e-9  # of the wall's size: corners nearer to their plane than this lie in it
@@ -48,6 +49,21 @@ NEARLY = 1e-3  # of the wall's size, a fifth of what a check accepts: a joint le
 MARGIN = 0.5  # of the depth: how far the ground reaches beyond the stones
 HALVED = 6  # times that a bevel may be made narrower, where a stone is too narrow for it
 FOOTING = 1.0  # of the depth: how far the ground goes down below the lowest stone
+
+
+@dataclass(frozen=True, slots=True)
+class Masonry:
+    """What the stones of a wall are made of, and how their joints are."""
+
+    density: float | None = None  # kg/m3 of every block; None = not said
+    mu: float | None = None  # friction coefficient of every joint; None = not said
+    warped: Warped = "auto"  # what a contact becomes whose corners lie in no plane
+
+    def __post_init__(self) -> None:
+        if self.mu is not None:
+            object.__setattr__(self, "mu", not_negative("mu", self.mu))
+        if self.warped not in get_args(Warped):
+            raise InputError(f"warped: expected {', '.join(get_args(Warped))}, got {self.warped!r}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,32 +86,23 @@ class _Rails:
     back: Floats  # (V, 3) m
     edge: Ints  # (E, 2)
     off: Floats  # (E,) distance (m) of the quad's corners from its best plane
+    warped: Bools  # (E,) quads that are two triangles
+    from_first: Bools  # (E,) cut from the front of edge[0] to the back of edge[1], else from the front of edge[1]
     size: float  # m
 
-    @property
-    def warped(self) -> Bools:
-        """(E,) quads that are two triangles."""
-        bent: Bools = ~(self.off <= FLAT * self.size)
-        return bent
-
-    @property
-    def from_first(self) -> Bools:
-        """(E,) cut from the front of edge[0] to the back of edge[1], else from the front of edge[1]."""
-        first, second = self.edge.T
-        one = np.linalg.norm(self.front[first] - self.back[second], axis=1)
-        other = np.linalg.norm(self.front[second] - self.back[first], axis=1)
-        shorter: Bools = one <= other + FLAT * self.size  # on a cylinder they are equal: rounding must not choose
-        return shorter
+    def cuts(self) -> dict[tuple[int, int], tuple[bool, bool]]:
+        """Of each edge, either way along it: whether it is warped, and cut from the front of the first."""
+        found = {}
+        for (a, b), bent, first in zip(self.edge.tolist(), self.warped.tolist(), self.from_first.tolist(), strict=True):
+            found[a, b], found[b, a] = (bent, first), (bent, not first)
+        return found
 
 
 def jointed(
     pattern: Pattern,
     surface: Surface,
     thickness: Thickness,
-    *,
-    density: float | None = None,
-    mu: float | None = None,
-    warped: Warped = "auto",
+    masonry: Masonry,
     name: str = "polygonal wall",
 ) -> tuple[Assembly, JointReadout]:
     """Stones, ground and joints of a pattern laid on a surface.
@@ -108,12 +115,8 @@ def jointed(
         Where (u, v) lies in space; the face of the wall. The stones lie behind it, against its normal.
     thickness : Thickness
         Of the wall along the normal.
-    density : float, optional
-        kg/m3 of every block; None = not said.
-    mu : float, optional
-        Friction coefficient of every joint; None = not said.
-    warped : {"auto", "triangles", "plane"}
-        What a contact becomes whose corners lie in no plane; "auto": a best plane if they nearly do, else triangles.
+    masonry : Masonry
+        Density, friction, and what becomes of warped joints.
     name : str
         Of the assembly.
 
@@ -128,9 +131,7 @@ def jointed(
     InputError
         A pattern that does not fit on the surface: stones turned inside out, a foot that faces up or down.
     """
-    if warped not in WARPED:
-        raise InputError(f"warped: expected {', '.join(WARPED)}, got {warped!r}")
-    cells = pattern.subdivision
+    cells, density = pattern.subdivision, masonry.density
     rails = _rails(cells, surface, thickness)
     ids = stone_ids(pattern)
     blocks = [_ground(pattern, rails, thickness, density)]
@@ -138,7 +139,7 @@ def jointed(
         Block(ids[k], vertices, faces, density, False, f"course-{pattern.course[k] + 1}")
         for k, (vertices, faces) in enumerate(_stones(cells, surface, thickness, rails))
     ]
-    contacts, readout = _contacts(pattern, rails, mu, warped)
+    contacts, readout = _contacts(pattern, rails, masonry)
     assembly = Assembly(tuple(blocks), contacts, name=name)
     if bad := mesh_faults(assembly.mesh):
         block, what = bad[0]
@@ -263,8 +264,13 @@ def _size(cells: Subdivision) -> float:
 def _rails(cells: Subdivision, surface: Surface, thickness: Thickness) -> _Rails:
     front, back = thickness.rails(surface, cells.vertex)
     first, second = cells.edge.T
-    quad = np.stack([front[first], front[second], back[second], back[first]], 1)
-    return _Rails(front, back, cells.edge, _off_plane(quad), _size(cells))
+    off, size = _off_plane(np.stack([front[first], front[second], back[second], back[first]], 1)), _size(cells)
+    one, other = (
+        np.linalg.norm(front[first] - back[second], axis=1),
+        np.linalg.norm(front[second] - back[first], axis=1),
+    )
+    from_first: Bools = one <= other + FLAT * size  # on a cylinder they are equal: rounding must not choose
+    return _Rails(front, back, cells.edge, off, ~(off <= FLAT * size), from_first, size)
 
 
 def _off_plane(quad: Floats) -> Floats:
@@ -280,31 +286,27 @@ def _stones(
     cells: Subdivision, surface: Surface, thickness: Thickness, rails: _Rails
 ) -> list[tuple[Floats, tuple[Face, ...]]]:
     """Vertices and faces of every cell: fronts, then backs, then the centres of the two where they are fans."""
-    number = {(a, b): k for k, (a, b) in enumerate(cells.edge.tolist())}
-    warped, from_first = rails.warped.tolist(), rails.from_first.tolist()
-    middle = np.stack(thickness.rails(surface, cells.centroids()), 1)
+    cuts, centre = rails.cuts(), cells.centroids()
+    middle = np.stack(thickness.rails(surface, centre), 1)
     stones = []
     for cell, ring in enumerate(cells.rings()):
         sides: list[Face] = []
         k = len(ring)
         for i in range(k):
             j = (i + 1) % k
-            a, b = ring[i], ring[j]
-            edge = number[min(a, b), max(a, b)]
-            if not warped[edge]:
-                sides.append((i, i + k, j + k, j))
-            elif from_first[edge] == (a < b):  # front of i to back of j
-                sides += [(i, i + k, j + k), (i, j + k, j)]
+            warped, from_first = cuts[ring[i], ring[j]]
+            if not warped or from_first:
+                sides += _cut((i, i + k, j + k, j), warped, True)
             else:
                 sides += [(i, i + k, j), (j, i + k, j + k)]
         points = np.concatenate([rails.front[ring], rails.back[ring]])
-        vertices, caps = _caps(cells.vertex[ring], points, middle[cell], FLAT * rails.size)
+        vertices, caps = _caps(cells.vertex[ring] - centre[cell], points, middle[cell], FLAT * rails.size)
         stones.append((vertices, (*caps, *sides)))
     return stones
 
 
 def _caps(uv: Floats, points: Floats, middle: Floats, tolerance: float) -> tuple[Floats, tuple[Face, ...]]:
-    """Front and back of one stone over its ring (k, 2); points are k fronts, then k backs."""
+    """Front and back of one stone over its ring (k, 2) about the centroid; points are k fronts, then k backs."""
     k = len(uv)
     flat = [_flat(points[side], tolerance) for side in (slice(0, k), slice(k, 2 * k))]
     caps: list[Face] = []
@@ -315,8 +317,8 @@ def _caps(uv: Floats, points: Floats, middle: Floats, tolerance: float) -> tuple
         caps = [(i, (i + 1) % k, 2 * k) for i in range(k)]
         caps += [((i + 1) % k + k, i + k, 2 * k + 1) for i in range(k)]
         return points, tuple(caps)
-    ears = _ears(uv)
-    return points, (*ears, *((c + k, b + k, a + k) for a, b, c in ears))
+    triangles = ears(uv, range(k))
+    return points, (*triangles, *((c + k, b + k, a + k) for a, b, c in triangles))
 
 
 def _flat(point: Floats, tolerance: float) -> bool:
@@ -328,51 +330,13 @@ def _flat(point: Floats, tolerance: float) -> bool:
 
 
 def _sees_all(ring: Floats) -> bool:
-    """Whether the centroid sees every side of a ring from within."""
-    a, b = ring - _centroid(ring), np.roll(ring, -1, axis=0) - _centroid(ring)
-    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    """Whether the origin sees every side of a ring from within."""
+    after = np.roll(ring, -1, axis=0)
+    twice = ring[:, 0] * after[:, 1] - ring[:, 1] * after[:, 0]
     return bool(np.all(twice > 1e-9 * np.abs(twice).sum()))
 
 
-def _centroid(ring: Floats) -> Floats:
-    a, b = ring - ring[0], np.roll(ring, -1, axis=0) - ring[0]
-    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return np.asarray(ring[0] + (twice[:, None] * (a + b)).sum(0) / (3.0 * twice.sum()))
-
-
-def _ears(ring: Floats) -> list[tuple[int, int, int]]:
-    """Triangles of a simple counter-clockwise polygon: of all ears, the one with the largest least angle goes first."""
-    left = list(range(len(ring)))
-    found: list[tuple[int, int, int]] = []
-    while len(left) > 3:
-        best, where = -np.inf, 0
-        for i in range(len(left)):
-            a, b, c = left[i - 1], left[i], left[(i + 1) % len(left)]
-            shape = _roundness(ring[a], ring[b], ring[c])
-            if shape > best and not any(
-                _inside(ring[p], ring[a], ring[b], ring[c]) for p in left if p not in (a, b, c)
-            ):
-                best, where = shape, i
-        found.append((left[where - 1], left[where], left[(where + 1) % len(left)]))
-        del left[where]
-    return [*found, (left[0], left[1], left[2])]
-
-
-def _roundness(a: Floats, b: Floats, c: Floats) -> float:
-    """Area over the sum of squared sides: highest for an equilateral triangle, below 0 for a reflex corner."""
-    sides = np.stack([b - a, c - b, a - c])
-    return float(_cross(b - a, c - a) / (sides**2).sum())
-
-
-def _cross(a: Floats, b: Floats) -> float:
-    return float(a[0] * b[1] - a[1] * b[0])
-
-
-def _inside(p: Floats, a: Floats, b: Floats, c: Floats) -> bool:
-    return _cross(b - a, p - a) >= 0.0 and _cross(c - b, p - b) >= 0.0 and _cross(a - c, p - c) >= 0.0
-
-
-def _contacts(pattern: Pattern, rails: _Rails, mu: float | None, warped: Warped) -> tuple[Contacts, JointReadout]:
+def _contacts(pattern: Pattern, rails: _Rails, masonry: Masonry) -> tuple[Contacts, JointReadout]:
     """One flat polygon for each shared edge, or two triangles where it is warped."""
     cells = pattern.subdivision
     shared = (cells.side >= 0).all(axis=1) | np.isin(np.arange(len(cells.edge)), base_edges(pattern))
@@ -381,20 +345,20 @@ def _contacts(pattern: Pattern, rails: _Rails, mu: float | None, warped: Warped)
     edge = np.flatnonzero(bears)
     b, a = (cells.side[edge] + 1).T  # the normal of [F1, F2, B2, B1] points to the left of the edge
     order = np.lexsort((edge, np.maximum(a, b), np.minimum(a, b)))
-    bent, from_first = rails.warped, rails.from_first
-    nearly = np.full(len(bent), warped == "plane") if warped != "auto" else rails.off <= NEARLY * rails.size
-    folded = bent & ~nearly
+    bent = rails.warped
+    passing = {"auto": NEARLY * rails.size, "triangles": -1.0, "plane": np.inf}[masonry.warped]
+    folded = bent & ~(rails.off <= passing)
     pairs: list[tuple[int, int]] = []
     polygons: list[Floats] = []
     for i in order.tolist():
         k = int(edge[i])
         first, second = cells.edge[k]
         quad = np.stack([rails.front[first], rails.front[second], rails.back[second], rails.back[first]])
-        pieces = [quad] if not bent[k] else _folded(quad, bool(from_first[k])) if folded[k] else [_flattened(quad)]
-        for polygon in pieces:
+        quad = _flattened(quad) if bent[k] and not folded[k] else quad
+        for piece in _cut((0, 1, 2, 3), bool(folded[k]), bool(rails.from_first[k])):
             pairs.append((int(min(a[i], b[i])), int(max(a[i], b[i]))))
-            polygons.append(polygon[::-1] if a[i] > b[i] else polygon)
-    friction = None if mu is None else [not_negative("mu", mu)] * len(pairs)
+            polygons.append(quad[list(piece[::-1] if a[i] > b[i] else piece)])
+    friction = None if masonry.mu is None else [masonry.mu] * len(pairs)
     readout = JointReadout(
         joints=int(bears.sum()),
         warped=int(bent[edge].sum()),
@@ -404,12 +368,6 @@ def _contacts(pattern: Pattern, rails: _Rails, mu: float | None, warped: Warped)
         short=int((shared & ~bears).sum()),
     )
     return Contacts.of(pairs, polygons, friction), readout
-
-
-def _folded(quad: Floats, from_first: bool) -> list[Floats]:
-    """The two triangles of a quad."""
-    cut = ((0, 1, 2), (0, 2, 3)) if from_first else ((0, 1, 3), (1, 2, 3))
-    return [quad[list(three)] for three in cut]
 
 
 def _flattened(quad: Floats) -> Floats:
@@ -432,23 +390,14 @@ def _ground(pattern: Pattern, rails: _Rails, thickness: Thickness, density: floa
     corner = np.unique(cells.edge[base])
     corner = corner[np.argsort(u[corner], kind="stable")]
     station = _stations(rails.front[corner], rails.back[corner], MARGIN * thickness.depth, FOOTING * thickness.depth)
-    number = {(a, b): k for k, (a, b) in enumerate(cells.edge.tolist())}
-    bent, from_first = rails.warped, rails.from_first
-    known: dict[int, tuple[bool, bool]] = {}  # cut of the strip that carries joints, by its left station
-    for i, (p, q) in enumerate(zip(corner.tolist(), corner.tolist()[1:], strict=False), 1):
-        if (edge := number.get((min(p, q), max(p, q)))) is not None:
-            known[i] = bool(bent[edge]), bool(from_first[edge]) == (p < q)
-    count = len(station)
+    cuts, count = rails.cuts(), len(station)
+    known = [None, *(cuts.get(ends) for ends in pairwise(corner.tolist())), None]  # of the strip that carries joints
     faces: list[Face] = [(0, 1, 2, 3, 4, 5), tuple(6 * (count - 1) + k for k in (5, 4, 3, 2, 1, 0))]
     for i in range(count - 1):
         for k in range(6):
             ring = (6 * i + k, 6 * (i + 1) + k, 6 * (i + 1) + (k + 1) % 6, 6 * i + (k + 1) % 6)
-            if k == 1 and i in known:
-                warped, first = known[i]
-            else:
-                off = float(_off_plane(station.reshape(-1, 3)[None, list(ring)])[0])
-                warped, first = not off <= FLAT * rails.size, True
-            faces += _cut(ring, warped, first)
+            off = float(_off_plane(station.reshape(-1, 3)[None, list(ring)])[0])
+            faces += _cut(ring, *((k == 1 and known[i]) or (not off <= FLAT * rails.size, True)))
     return Block("ground", station.reshape(-1, 3), tuple(faces), density, True, "ground")
 
 
@@ -529,8 +478,8 @@ def _lofted(first: Floats, last: Floats, levels: Sequence[Floats]) -> tuple[Floa
     faces: list[Face] = []
     for ring, offset in ((first, 0), (last, k * (len(levels) - 1))):
         own = np.flatnonzero(np.any(ring != np.roll(ring, 1, axis=0), axis=1))
-        ears = [tuple(int(own[i]) + offset for i in ear) for ear in _ears(ring[own])]
-        faces += ears if not offset else [ear[::-1] for ear in ears]
+        cap = [tuple(int(own[i]) + offset for i in ear) for ear in ears(ring[own], range(len(own)))]
+        faces += cap if not offset else [ear[::-1] for ear in cap]
     for low in range(0, k * (len(levels) - 1), k):
         for i in range(k):
             j = (i + 1) % k

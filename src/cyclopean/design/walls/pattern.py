@@ -20,6 +20,7 @@ True
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -143,13 +144,14 @@ class _Frame:
     """Everything in the rectangle that is not field stone."""
 
     lines: Floats  # (courses + 1,) m
-    low: float  # u at which the grid of seeds begins (m)
-    high: float  # and ends
+    origin: Floats  # (2,) m, of the grid of seeds
+    spacing: Floats  # (2,) m, of the grid
     foot: Floats | None
     openings: tuple[Floats, ...]
     dressed: tuple[Floats, ...]
     kind: tuple[Kind, ...]  # of the dressed stones
     void: tuple[Floats, ...]  # openings and ground
+    cover: Any  # of dressed stones and voids, a shapely geometry
     area: float  # of the wall without voids (m2)
     field: float  # of that, without dressed stones (m2)
 
@@ -193,7 +195,8 @@ def drawing_seeds(settings: PatternSettings) -> Seeds:
 
 def seed_grid(settings: PatternSettings) -> tuple[Floats, Floats]:
     """Origin and spacing (m), (2,) each, of the grid in whose units the seeds are given."""
-    return _spacing(settings, _frame(settings))
+    frame = _frame(settings)
+    return frame.origin, frame.spacing
 
 
 def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
@@ -216,12 +219,22 @@ def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
         As `draw_pattern`.
     """
     frame = _frame(settings)
-    found, live, least = _culled(seeds, settings, frame)
-    before = len(found)
-    found = _without_thin_pieces(found, least)
-    joined = before - len(found)
-    found, _ = without_short_joints(found, _spacing(settings, frame)[1], least)
-    return _pattern(frame, found, (int((~live).sum()), joined), settings, seeds)
+    drawn, live, least = _culled(seeds, settings, frame)
+    whole = _without_thin_pieces(drawn, least)
+    found, _ = without_short_joints(whole, frame.spacing, least)
+    areas, stone = found.areas(), found.site >= 0
+    readout = Readout(
+        cells=len(found),
+        coverage=float(areas.sum()) / frame.area,
+        area_cv=float(areas[stone].std() / areas[stone].mean()),
+        culled=int((~live).sum()),
+        merged=len(drawn) - len(whole),
+        crossings=len(found.crossings()),
+    )
+    field: list[Kind] = ["stone"] * int(stone.sum())
+    course = np.searchsorted(frame.lines[1:-1], found.centroids()[:, 1])
+    kind = (*field, *frame.kind)
+    return Pattern(found, kind, course, frame.lines, frame.openings, frame.foot, readout, settings, seeds)
 
 
 def live_seeds(seeds: Seeds, settings: PatternSettings) -> Ints:
@@ -279,16 +292,21 @@ def _frame(settings: PatternSettings) -> _Frame:
             raise InputError(f"quoins long: {settings.quoins.long:g} m leaves no field in a wall of {width:g} m")
         taken = [*clear, *ground, *(stone for _, stone in heads)]
         named += [("quoin", stone) for stone in quoin_stones(settings.quoins, lines, width, foot, taken)]
-    wall = shapely.box(0.0, 0.0, width, height)
-    hole = shapely.union_all([shapely.polygons(v) for v in (*clear, *ground)])
+    start = np.array([low, 0.0 if foot is None else float(foot[:, 1].min())])
+    spacing = (np.array([high, top]) - start) / np.array([settings.columns, settings.rows])
+    dressed, void = tuple(stone for _, stone in named), (*clear, *ground)
+    polygons = [shapely.polygons(shape) for shape in (*void, *dressed)]
+    wall, hole, cover = shapely.box(0.0, 0.0, width, height), *map(shapely.union_all, (polygons[: len(void)], polygons))
+    shapely.prepare(cover)
     area = width * height - float(shapely.area(shapely.intersection(hole, wall)))
-    dressed = tuple(stone for _, stone in named)
-    field_ = area - float(sum(shapely.area(shapely.polygons(stone)) for stone in dressed))
-    return _Frame(lines, low, high, foot, clear, dressed, tuple(k for k, _ in named), (*clear, *ground), area, field_)
+    left = area - float(sum(shapely.area(polygons[len(void) :])))
+    return _Frame(lines, start, spacing, foot, clear, dressed, tuple(k for k, _ in named), void, cover, area, left)
 
 
 def _seeds(settings: PatternSettings, frame: _Frame) -> tuple[Floats, Floats]:
     """Seeds (n, 2) in grid units and weights (n,) in mean cells: drawn row by row, u, v and weight for each."""
+    import shapely
+
     draw = np.random.Generator(np.random.PCG64(settings.seed))
     rows, columns = settings.rows, settings.columns
     shake = draw.uniform(-1.0, 1.0, (rows, columns, 3))
@@ -296,7 +314,7 @@ def _seeds(settings: PatternSettings, frame: _Frame) -> tuple[Floats, Floats]:
     v = np.arange(rows)[:, None] + 0.5 + settings.jitter * shake[..., 1]
     site = np.stack([np.clip(u, RIM, columns - RIM), np.clip(v, RIM, rows - RIM)], -1).reshape(-1, 2)
     weight = settings.size_grade * shake[..., 2].ravel()
-    free = _free(_metric(settings, frame, site), frame)
+    free = ~shapely.intersects(frame.cover, shapely.points(frame.origin + site * frame.spacing))
     if int(free.sum()) < LEAST_SEEDS:
         raise InputError(
             f"columns: openings and dressed stones leave {int(free.sum())} of {len(site)} seeds; "
@@ -305,35 +323,9 @@ def _seeds(settings: PatternSettings, frame: _Frame) -> tuple[Floats, Floats]:
     return site[free], weight[free]
 
 
-def _spacing(settings: PatternSettings, frame: _Frame) -> tuple[Floats, Floats]:
-    """Origin and spacing of the grid of seeds (m)."""
-    foot = 0.0 if frame.foot is None else float(frame.foot[:, 1].min())
-    span = np.array([frame.high - frame.low, float(frame.lines[-1]) - foot])
-    return np.array([frame.low, foot]), span / np.array([settings.columns, settings.rows])
-
-
-def _metric(settings: PatternSettings, frame: _Frame, grid: Floats) -> Floats:
-    origin, spacing = _spacing(settings, frame)
-    return origin + grid * spacing
-
-
-def _free(point: Floats, frame: _Frame) -> Bools:
-    """Points that lie in no void and no dressed stone."""
-    import shapely
-
-    taken = [shapely.polygons(p) for p in (*frame.void, *frame.dressed)]
-    if not taken:
-        return np.ones(len(point), bool)
-    cover = shapely.union_all(taken)
-    shapely.prepare(cover)
-    free: Bools = ~shapely.intersects(cover, shapely.points(point))
-    return free
-
-
 def _diagram(settings: PatternSettings, frame: _Frame, site: Floats, weight: Floats) -> Subdivision:
     """Power diagram over the whole rectangle (m), drawn in grid units."""
-    origin, spacing = _spacing(settings, frame)
-    size = np.array([settings.width, settings.height])
+    origin, spacing, size = frame.origin, frame.spacing, np.array([settings.width, settings.height])
     low, high = -origin / spacing, (size - origin) / spacing
     cells = power_diagram(site, weight, low, high)
     vertex = np.clip(origin + cells.vertex * spacing, 0.0, size)
@@ -346,21 +338,16 @@ def _relaxed(settings: PatternSettings, frame: _Frame, site: Floats, weight: Flo
     import shapely
 
     cells = _diagram(settings, frame, site, weight)
-    centre = cells.centroids()
-    taken = [shapely.polygons(p) for p in (*frame.void, *frame.dressed)]
-    if taken:
-        cover, polygon = shapely.union_all(taken), cells.polygons()
-        shapely.prepare(cover)
-        cut = np.flatnonzero(shapely.intersects(cover, polygon))
-        piece, owner = shapely.get_parts(shapely.difference(polygon[cut], cover), return_index=True)
-        order = np.lexsort((-shapely.area(piece), owner))
-        first = order[np.unique(owner[order], return_index=True)[1]]
-        middle = shapely.centroid(piece[first])
-        some = ~shapely.is_empty(middle)
-        centre[cut[owner[first][some]]] = shapely.get_coordinates(middle[some])
-    origin, spacing = _spacing(settings, frame)
+    centre, polygon = cells.centroids(), cells.polygons()
+    cut = np.flatnonzero(shapely.intersects(frame.cover, polygon))
+    piece, owner = shapely.get_parts(shapely.difference(polygon[cut], frame.cover), return_index=True)
+    order = np.lexsort((-shapely.area(piece), owner))
+    first = order[np.unique(owner[order], return_index=True)[1]]
+    middle = shapely.centroid(piece[first])
+    some = ~shapely.is_empty(middle)
+    centre[cut[owner[first][some]]] = shapely.get_coordinates(middle[some])
     moved = site.copy()
-    moved[cells.site] = (centre - origin) / spacing
+    moved[cells.site] = (centre - frame.origin) / frame.spacing
     return moved
 
 
@@ -412,23 +399,3 @@ def _without_thin_pieces(found: Subdivision, least: float) -> Subdivision:
         left = [k for k in range(len(found)) if k not in gone]
         found = dissolved(subdivide(found.vertex, [rings[k] for k in left], site[left]))
     return found
-
-
-def _pattern(
-    frame: _Frame, found: Subdivision, lost: tuple[int, int], settings: PatternSettings, seeds: Seeds
-) -> Pattern:
-    """The drawing with its readout; `lost` are the seeds culled and the pieces that joined a neighbour."""
-    areas = found.areas()
-    stone = found.site >= 0
-    field: list[Kind] = ["stone"] * int(stone.sum())
-    course = np.searchsorted(frame.lines[1:-1], found.centroids()[:, 1])
-    readout = Readout(
-        cells=len(found),
-        coverage=float(areas.sum()) / frame.area,
-        area_cv=float(areas[stone].std() / areas[stone].mean()),
-        culled=lost[0],
-        merged=lost[1],
-        crossings=len(found.crossings()),
-    )
-    kind = (*field, *frame.kind)
-    return Pattern(found, kind, course, frame.lines, frame.openings, frame.foot, readout, settings, seeds)

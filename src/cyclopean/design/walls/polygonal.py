@@ -5,11 +5,11 @@
 ('ground', True)
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cyclopean.assembly import Assembly
 from cyclopean.design.walls.improve import Chosen, improvements, standing
-from cyclopean.design.walls.joints import JointReadout, Warped, jointed
+from cyclopean.design.walls.joints import JointReadout, Masonry, Warped, jointed
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.design.walls.surfaces import Plane, Surface, Thickness, refuse_folds
 
@@ -27,8 +27,8 @@ class PolygonalWall:
     surface: Surface
     thickness: Thickness
     joints: JointReadout
+    masonry: Masonry
     chosen: Chosen | None = None  # which of the improved walls this is, and whether it stands; None = not improved
-    warped: Warped = "auto"  # what was asked for
 
 
 def polygonal_wall(
@@ -74,34 +74,20 @@ def polygonal_wall(
         An option that cannot be built, a pattern that cannot be drawn, a surface that bends more than the depth allows.
     """
     settings = settings or PatternSettings()
-    face = surface if surface is not None else Plane()
-    thickness = Thickness(depth, batter)
-    refuse_folds(face, thickness, settings.width, settings.height)
-
-    def laid(pattern: Pattern, chosen: Chosen | None = None) -> PolygonalWall:
-        return laid_wall(pattern, face, thickness, density=density, mu=mu, warped=warped, chosen=chosen)
-
+    bed = surface if surface is not None else Plane(), Thickness(depth, batter), Masonry(density, mu, warped)
+    refuse_folds(*bed[:2], settings.width, settings.height)
     if not improve:
-        return laid(draw_pattern(settings))
+        return laid_wall(draw_pattern(settings), *bed)
     patterns = improvements(settings, seconds=IMPROVING)
-    chosen = standing(patterns, lambda pattern: verdict(laid(pattern).assembly))
-    return laid(patterns[chosen.place], chosen)
+    chosen = standing(patterns, lambda pattern: verdict(laid_wall(pattern, *bed).assembly))
+    return replace(laid_wall(patterns[chosen.place], *bed), chosen=chosen)
 
 
-def laid_wall(
-    pattern: Pattern,
-    surface: Surface,
-    thickness: Thickness,
-    *,
-    density: float | None = None,
-    mu: float | None = None,
-    warped: Warped = "auto",
-    chosen: Chosen | None = None,
-) -> PolygonalWall:
+def laid_wall(pattern: Pattern, surface: Surface, thickness: Thickness, masonry: Masonry) -> PolygonalWall:
     """Lay a pattern on a surface, with exact joints; parameters and errors as `jointed`."""
     name = f"polygonal wall of {pattern.readout.cells}"
-    assembly, joints = jointed(pattern, surface, thickness, density=density, mu=mu, warped=warped, name=name)
-    return PolygonalWall(assembly, pattern, surface, thickness, joints, chosen, warped)
+    assembly, joints = jointed(pattern, surface, thickness, masonry, name)
+    return PolygonalWall(assembly, pattern, surface, thickness, joints, masonry)
 
 
 def verdict(assembly: Assembly) -> str:

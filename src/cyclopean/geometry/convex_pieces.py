@@ -9,12 +9,14 @@ By hand: an L falls into two pieces, a cross into at most five.
 [[1, 2, 3, 0], [5, 0, 3, 4]]
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Floats, sealed
 
-__all__ = ["convex_pieces"]
+__all__ = ["convex_pieces", "ears"]
 
 STRAIGHT = 1e-9  # of the squared size: twice the area of a corner's triangle below which the corner is straight
 
@@ -42,7 +44,7 @@ def convex_pieces(ring: ArrayLike, slack: float = STRAIGHT) -> list[list[int]]:
     reflex = sum(not _convex(point, [whole[k - 1], k, (k + 1) % len(whole)], least) for k in whole)
     best: list[list[int]] = []
     for start in whole:  # where one begins to cut decides how well the pieces join
-        pieces = _joined(point, [list(ear) for ear in _ears(point, whole[start:] + whole[:start])], least)
+        pieces = _joined(point, [list(ear) for ear in ears(point, whole[start:] + whole[:start])], least)
         if not best or len(pieces) < len(best):
             best = pieces
         if len(best) <= 1 + (reflex + 1) // 2:
@@ -88,8 +90,8 @@ def _convex(point: Floats, ring: list[int], least: float) -> bool:
     return bool((behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0] >= least).all())
 
 
-def _ears(point: Floats, ring: list[int]) -> list[tuple[int, int, int]]:
-    """Triangles of the polygon; the ear with the most area for its perimeter goes first."""
+def ears(point: Floats, ring: Sequence[int]) -> list[tuple[int, int, int]]:
+    """Triangles of a simple, counter-clockwise polygon through some of points (n, 2); the roundest ear goes first."""
     left = list(ring)
     found = []
     while len(left) > 3:
