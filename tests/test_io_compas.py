@@ -15,7 +15,7 @@ CUBE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1,
 FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
 TOP = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
 FRAME = {"point": [0, 0, 1], "xaxis": [1, 0, 0], "yaxis": [0, 1, 0]}
-ASSUMED = "a.json: does not say its units; metres assumed (--units)"
+ASSUMED = "a.json: does not say its units; metres assumed (`units`)"
 
 
 def wrapped(kind, data, old=False):

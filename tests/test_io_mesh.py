@@ -17,7 +17,7 @@ from cyclopean.io.bodies import pieces
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 TRIANGLES = tuple(t for f in FACES for t in ((f[0], f[1], f[2]), (f[0], f[2], f[3])))
-ASSUMED = "does not say its units; metres assumed (--units)"
+ASSUMED = "does not say its units; metres assumed (`units`)"
 
 
 def stack(count=3, faces=FACES):

@@ -63,7 +63,7 @@ def test_a_folder(yard):
     inventory, warnings = read_stones(yard)
     assert [stone.id for stone in inventory.stones] == ["s0", "s1", "s2"]
     assert (inventory.notes, inventory.refused, inventory.source) == ((), (), "yard")
-    assert warnings == (f"{yard}: no file says its units; metres assumed (--units)",)
+    assert warnings == (f"{yard}: no file says its units; metres assumed (`units`)",)
     assert read_stones(yard, "m")[1] == ()
     for k, stone in enumerate(inventory.stones):
         wanted = stone_of("s", *boulder(k))
@@ -224,7 +224,7 @@ def test_a_slip_of_units_is_suspected_aloud(tmp_path, scale, said, suspected):
     elif suspected == "?":
         assert "which no stone is" in warnings[0]
     else:
-        assert warnings[0].endswith(f": --units {suspected}")
+        assert warnings[0].endswith(f": `units` {suspected}")
         assert read_stones(tmp_path, suspected)[1] == ()
 
 
