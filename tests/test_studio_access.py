@@ -278,7 +278,7 @@ def test_places_that_are_none_are_left_out(served, client, capfd, message):
     drag = {"type": "TransformControlsDragStartMessage", "name": "/handle"}
     client.send(drag)
     client.send({**MOVED, "position": [0.0, 0.0, 2.0]})
-    client.until("1 moved")
+    client.wait(lambda: served.desk.state.arrangement.poses, "the block where it was put")
     poses = served.desk.state.arrangement.poses
     client.send(message)
     client.send({**drag, "type": "TransformControlsDragEndMessage"})
