@@ -3,11 +3,23 @@
 import pytest
 from hypothesis import settings
 
+import laws
 from cyclopean.cli import main
 
 # The same examples in every run, however busy the machine is; --hypothesis-profile=default draws new ones.
-settings.register_profile("same", deadline=None, derandomize=True)
+settings.register_profile("same", deadline=None, derandomize=True, max_examples=25)
+settings.register_profile("thorough", deadline=None, derandomize=True)
 settings.load_profile("same")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--thorough", action="store_true", help="try every law on all of its examples, as at night")
+
+
+def pytest_configure(config):
+    laws.chosen(config.getoption("--thorough"))
+    if not laws.quick() and settings.get_current_profile_name() == "same":
+        settings.load_profile("thorough")
 
 
 @pytest.fixture(autouse=True)

@@ -20,6 +20,7 @@ from cyclopean.design.laying.settle import SettleSettings
 from cyclopean.design.matching.match import MatchSettings
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
+from laws import examples
 
 TEN = "Assembly read_model check limit polygonal_wall match carve settle build_sequence save".split()
 PAGE = Path(__file__).parents[1] / "docs" / "api.md"
@@ -99,7 +100,7 @@ def test_a_keyword_says_what_the_settings_say() -> None:
 
 
 @given(mu=st.floats(0.05, 2.0), height=st.floats(0.3, 3.0))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_a_pushed_block_slides_or_tips(mu, height) -> None:
     """By hand: it slides at mu, tips at base / height; whichever is first."""
     block = cyclopean.stack(1, (1.0, 1.0, height))

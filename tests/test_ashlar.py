@@ -19,6 +19,7 @@ from cyclopean.design.laying.stock import Slab, saw, slabs_of, stock_of
 from cyclopean.design.stones.stone import stone_of
 from cyclopean.design.walls.openings import Opening
 from cyclopean.errors import InputError
+from laws import examples
 
 BOX = (0.3, 0.2, 0.15)
 BRICK = (0.2, 0.1, 0.1)
@@ -267,7 +268,7 @@ def cases(draw):
     return own, stock, draw(st.randoms(use_true_random=False))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(cases())
 def test_laws_hold_and_the_order_of_the_stock_does_not_count(case):
     own, stock, random = case

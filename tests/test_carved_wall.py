@@ -22,6 +22,7 @@ from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import hull_of, mesh_of
 from cyclopean.proof import verify
+from laws import examples
 
 STAY = np.eye(3), np.zeros(3)
 GROUND = box((6.0, 3.0, 1.0), (-2.0, -1.0, -1.0), "ground", fixed=True)
@@ -99,7 +100,7 @@ def test_a_round_foot_is_inscribed():
     assert (len(whole.assembly.contacts.point), whole.kept[0]) == (24, pytest.approx(1.0))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.integers(0, 2**32))
 def test_touching_is_what_detection_finds(seed):
     """Two cells side by side on the ground, stones at random: areas against detection on the carved meshes."""

@@ -20,6 +20,7 @@ from cyclopean.design.stones.stone import stone_of
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, mesh_faults, pack
 from cyclopean.geometry.solids import CUBE, difference, mesh_of, solid_of
+from laws import examples
 
 STAY = np.eye(3), np.zeros(3)
 ROUNDING = 1e-12
@@ -193,7 +194,7 @@ def test_total_weighs_by_volume():
     assert total([]).imposition == 0.0
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.integers(0, 2**32))
 def test_volumes_areas_and_planes(seed):
     """What is kept and what comes off make the stone; cuts close its surface, lie on their planes and face outwards."""
@@ -221,7 +222,7 @@ def test_volumes_areas_and_planes(seed):
         assert all((k, angle) in found.cuts[other].beside for other, angle in cut.beside)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.integers(0, 2**32))
 def test_nothing_depends_on_how_the_file_lies(seed):
     """The stone's file turned and moved, and wall and stone turned and moved together."""
@@ -242,7 +243,7 @@ def test_nothing_depends_on_how_the_file_lies(seed):
         assert two.offset == pytest.approx(one.offset + two.normal @ move, abs=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(1.0, 3.0), st.integers(0, 2**32))
 def test_the_oversize_law(scale, seed):
     """A stone that is its cell, larger by a factor about the same middle, loses 1 - 1 / factor^3."""

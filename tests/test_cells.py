@@ -21,6 +21,7 @@ from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder, Sphere
 from cyclopean.errors import InputError
 from cyclopean.geometry.convex_pieces import convex_pieces
+from laws import examples
 from matching_cases import box, model, prism, rotation
 
 L = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
@@ -61,7 +62,7 @@ def test_pieces_by_hand(ring, most):
 
 
 @given(st.lists(st.floats(0.3, 1.0), min_size=5, max_size=12), st.floats(0.0, 1.0))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_pieces_of_any_star_are_convex_and_cover_it(radius, start):
     angle = 2.0 * np.pi * (start + np.arange(len(radius))) / len(radius)
     ring = np.column_stack([np.cos(angle), np.sin(angle)]) * np.array(radius)[:, None]
@@ -140,7 +141,7 @@ def test_through_follows_a_curved_wall():
 
 
 @given(st.integers(0, 10**6), st.tuples(*[st.floats(-1e3, 1e3)] * 3))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_cells_do_not_depend_on_where_the_wall_stands(seed, shift):
     """Turned about the vertical and moved: the same half-spaces, turned."""
     angle = float(np.random.Generator(np.random.PCG64(seed)).uniform(0.0, 2.0 * np.pi))

@@ -32,6 +32,7 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.io import read_model
 from cyclopean.view.wall_drawing import corner_svg
+from laws import examples
 
 DOOR = (Opening(0.9, 0.7, 1.1),)
 ARCH = (Opening(1.2, 0.7, 1.2, 0.0, "arch"),)
@@ -95,7 +96,7 @@ def test_a_long_quoin_holds_the_fields_of_both_walls() -> None:
     depth=st.sampled_from([0.15, 0.2, 0.3]),
     length=st.sampled_from([1.3, 2.0, 3.7]),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_joints_are_what_detection_finds(seed, coursing, openings, coping, ends, depth, length) -> None:
     quoins = None if ends is None else Quoins(0.5, depth, ends[2], left=ends[0], right=ends[1])
     made = corner_wall(

@@ -24,6 +24,7 @@ from cyclopean.errors import SolverError
 from cyclopean.io import read_model
 from cyclopean.statics import EquilibriumSystem, equilibrium_system
 from fixtures_compas_cra import FOLDER, needs_fixtures, raw
+from laws import examples
 from near_limit import G, posed
 
 UPRIGHT = np.array([0.0, 0.0, -G])
@@ -75,7 +76,7 @@ def hold_together(system: EquilibriumSystem, f: np.ndarray, pull: np.ndarray, dq
     assert np.all(np.einsum("kj,kj->k", f[:, 1:], d[:, 1:]) <= 1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(shift=st.floats(0.52, 0.95), mu=st.floats(0.1, 1.0))
 def test_an_overhanging_block_by_hand(shift: float, mu: float) -> None:
     system = posed(stack(2, ground=False, offset=shift), mu, UPRIGHT)

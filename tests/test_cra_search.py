@@ -29,6 +29,7 @@ from cyclopean.assembly import Assembly, Block, Contacts, Load
 from cyclopean.design import arch, dome, stack, vault, wall
 from cyclopean.errors import InputError
 from cyclopean.statics import equilibrium_system, turned_gravity
+from laws import examples
 
 G = 9.80665
 DOWN = np.array([0.0, 0.0, -G])
@@ -103,7 +104,7 @@ def test_cube_on_a_slope_by_hand(degrees):
     assert world.sum(axis=0) == pytest.approx([-np.sin(a), 0, np.cos(a)], abs=1e-12)
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=examples(25), deadline=None, derandomize=True)
 @given(count=st.integers(1, 4), degrees=st.floats(0.0, 50.0), mu=st.floats(0.05, 1.2))
 def test_stack_on_a_slope_stands_by_the_law(count, degrees, mu):
     limit = min(mu, 1.0 / count)
@@ -145,7 +146,7 @@ def test_displacement_within_eta_where_the_bound_bites():
 # Polish
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=examples(15), deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6), size=st.sampled_from([1e-8, 1e-6, 1e-5]))
 def test_polish_mends_what_is_nearly_a_state(seed, size):
     system = posed(arch(7, radius=5.0, thickness=1.2), gravity=turned_gravity(DOWN, 4.0))
@@ -247,7 +248,7 @@ def test_alternation(model):
     assert accepted(system, found)
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=examples(8), deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6))
 def test_each_half_lowers_the_merit(seed):
     rng = np.random.default_rng(seed)
@@ -266,7 +267,7 @@ def test_each_half_lowers_the_merit(seed):
         assert measure(system, UNIT, f, dq).equilibrium < 1e-7
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=examples(8), deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6))
 def test_no_other_forces_have_less_merit_for_the_same_motion(seed):
     rng = np.random.default_rng(seed)
@@ -437,7 +438,7 @@ def test_lifted_by_its_own_weight_nothing_presses():
 # Laws of the verdict
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=examples(12), deadline=None, derandomize=True)
 @given(
     seed=st.integers(0, 10**6), scale=st.sampled_from([1e-3, 1.0, 50.0, 1e3]), density=st.floats(1.0, 1e4),
     family=st.sampled_from(["stack", "arch", "wall"]), tilt=st.floats(0.0, 14.0),

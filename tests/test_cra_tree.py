@@ -34,6 +34,7 @@ from cyclopean.analysis.coupled.tree import refute
 from cyclopean.assembly import Assembly, Block, detect
 from cyclopean.proof import seal, verify
 from cyclopean.statics import equilibrium_system
+from laws import examples
 
 GRAVITY = np.array([0.0, 0.0, -9.80665])
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -173,7 +174,7 @@ def cell_around(system, f, dq, random):
     return cell
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_no_leaf_closes_a_cell_that_holds_a_state(state, seed):
     system, f, dq = state

@@ -18,6 +18,7 @@ from cyclopean.assembly import Assembly, Block, detect, length_tolerance
 from cyclopean.assembly.detection import local_mesh
 from cyclopean.errors import InputError
 from cyclopean.geometry import box_pairs, convex_bodies, pack, penetration_depths, planar_regions
+from laws import examples
 
 ROUNDING = 1e-12  # relative: a handful of roundings in a frame change
 
@@ -437,7 +438,7 @@ cuts = st.lists(st.integers(1, 31), min_size=0, max_size=5, unique=True).map(sor
 
 
 @given(courses=st.lists(cuts, min_size=1, max_size=4), seed=st.integers(0, 999), turn=st.integers(0, 3))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_any_coursed_wall_has_the_patches_of_its_intervals(courses, seed, turn):
     """Random courses, triangulated, in random order, rotated and 10 km away: patches and areas as in one dimension."""
     lines = [[0, *c, 32] for c in courses]
@@ -464,7 +465,7 @@ def test_any_coursed_wall_has_the_patches_of_its_intervals(courses, seed, turn):
 
 
 @given(scale=st.floats(1e-3, 1e3), seed=st.integers(0, 999), far=st.booleans())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_patches_do_not_depend_on_frame_or_unit(scale, seed, far):
     still = pair_areas(zoo(), detect(zoo()))
     model = moved(zoo(), scale, rotation(seed), 1e4 * far * np.array([1.0, -1.0, 1.0]))
@@ -475,7 +476,7 @@ def test_patches_do_not_depend_on_frame_or_unit(scale, seed, far):
 
 
 @given(seed=st.integers(0, 999))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_order_of_blocks_and_faces_does_not_matter(seed):
     """Re-ordered, re-started faces: the very same patches; blocks re-ordered: the same up to names and direction."""
     rng = np.random.default_rng(seed)
@@ -501,7 +502,7 @@ def test_order_of_blocks_and_faces_does_not_matter(seed):
 
 
 @given(seed=st.integers(0, 999))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_noise_below_the_tolerance_changes_no_count(seed):
     rng, model = np.random.default_rng(seed), wall(4, 4)
     noise = 0.1 * length_tolerance(model)

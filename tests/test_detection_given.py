@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from cyclopean.assembly import Assembly, Block, Contacts, check_contacts, detect
 from cyclopean.errors import InputError
+from laws import examples
 
 SQUARE = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
 UP = np.array([0.0, 0, 1])
@@ -110,7 +111,7 @@ def test_no_contacts_no_questions():
 
 
 @given(seed=st.integers(0, 999), scale=st.floats(1e-2, 1e2), flips=st.lists(st.booleans(), min_size=5, max_size=5))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_what_was_found_passes_in_any_frame_and_any_winding(seed, scale, flips):
     q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
     q *= np.sign(np.linalg.det(q))

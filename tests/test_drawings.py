@@ -21,6 +21,7 @@ from cyclopean.design.walls.surfaces import Cone, Cylinder, Free, HeightGrid, Pl
 from cyclopean.errors import InputError
 from cyclopean.io import drawing_dict, read_drawing, read_model, write_model
 from cyclopean.io.drawings import wall_of
+from laws import examples
 
 SMALL = {"columns": 5, "rows": 3, "courses": 3, "width": 2.0, "height": 1.2}
 WALLS = {
@@ -86,7 +87,7 @@ def test_improved_seeds_are_kept():
     assert rows(wall_of(drawing_dict(wall)).assembly) == rows(wall.assembly)
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(seed=st.integers(0, 999), coursing=st.floats(0.0, 1.0), depth=st.floats(0.05, 0.5))
 def test_any_wall_survives_its_text(seed, coursing, depth):
     wall = polygonal_wall(PatternSettings(**SMALL, seed=seed, coursing=coursing), depth=depth)

@@ -11,6 +11,7 @@ from scipy.optimize import linprog
 
 from cyclopean.design.laying.dual_simplex import least
 from cyclopean.errors import SolverError
+from laws import examples
 
 
 def test_the_corner_of_a_triangle():
@@ -32,7 +33,7 @@ def test_what_cannot_be_is_refused():
         least(np.ones(1), np.array([[1.0], [-1.0]]), np.array([-0.5, 0.25]), np.zeros(1), np.ones(1))
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 8), m=st.integers(1, 120), whole=st.booleans())
 def test_as_another_solver_and_by_duality(seed, n, m, whole):
     draw = np.random.default_rng(seed)

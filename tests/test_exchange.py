@@ -27,6 +27,7 @@ from cyclopean.io.exchange import FORMATS, exchange_format
 from cyclopean.io.findings import Findings
 from cyclopean.io.model_json import model_dict
 from cyclopean.io.palette import linear, stone_colours
+from laws import examples
 
 WHOLE = [form.suffix for form in FORMATS.values() if form.holds is None]
 SINGLE = 2.0**-23  # GLB: single precision, relative to the size of a block
@@ -93,7 +94,9 @@ def models(draw):
 @pytest.mark.parametrize("suffix", WHOLE)
 @given(model=models())
 @settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=examples(20),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 def test_nothing_is_lost(suffix, model, monkeypatch):
     """The whole document comes back: every digit, GLB but for the rounding of vertices."""
@@ -110,7 +113,7 @@ def test_nothing_is_lost(suffix, model, monkeypatch):
 
 
 @given(model=models())
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(30), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_obj_keeps_ids_groups_order_and_every_digit(model):
     write_exchange("a.obj", model)
     again, _ = read_model("a.obj", "m")
@@ -120,7 +123,7 @@ def test_obj_keeps_ids_groups_order_and_every_digit(model):
 
 
 @given(model=models())
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(30), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_ply_keeps_ids_order_and_every_digit(model):
     write_exchange("a.ply", model)
     again, _ = read_model("a.ply", "m")

@@ -18,6 +18,7 @@ from cyclopean.assembly import Contacts, Load
 from cyclopean.design import arch, dome, stack, wall
 from cyclopean.errors import InputError
 from cyclopean.statics import equilibrium_system
+from laws import examples
 
 
 def marked(model):
@@ -34,7 +35,7 @@ MODELS = {"wall": marked(wall(6, 5)), "arch": marked(arch(12, span=3.0, thicknes
 
 
 @given(mu=st.floats(0.05, 2.0), tilt=st.floats(0.0, 60.0), push=st.floats(-0.9, 0.9))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_a_cube_by_hand(mu, tilt, push):
     slope = (np.sin(np.radians(tilt)) + push) / np.cos(np.radians(tilt))
     limit = min(mu, 1.0)
@@ -65,7 +66,7 @@ def test_only_loads_and_friction_are_new(name):
 @given(
     walk=st.lists(st.tuples(st.floats(0.2, 1.2), st.floats(0.0, 45.0), st.floats(0.0, 360.0)), min_size=2, max_size=7)
 )
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 def test_warm_is_cold_on_any_walk_of_the_sliders(name, walk):
     live = LiveModel(MODELS[name])
     for mu, tilt, azimuth in walk:

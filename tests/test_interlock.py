@@ -27,6 +27,7 @@ from cyclopean.design.walls.short_joints import SHORT, without_short_joints
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, faults, subdivide
 from cyclopean.view.wall_drawing import wall_svg
+from laws import examples
 
 DRESSED = PatternSettings(
     width=5.2, height=2.4, columns=14, rows=7, courses=7, quoins=Quoins(), coping=Coping(),
@@ -216,7 +217,7 @@ def test_the_default_wall_before_and_after() -> None:
 
 
 @given(seed=st.integers(0, 10**6), coursing=st.sampled_from([0.0, 0.4, 1.0]), lloyd=st.integers(0, 6))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_the_score_is_the_formula_pair_by_pair(seed: int, coursing: float, lloyd: int) -> None:
     pattern = draw_pattern(PatternSettings(seed=seed, coursing=coursing, lloyd=lloyd))
     found = interlock(pattern)
@@ -235,7 +236,7 @@ def test_dressed_walls_are_scored_alike() -> None:
 
 
 @given(factor=st.floats(0.01, 100.0), seed=st.integers(0, 1000))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_a_wall_of_another_size_has_the_same_score(factor: float, seed: int) -> None:
     one = interlock(draw_pattern(PatternSettings(seed=seed)))
     two = interlock(draw_pattern(PatternSettings(seed=seed, width=3.0 * factor, height=1.8 * factor)))
@@ -244,7 +245,7 @@ def test_a_wall_of_another_size_has_the_same_score(factor: float, seed: int) -> 
 
 
 @given(seed=st.integers(0, 10**6), coursing=st.sampled_from([0.0, 0.4, 1.0]))
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 def test_the_search_never_makes_a_wall_worse(seed: int, coursing: float) -> None:
     pattern = draw_pattern(PatternSettings(seed=seed, coursing=coursing))
     better = improve_interlock(pattern, rounds=25)

@@ -13,6 +13,7 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.io import MESH_SUFFIXES, read_model, write_mesh, write_model
 from cyclopean.io.bodies import pieces
+from laws import examples
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -117,7 +118,7 @@ def test_what_another_writer_writes(suffix):
     st.integers(0, 2**32 - 1),
     st.randoms(use_true_random=False),
 )
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_touching_cells_fall_apart(cells, seed, random):
     """Cubes of a grid share faces, edges and corners; turned, rounded to single precision and shuffled, each is found.
 

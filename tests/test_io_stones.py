@@ -22,6 +22,7 @@ from cyclopean.io import stones as module
 from cyclopean.io.obj import read_obj
 from cyclopean.io.stone_cache import cache_folder
 from fixtures_stones import NAMES, SCANS, boulder, box, needs_scans, obj, subdivided
+from laws import examples
 
 
 @pytest.fixture(autouse=True)
@@ -360,7 +361,7 @@ LINES = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(300), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(extra=st.lists(st.tuples(st.integers(0, 20), LINES), max_size=3))
 def test_the_fast_reader_says_what_the_careful_one_says_or_nothing(extra):
     lines = CLEAN.splitlines()

@@ -19,6 +19,7 @@ from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cone, Cylinder, Free, HeightGrid, Plane, Sphere, Thickness
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults, subdivide
+from laws import examples
 
 DOOR = (Opening(1.1, 0.7, 1.1),)
 ARCH = (Opening(1.1, 0.7, 1.2, 0.0, "arch"),)
@@ -82,7 +83,7 @@ def test_names_count_from_the_left_in_each_course() -> None:
     quoins=st.sampled_from([None, Quoins()]),
     batter=st.sampled_from([0.0, 0.05]),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_on_flat_walls_joints_are_what_detection_finds(seed, coursing, opening, coping, quoins, batter) -> None:
     drawn = PatternSettings(
         columns=5, rows=4, courses=4, seed=seed, coursing=coursing, openings=opening, coping=coping, quoins=quoins
@@ -256,7 +257,7 @@ def test_thin_arms_of_stones_are_cut_off_by_open_joints() -> None:
 
 
 @given(seed=st.integers(0, 10_000), chamfer=st.sampled_from([0.0, 0.012]))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_stones_with_open_joints_do_not_touch(seed, chamfer) -> None:
     pattern = polygonal_wall(PatternSettings(seed=seed, openings=DOOR, quoins=Quoins(0.5, 0.2), coursing=0.0)).pattern
     stones = Assembly(with_open_joints(pattern, Plane(), Thickness(0.2), gap=0.01, chamfer=chamfer))

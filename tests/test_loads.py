@@ -40,6 +40,7 @@ from cyclopean.errors import InputError
 from cyclopean.io import read_model, write_model
 from cyclopean.proof import verify
 from cyclopean.statics import body_loads, equilibrium_system
+from laws import examples
 
 G = 9.80665
 CUBE = prism("b", [(0, 0), (1, 0), (1, 1), (0, 1)], 1.0)
@@ -84,7 +85,7 @@ def test_body_forces_by_hand() -> None:
     assert wrench(heavy)[1] == pytest.approx(21.0)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-1e6, 1e6))
 def test_a_body_in_still_water_feels_no_pressure(seed: int, pressure: float) -> None:
     """Any closed mesh, not flat faces included: the areas add up to zero."""

@@ -23,6 +23,7 @@ from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.design import arch, stack, wall
 from cyclopean.view.figures import resultants
 from cyclopean.view.thrust import thrust_line
+from laws import examples
 
 
 def of(assembly, **said):
@@ -62,7 +63,7 @@ def test_what_falls_has_nothing_to_spare():
     assert found.geometric_safety == 1.0
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(scale=st.floats(1e-2, 1e3), heading=st.floats(0.1, 6.0))
 def test_margins_are_shares_and_do_not_depend_on_size_or_heading(scale, heading):
     model = stack(2, offset=0.3)

@@ -28,6 +28,7 @@ from fixtures_stones import (
     subdivided,
     torus,
 )
+from laws import examples
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -77,7 +78,7 @@ def test_minus_zero_is_zero():
     assert weld(np.array([[0.0, 0, 0], [-0.0, 0, 0], [1, 0, 0]]), np.array([[0, 1, 2]])).tolist() == [[0, 0, 2]]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(seed=SEEDS)
 def test_faces_that_were_turned_over_are_turned_back(seed):
     vertices, triangles = boulder(seed % 7)
@@ -299,7 +300,7 @@ def test_faces_in_one_plane_that_overlap():
     assert crossing(beside, np.array([[0, 1, 2], [3, 5, 4]])) is None  # a side in common
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=SEEDS, angle=st.floats(0.3, 2.6))
 def test_a_bent_bar_crosses_itself_just_when_it_is_bent_more_than_once_round(seed, angle):
     turns = angle / 2.0
@@ -310,7 +311,7 @@ def test_a_bent_bar_crosses_itself_just_when_it_is_bent_more_than_once_round(see
     assert (crossing(turned, triangles) is not None) == (turns > 1.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=SEEDS, reach=st.floats(4.0, 6.0))
 def test_a_corner_pulled_through_the_other_side_is_caught(seed, reach):
     """The corner leaves the stone on the far side, so its faces pass through faces there."""
@@ -321,7 +322,7 @@ def test_a_corner_pulled_through_the_other_side_is_caught(seed, reach):
     assert piece.fault.startswith("crosses itself near")
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(seed=SEEDS, scale=st.floats(1e-3, 1e3))
 def test_the_answer_does_not_depend_on_scale_place_or_order(seed, scale):
     draw = np.random.default_rng(seed)

@@ -29,6 +29,7 @@ from cyclopean.design.walls.pattern import PatternSettings, Seeds
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cone, Cylinder, Plane, Sphere, Twist
 from cyclopean.errors import InputError
+from laws import examples
 
 BOX = [(0, 1, 3), (0, 3, 2), (4, 7, 5), (4, 6, 7), (0, 5, 1), (0, 4, 5), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
        (1, 5, 7), (1, 7, 3)]  # fmt: skip
@@ -193,7 +194,7 @@ def test_a_hidden_site_has_neighbours():
 # flat and back
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @given(seed=st.integers(0, 99))
 def test_poses_come_back_from_the_flat_wall(seed):
     draw = np.random.default_rng(seed)

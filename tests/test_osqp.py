@@ -21,6 +21,7 @@ from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.design import arch, stack, wall
 from cyclopean.errors import InputError, SolverError
 from cyclopean.solvers import ConicProgram, solve
+from laws import examples
 from near_limit import G, posed, random_assembly
 
 pytest.importorskip("osqp", reason="the osqp package is not installed (pip install 'cyclopean[osqp]')")
@@ -99,7 +100,7 @@ def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
 # --- rigid-block equilibrium ------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(seed=st.integers(0, 10_000), tilt=st.sampled_from([0.0, 3.0, 50.0]))
 def test_osqp_agrees_with_the_chain(seed: int, tilt: float) -> None:
     """The same word wherever it has one, with residuals in the exact cone; near a limit it may be undecided."""

@@ -11,6 +11,7 @@ from cyclopean.design.laying.pack import METHODS, Weights, best_fit, pack, score
 from cyclopean.design.laying.planning import AshlarSettings
 from cyclopean.design.laying.stock import Slab
 from cyclopean.errors import InputError
+from laws import examples
 from test_ashlar import BOX, BRICK, laws, of
 
 SLOT = np.array([0.3, 0.2, 0.15])
@@ -120,7 +121,7 @@ def test_laws(method, bond):
     assert [(s.slot, s.sawn.slab) for s in again.wall.laid] == [(s.slot, s.sawn.slab) for s in done.wall.laid]
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.8, 3.0), st.sampled_from([0.0, 0.01]))
 def test_laws_of_free_slots(seed, length, joint):
     own = AshlarSettings(length, 0.6, 0.2, head=joint, bed=joint)

@@ -26,6 +26,7 @@ from cyclopean.geometry import newell_normals
 from cyclopean.io import read_model, write_model
 from cyclopean.proof import seal, verify
 from cyclopean.statics import Schur, equilibrium_system
+from laws import examples
 
 G = 9.80665
 ROLLER = ("z", "rx", "ry", "rz")
@@ -88,7 +89,7 @@ def test_an_arch_on_a_roller_falls_and_a_tie_holds_it(method: str) -> None:
     assert verdict(sprung(("x", "y", "z")), method) == "unstable"  # the springer turns about its centre
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(st.integers(0, 63), st.floats(-20.0, 20.0), st.floats(0.0, 360.0), st.sampled_from(METHODS))
 def test_a_quarter_turn_changes_x_and_y(mask: int, tilt: float, azimuth: float, method: str) -> None:
     """What stands does so seen from another side as well; directions turn with it."""
@@ -105,7 +106,7 @@ def test_a_quarter_turn_changes_x_and_y(mask: int, tilt: float, azimuth: float, 
     assert "undecided" in (one, two) or one == two
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(st.integers(0, 3), st.floats(0.0, 40.0), st.floats(0.0, 360.0), st.sampled_from(METHODS))
 def test_held_in_all_six_is_fixed(block: int, tilt: float, azimuth: float, method: str) -> None:
     model = stack(3, offset=0.2)
@@ -118,7 +119,7 @@ def test_held_in_all_six_is_fixed(block: int, tilt: float, azimuth: float, metho
     assert fixed.certificate == held.certificate
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(st.integers(0, 62), st.integers(0, 62), st.floats(0.0, 40.0), st.floats(0.0, 360.0))
 def test_more_support_never_takes_a_stable_verdict_away(few: int, more: int, tilt: float, azimuth: float) -> None:
     """Exact for equilibrium alone: what balances with fewer rows to balance balances too."""

@@ -21,6 +21,7 @@ from cyclopean.assembly.patches import Surface, meeting, meetings
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import mesh_of, solid_of
 from fixtures_stones import boulder, box, rotation, sphere, subdivided
+from laws import examples
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -99,7 +100,7 @@ def test_the_order_of_the_blocks_turns_the_normal():
     assert patch.normal == pytest.approx([0.0, 0.0, -1.0])
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(seed=SEEDS)
 def test_two_uneven_plates(seed):
     noise, band = 0.0005, 0.003
@@ -208,7 +209,7 @@ def test_a_ball_on_the_ground():
     is_sound(model, contacts, (patch,))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 @given(seed=SEEDS)
 def test_contacts_of_stones_are_accepted_and_turn_with_them(seed):
     """Two boulders pressed against each other: what is found is a fact of the two, not of the frame or the mesh."""
@@ -236,7 +237,7 @@ def test_contacts_of_stones_are_accepted_and_turn_with_them(seed):
     assert rough_contacts(larger, 0.02)[0].area == pytest.approx(100.0 * contacts.area, rel=1e-6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_several_blocks_met_together_are_those_met_one_by_one(seed):
     """A ball among balls, one of them far away: the same patches to the bit, and each with its own block."""

@@ -25,6 +25,7 @@ from cyclopean.design.walls.openings import Opening, clear_shape, head_stones
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.errors import InputError
 from cyclopean.geometry import faults, power_diagram, subdivide
+from laws import examples
 
 DOOR = Opening(0.9, 0.7, 1.0)
 WINDOW = Opening(2.6, 0.8, 0.95, 0.55, "arch")
@@ -202,7 +203,7 @@ walls = st.builds(
 
 
 @given(walls)
-@settings(max_examples=70, deadline=None)
+@settings(max_examples=examples(70), deadline=None)
 def test_every_wall_is_valid_or_refused_in_one_line(wanted: PatternSettings) -> None:
     pattern = drawn_or_refused(wanted)
     if isinstance(pattern, str):
@@ -221,7 +222,7 @@ def test_every_wall_is_valid_or_refused_in_one_line(wanted: PatternSettings) -> 
     coursing=st.sampled_from([0.0, 0.6, 1.0]),
     coping=st.sampled_from([None, Coping(0.15, 0.8)]),
 )
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_dressed_stones_keep_their_shape(seed: int, coursing: float, coping: Coping | None) -> None:
     """On level ground quoins and coping stones are rectangles, however the field is levelled."""
     pattern = draw_pattern(
@@ -249,7 +250,7 @@ def test_a_change_to_a_short_joint_covers_what_was_covered() -> None:
 
 
 @given(seed=st.integers(0, 10**6), stretch=st.floats(0.5, 2.0))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_a_stretched_wall_stretches_its_stones(seed: int, stretch: float) -> None:
     one = draw_pattern(PatternSettings(seed=seed, sliver=0.0))
     two = draw_pattern(PatternSettings(seed=seed, sliver=0.0, width=3.0 * stretch))

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from cyclopean.errors import InputError
 from cyclopean.geometry import arrangement, dissolved, faults, hidden_sites, merged, power_diagram, subdivide
+from laws import examples
 
 LOW, HIGH = np.array([-1.0, 2.0]), np.array([3.0, 4.5])
 AREA = 10.0
@@ -120,7 +121,7 @@ def test_a_site_too_light_to_matter_costs_no_digits() -> None:
 @given(
     n=st.integers(1, 60), spread=st.floats(0.0, 3.0), seed=st.integers(0, 2**32 - 1), snap=st.sampled_from([0.0, 0.5])
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_cells_tile_the_rectangle_and_belong_to_the_site_of_least_power(
     n: int, spread: float, seed: int, snap: float
 ) -> None:
@@ -139,7 +140,7 @@ def test_cells_tile_the_rectangle_and_belong_to_the_site_of_least_power(
 
 
 @given(seed=st.integers(0, 2**32 - 1), shift=st.floats(-1e3, 1e3), heavier=st.floats(-5.0, 5.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_moving_everything_or_adding_to_every_weight_changes_nothing(seed: int, shift: float, heavier: float) -> None:
     draw = np.random.default_rng(seed)
     site, weight = draw.uniform(LOW, HIGH, (30, 2)), draw.uniform(0.0, 0.3, 30)
@@ -157,7 +158,7 @@ def test_same_input_same_bits() -> None:
 
 
 @given(n=st.integers(1, 80), seed=st.integers(0, 2**32 - 1), at=st.sampled_from([0.0, 1e-13, 1e-10, 0.1]))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_overlay_covers_all_but_the_voids(n: int, seed: int, at: float) -> None:
     site = np.random.default_rng(seed).uniform(LOW, HIGH, (n, 2))
     cells = power_diagram(site, np.zeros(n), LOW, HIGH)

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.proof import verify
+from laws import examples
 from test_proof_checker import (
     BASE,
     CUBE,
@@ -178,7 +179,7 @@ def test_small_friction_may_not_push_forward():
 
 # --- laws ------------------------------------------------------------------------------------------------------------
 
-LAWS = settings(max_examples=25, deadline=None)
+LAWS = settings(max_examples=examples(25), deadline=None)
 builds = st.sampled_from([*COUPLED, lambda: sliding(by=0.0099), lambda: sliding(sink=0.999), lambda: tipping(lift=11)])
 exponents = st.integers(-60, 60)
 

@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.proof import checker, verify, verify_file
+from laws import examples
 from test_proof_checker import BASE, CUBE, GROUND, RHO, G, box, contact, cube_on_ground, overhang, sealed, state
 from test_proof_cra_state import BOUNDS, COUPLED
 from test_proof_laws import cross, moved
@@ -286,7 +287,7 @@ def test_sectors_that_do_not_cover(name):
     assert reason in report.reason, report.reason
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.lists(st.integers(0, 359), min_size=1, max_size=7), st.integers(0, 7))
 def test_sectors_agree_with_angles(degrees, point):
     """At the right end N = +x too; sorted or not, whatever the gaps: the checker sees what the angles say."""
@@ -424,7 +425,7 @@ def test_loads_count_as_weights_do():
     assert margin(half, pushes([0, 4]), lambda case, k: {"engaged": k in (0, 4)})[0] == 2
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(
     st.sampled_from([[1.0, 0, 0], [0, -1.0, 0], [1.0, 2.0, 2.0], [-0.3, 0.7, 0.2]]),
     st.tuples(*[st.floats(-1, 1).map(lambda x: round(x, 3))] * 3),
@@ -464,7 +465,7 @@ small = st.floats(-1, 1).map(lambda x: round(x, 3))
 triples = st.tuples(small, small, small)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.data())
 def test_no_leaf_excludes_a_state_that_is_in_its_cell(data):
     """The law that matters. Two cubes with random forces and a random displacement that are coupled; loads that balance
@@ -554,7 +555,7 @@ def balancing(model, points, forces):
     return loads
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(triples, triples, triples, triples, st.sampled_from([1.0, 20.0]))
 def test_no_motion_within_the_bounds_exceeds_its_reach(v1, w1, v2, w2, eta):
     """Displacements that use up the bounds somewhere: centres and rotations stay below the a-priori bounds."""
@@ -654,7 +655,7 @@ TREES = [
     lambda: tree(frame_model(0.05), by_speed(5.0, 3.0)),
     lambda: tree(frame_model(0.05), BAD["twice round"][0]),
 ]
-LAWS = settings(max_examples=15, deadline=None)
+LAWS = settings(max_examples=examples(15), deadline=None)
 
 
 def same(certificate, other):

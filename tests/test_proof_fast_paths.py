@@ -36,9 +36,10 @@ from cyclopean.proof.checker import (
     _triples,
     _vectors,
 )
+from laws import examples
 from test_proof_checker import CUBE_FACES, cube_on_ground, sealed
 
-LAWS = settings(max_examples=300, deadline=None)
+LAWS = settings(max_examples=examples(300), deadline=None)
 small = st.integers(-6, 6)
 points = st.tuples(small, small, small)
 tolerances = st.integers(0, 2)

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.proof import seal, verify
+from laws import examples
 from test_proof_checker import (
     BASE,
     PROVED,
@@ -375,7 +376,7 @@ values = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.sampled_from(PROVED), st.data())
 def test_random_damage_never_raises(build, data):
     """Up to three random places replaced by random values: unsealed refused; re-sealed answered without exception."""

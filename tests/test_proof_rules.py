@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from cyclopean.proof import verify
 from cyclopean.proof.checker import EXACT, NEARLY, _area_vector, _corrections, _cross
+from laws import examples
 from test_proof_checker import (
     BASE,
     CUBE,
@@ -149,7 +150,7 @@ triangles = st.lists(st.tuples(*[st.integers(-9, 9)] * 3), min_size=3, max_size=
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(triangles, wrenches)
 def test_corrections_add_up_to_what_is_sent(ring, wrench):
     found = corrections(wrench[:3], wrench[3:], ring)
@@ -158,7 +159,7 @@ def test_corrections_add_up_to_what_is_sent(ring, wrench):
     assert [sum(x) for x in zip(*moments, strict=True)] == list(wrench[3:])
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(triangles, wrenches)
 def test_the_least_correction_in_the_plane_and_out_of_it(ring, wrench):
     """The same by least squares over what acts across the plane and what acts in it: no other forces are as small."""

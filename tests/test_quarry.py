@@ -17,6 +17,7 @@ from cyclopean.design.stones.quarry import _icosphere, laid_out, quarry, stand_i
 from cyclopean.design.stones.stone import in_body_frame, stone_of
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import solid_of, solid_volume
+from laws import examples
 
 FOUND = os.environ.get("CYCLOPEAN_STONES", "")
 # Of 16 scans (ETH1100): mean and deviation of b/a, c/a, volume/hull and sphericity.
@@ -70,7 +71,7 @@ def test_shapes_match_the_scans(scans):
         assert ks_2samp(ours[name], theirs[name]).pvalue > 0.05, name
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(seed=st.integers(0, 2**40), low=st.floats(1e-3, 10.0), wide=st.floats(1.0, 50.0))
 def test_every_stone_is_a_solid_within_the_band_and_star_shaped(seed, low, wide):
     for one in quarry(2, seed, (low, low * wide), detail=2):

@@ -15,6 +15,7 @@ from cyclopean.assembly import Assembly, Block, Contacts, Load, detect
 from cyclopean.assembly.rearranging import Arrangement, Pose, arrange
 from cyclopean.design import wall
 from cyclopean.errors import InputError
+from laws import examples
 
 BOX = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 STILL = np.eye(3)
@@ -80,7 +81,7 @@ def test_supports_and_loads_go_with_their_blocks():
 
 
 @given(data=st.data())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_any_way_there_is_the_same_as_detection_from_nothing(data):
     home = begun(replace(wall(4, 4), contacts=None))
     now, number = home, st.integers(1, len(home.model) - 1)

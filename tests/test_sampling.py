@@ -16,6 +16,7 @@ from cyclopean.design.stones.sampling import BITS, SHIFT, SIDE, _intervals, _sob
 from cyclopean.design.stones.stone import in_body_frame, stone_of
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import difference, mesh_of, solid_of, solid_volume, split_by_plane
+from laws import examples
 
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 SHARE = 0.018  # of the volume; 1,024 points, 1,800 half-spaces: 0.3 % in the mean, 1.0 % in 99 of 100, 1.5 % at worst
@@ -75,7 +76,7 @@ def test_a_stone_with_a_hollow_inside_is_left_hollow():
     assert np.mean(points[:, 0] < 1) == pytest.approx(2 / 5.5, abs=0.006)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(seed=st.integers(0, 10**6), where=st.floats(0.1, 0.9), way=st.integers(0, 10**6))
 def test_shares_of_half_spaces_are_those_of_the_solid(seed, where, way):
     one = quarry(1, seed, detail=2)[0]
@@ -87,7 +88,7 @@ def test_shares_of_half_spaces_are_those_of_the_solid(seed, where, way):
     assert np.mean(points @ normal <= offset) == pytest.approx(solid_volume(before) / one.volume, abs=SHARE)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_centre_and_inertia_are_those_of_the_solid(seed):
     one = quarry(1, seed, detail=2)[0]
@@ -97,7 +98,7 @@ def test_centre_and_inertia_are_those_of_the_solid(seed):
     assert np.abs(spread - np.eye(3)).max() < 0.036  # 0.032
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_neither_frame_nor_order_nor_triangulation_counts(seed):
     draw = np.random.default_rng(seed)

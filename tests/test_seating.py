@@ -23,6 +23,7 @@ from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import in_body_frame
 from cyclopean.errors import InputError
 from fixtures_stones import box, rotation, sphere, subdivided
+from laws import examples
 
 EYE = np.eye(3)
 SEEDS = st.integers(0, 2**32 - 1)
@@ -184,7 +185,7 @@ def outward(points):
     return faces
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(seed=st.integers(0, 400), convex=st.booleans())
 def test_no_two_stones_share_a_volume_and_a_rest_is_in_balance(seed, convex):
     stone, lying, height = pile(seed, convex)
@@ -206,7 +207,7 @@ def test_no_two_stones_share_a_volume_and_a_rest_is_in_balance(seed, convex):
         assert free.margin > -1e-3 * np.cbrt(stone.volume)
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=examples(4), deadline=None)
 @given(seed=st.integers(0, 400), yaw=st.floats(0.1, 6.0), scale=st.sampled_from([0.01, 1000.0]))
 def test_nothing_depends_on_where_it_is_or_in_which_unit(seed, yaw, scale):
     stone, lying, height = pile(seed)
@@ -221,7 +222,7 @@ def test_nothing_depends_on_where_it_is_or_in_which_unit(seed, yaw, scale):
     assert grown.shift / scale == pytest.approx(found.shift, abs=2e-4)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=SEEDS, count=st.integers(3, 12))
 def test_the_margin_by_half_planes_of_another_hull(seed, count):
     draw = np.random.default_rng(seed)

@@ -26,6 +26,7 @@ from cyclopean.design import stack, wall
 from cyclopean.errors import InputError
 from cyclopean.io import sensitivity_dict
 from cyclopean.view.sensitivity_chart import sensitivity_section
+from laws import examples
 
 RBE = Settings(method="rbe")
 CUBE = stack(1)
@@ -101,7 +102,7 @@ def test_a_sample_does_not_depend_on_those_before_it():
     assert {"stable", "unstable"} <= set(found.words)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 @given(
     mu=st.floats(0.3, 0.8),
     tilt=st.floats(0.5, 12.0),

@@ -15,6 +15,7 @@ from cyclopean.design.construction.blocking import Neighbours, blockers, freest,
 from cyclopean.design.construction.colouring import colouring
 from cyclopean.design.construction.ordering import Edge, SupportGraph, layers, support_graph, take_apart
 from cyclopean.design.construction.sequence import build_sequence
+from laws import examples
 from sequence_cases import four_legs
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -62,7 +63,7 @@ def test_a_stone_in_a_closed_box_is_trapped_and_who_traps_it_is_named():
     assert insertion(dovetail, {0, 1, 2}, UP) == pytest.approx([0, 1, 0])
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(st.lists(st.tuples(*[st.integers(-2, 2)] * 3).filter(any), min_size=1, max_size=7))
 def test_a_way_is_found_exactly_where_there_is_one(rows):
     """Against linear programmes: the cone holds more than 0 iff one of six coordinates can be pushed from 0 in it."""
@@ -214,7 +215,7 @@ def test_neighbours_in_it_differ_in_colour(found):
     assert np.all(found.colour[found.contacts.a] != found.colour[found.contacts.b])
 
 
-@settings(deadline=None, max_examples=6)
+@settings(deadline=None, max_examples=examples(6))
 @given(
     scale=st.floats(0.01, 100.0),
     turn=st.floats(-0.7, 0.7),  # less would let another end of the wall come first

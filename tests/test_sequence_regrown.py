@@ -36,6 +36,7 @@ from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.errors import InputError
 from cyclopean.proof import verify
 from cyclopean.statics import Schur, equilibrium_system
+from laws import examples
 from sequence_cases import four_legs
 
 
@@ -89,7 +90,7 @@ def test_a_state_is_a_state_of_the_same_model():
 
 
 @given(seed=st.integers(0, 10_000), columns=st.integers(3, 5), rows=st.integers(2, 3), mu=st.sampled_from([0.5, 0.84]))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 def test_a_grown_wall_has_the_verdict_of_a_check_from_nothing(seed, columns, rows, mu):
     size = PatternSettings(columns=columns, rows=rows, courses=rows, width=0.4 * columns, height=0.4 * rows, seed=seed)
     model = polygonal_wall(size).assembly
@@ -105,7 +106,7 @@ def test_a_grown_wall_has_the_verdict_of_a_check_from_nothing(seed, columns, row
 
 
 @given(scale=st.floats(-5.0, 5.0), seed=st.integers(0, 10_000))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_what_is_known_is_only_a_guess(scale, seed):
     """Whatever the known state says, a stage that falls is not called stable, and one that stands has a proof."""
     random = np.random.default_rng(seed)

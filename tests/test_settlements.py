@@ -28,6 +28,7 @@ from cyclopean.errors import InputError
 from cyclopean.io import read_model, result_dict, write_model
 from cyclopean.proof import seal, verify
 from cyclopean.view import report_html
+from laws import examples
 
 G = 9.80665
 PARTING = 0.01
@@ -116,7 +117,7 @@ def test_heyman_hinges_of_an_arch() -> None:
     assert f"forces go with the displacement, to {off:.2g} of the settlement; " in report.reason
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["arch", "wall", "dome"]))
 def test_all_supports_moved_as_one_body_change_nothing(seed: int, name: str) -> None:
     """The blocks go along; the least forces stay what they are without a settlement."""
@@ -136,7 +137,7 @@ def test_all_supports_moved_as_one_body_change_nothing(seed: int, name: str) -> 
     assert result.force == pytest.approx(before.force, abs=1e-6 * float(np.abs(before.force).max()))
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=examples(4), deadline=None)
 @given(st.floats(1e-6, 1e3), st.floats(1e-3, 1e3))
 def test_only_the_direction_of_a_settlement_matters(size: float, scale: float) -> None:
     model = arch(10)  # three hinges: with an odd number there are four, and a sway that costs nothing

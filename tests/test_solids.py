@@ -27,6 +27,7 @@ from cyclopean.geometry.solids import (
 )
 from cyclopean.io import read_stones
 from fixtures_stones import NAMES, SCANS, boulder, box, needs_scans, rotation, subdivided
+from laws import examples
 
 SEEDS = st.integers(0, 2**32 - 1)
 SHIFT = st.tuples(*[st.floats(0.01, 0.99)] * 3)
@@ -39,7 +40,7 @@ def two(seed):
     return a, moved(b, rotation(seed), draw.uniform(-0.15, 0.15, 3))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(shift=SHIFT)
 def test_two_cubes_by_hand(shift):
     cube = solid_of(*box())
@@ -85,7 +86,7 @@ def test_a_turn_comes_before_a_shift():
     assert corner.max(axis=0) == pytest.approx([10, 2, 1])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=SEEDS)
 def test_what_is_common_and_what_is_left_make_the_whole(seed):
     a, b = two(seed)
@@ -100,7 +101,7 @@ def test_what_is_common_and_what_is_left_make_the_whole(seed):
         assert not len(triangles) or mesh_faults(pack([(vertices, triangles)])) == []
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(seed=SEEDS)
 def test_volumes_do_not_see_a_motion_of_both(seed):
     a, b = two(seed)
@@ -111,7 +112,7 @@ def test_volumes_do_not_see_a_motion_of_both(seed):
     assert solid_volume(intersection(c, d)) == pytest.approx(solid_volume(intersection(a, b)), rel=1e-8, abs=1e-12)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(seed=SEEDS, offset=st.floats(-0.4, 0.4))
 def test_both_sides_of_a_cut_make_the_whole(seed, offset):
     solid = solid_of(*boulder(seed % 13))
@@ -123,7 +124,7 @@ def test_both_sides_of_a_cut_make_the_whole(seed, offset):
         assert height.min(initial=0.0) > -1e-9
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(seed=SEEDS)
 def test_the_volume_is_that_of_the_mesh_and_does_not_depend_on_its_triangles(seed):
     vertices, triangles = boulder(seed % 13)

@@ -22,6 +22,7 @@ from cyclopean.statics import (
     pyramid_rows,
     turned_gravity,
 )
+from laws import examples
 
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 G = np.array([0.0, 0.0, -10.0])
@@ -128,7 +129,7 @@ def test_pyramids_bracket_the_cone() -> None:
 
 @pytest.mark.parametrize("model", [wall(3, 4), arch(7)], ids=["wall", "arch"])
 @pytest.mark.parametrize("backend", ["rslab", "scipy"])
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(seed=st.integers(0, 100))
 def test_schur_is_a_d_a_transposed(model: Assembly, backend: str, seed: int) -> None:
     system = system_of(model)

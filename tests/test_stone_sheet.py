@@ -16,6 +16,7 @@ from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import stone_of
 from cyclopean.errors import InputError
 from cyclopean.view.stone_sheet import stone_sheet_svg
+from laws import examples
 
 SVG = "{http://www.w3.org/2000/svg}"
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -70,7 +71,7 @@ def test_volumes_are_written_in_the_unit_that_reads_best():
     assert "t1.2 m\u00b3, blade" in names
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_faces_look_at_the_viewer_and_cover_the_outline(seed):
     stone = quarry(1, seed, detail=2)[0]

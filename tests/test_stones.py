@@ -19,6 +19,7 @@ from cyclopean.design.stones.stone import in_body_frame, stone_of
 from cyclopean.errors import InputError
 from cyclopean.io import read_stones
 from fixtures_stones import NAMES, SCANS, boulder, box, needs_scans, rotation, sphere, subdivided
+from laws import examples
 
 SEEDS = st.integers(0, 2**32 - 1)
 ROUNDING = 1e-9  # far above what turning and summing in another order does to a stone 10 m from the origin
@@ -97,7 +98,7 @@ def facts(stone):
     return [stone.volume, stone.hull_volume, stone.area, *stone.half, shape.solidity, shape.sphericity]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=SEEDS, divide=st.booleans())
 def test_facts_turn_with_the_stone_and_do_not_depend_on_how_it_is_written(seed, divide):
     draw = np.random.default_rng(seed)
@@ -123,7 +124,7 @@ def test_facts_turn_with_the_stone_and_do_not_depend_on_how_it_is_written(seed, 
         assert b.misfit == pytest.approx(a.misfit, abs=1e-8)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(seed=SEEDS, scale=st.floats(1e-2, 1e2))
 def test_what_scales_and_how(seed, scale):
     vertices, triangles = boulder(seed % 11)

@@ -18,6 +18,7 @@ from cyclopean.design.walls.surfaces import (
     tightest_radius,
 )
 from cyclopean.errors import InputError
+from laws import examples
 
 WIDTH, HEIGHT = 3.0, 1.8
 
@@ -66,7 +67,7 @@ def test_points_by_hand() -> None:
 
 
 @pytest.mark.parametrize("name", SURFACES)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(u=st.floats(0.01, WIDTH - 0.01), v=st.floats(0.01, HEIGHT - 0.01))
 def test_normals_are_unit_and_cross_the_differences(name, u, v) -> None:
     surface, step = SURFACES[name], 1e-5

@@ -27,6 +27,7 @@ from cyclopean.errors import InputError
 from cyclopean.io import read_model, write_model
 from cyclopean.proof import checker, seal, verify
 from cyclopean.statics import equilibrium_system
+from laws import examples
 
 G = 9.80665
 W = 2400.0 * G
@@ -87,7 +88,7 @@ def ring(seed: int, corners: int, convex: bool) -> np.ndarray:
     return np.asarray(flat @ (turn * np.sign(np.linalg.det(turn))) + 10.0 * rng.normal(size=3))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(3, 9), st.booleans())
 def test_shares_keep_force_and_moment(seed: int, corners: int, convex: bool) -> None:
     """They add up to one at the centroid, here from the triangles that fan from the first corner."""
@@ -102,7 +103,7 @@ def test_shares_keep_force_and_moment(seed: int, corners: int, convex: bool) -> 
     assert not convex or share.min() > 0.0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(3, 7), st.booleans(), st.floats(1.0, 1e7))
 def test_the_checker_finds_the_same_pulls(seed: int, corners: int, convex: bool, strength: float) -> None:
     """Exact fractions against floats; t |N| in the checker's units."""
@@ -118,7 +119,7 @@ def test_the_checker_finds_the_same_pulls(seed: int, corners: int, convex: bool,
     assert found == pytest.approx(contacts.pull * 2.0 * contacts.area[0], rel=1e-9, abs=1e-9 * strength)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.floats(0.0, 60.0), st.floats(0.0, 360.0), st.floats(1.0, 5.0))
 def test_a_stronger_joint_never_takes_a_stable_verdict_away(tilt: float, azimuth: float, more: float) -> None:
     model = wall(2, 2)

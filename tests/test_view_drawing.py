@@ -18,6 +18,7 @@ from cyclopean.view.drawing import displaced, feature_edges, outlines, picture, 
 from cyclopean.view.elevation import View, elevation_svg, front_view, project
 from cyclopean.view.figures import block_utilisation, cases, fastest, glue, number, pressing, resultants, worst
 from cyclopean.view.motion import drawn_motion, moved
+from laws import examples
 from test_view_report import BOX, TREE, arch, collapsing_stack, hexahedron, sinking, square
 
 CUBE = np.concatenate([square(0, 0), square(0, 1)])
@@ -212,7 +213,7 @@ def test_classes_by_hand():
     assert found.tolist() == [0, 3, 9, 9, -1, -2]
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(st.floats(allow_nan=True, allow_infinity=True))
 def test_numbers_are_written_and_mean_what_they_say(value):
     text = number(value, 4)
