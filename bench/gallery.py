@@ -16,7 +16,7 @@ from cyclopean.analysis import Settings, check
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.design.construction.colouring import colouring
-from cyclopean.design.laying.settle import settle
+from cyclopean.design.rubble.settle import settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.walls.corner import corner_wall, corner_with_open_joints, joint_score

@@ -19,7 +19,7 @@ import numpy as np
 
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, Contacts, supports
-from cyclopean.design.laying.settle import SettleSettings, settle
+from cyclopean.design.rubble.settle import SettleSettings, settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import Stone, in_body_frame, stone_of

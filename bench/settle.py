@@ -21,7 +21,7 @@ from time import perf_counter, process_time
 
 from cyclopean.analysis import Settings, check
 from cyclopean.cli.workers import beside
-from cyclopean.design.laying.settle import RubbleWall, SettleSettings, largest_overlap, settle
+from cyclopean.design.rubble.settle import RubbleWall, SettleSettings, largest_overlap, settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.io.stones import read_stones

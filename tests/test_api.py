@@ -16,8 +16,8 @@ from cyclopean import analysis
 from cyclopean.analysis import Live, LiveLoad
 from cyclopean.cli import main
 from cyclopean.design.construction import sequence as sequencing
-from cyclopean.design.laying.settle import SettleSettings
 from cyclopean.design.matching.match import MatchSettings
+from cyclopean.design.rubble.settle import SettleSettings
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from laws import examples

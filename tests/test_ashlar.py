@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Settings, check
-from cyclopean.design.laying.ashlar import ashlar, face_of, open_stones
-from cyclopean.design.laying.planning import AshlarSettings
-from cyclopean.design.laying.stock import Slab, saw, slabs_of, stock_of
+from cyclopean.design.ashlar.planning import AshlarSettings
+from cyclopean.design.ashlar.stock import Slab, saw, slabs_of, stock_of
+from cyclopean.design.ashlar.wall import ashlar, face_of, open_stones
 from cyclopean.design.stones.stone import stone_of
 from cyclopean.design.walls.openings import Opening
 from cyclopean.errors import InputError

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cyclopean.design.laying.bonds import BONDS, Span, best_joint, clipped, course_spans, lap_of, relieved, tied
+from cyclopean.design.ashlar.bonds import BONDS, Span, best_joint, clipped, course_spans, lap_of, relieved, tied
 from cyclopean.errors import InputError
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from cyclopean.design.laying.dual_simplex import least
+from cyclopean.design.rubble.dual_simplex import least
 from cyclopean.errors import SolverError
 from laws import examples
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cyclopean.design.laying.height_map import edges_of, rasters, rest_heights
+from cyclopean.design.rubble.height_map import edges_of, rasters, rest_heights
 from cyclopean.errors import InputError
 from fixtures_stones import boulder, box, rotation
 

@@ -18,7 +18,7 @@ from coupled_cases import beams, shaft, tilted
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, supports
 from cyclopean.design import arch, dome, stack, wall
-from cyclopean.design.laying.settle import SettleSettings, settle
+from cyclopean.design.rubble.settle import SettleSettings, settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import in_body_frame, stone_of

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Settings, check
-from cyclopean.design.laying.ashlar import ashlar
-from cyclopean.design.laying.pack import METHODS, Weights, best_fit, pack, score, scores_of
-from cyclopean.design.laying.planning import AshlarSettings
-from cyclopean.design.laying.stock import Slab
+from cyclopean.design.ashlar.best_fit import METHODS, Weights, best_fit, pack, score, scores_of
+from cyclopean.design.ashlar.planning import AshlarSettings
+from cyclopean.design.ashlar.stock import Slab
+from cyclopean.design.ashlar.wall import ashlar
 from cyclopean.errors import InputError
 from laws import examples
 from test_ashlar import BOX, BRICK, laws, of

@@ -14,10 +14,10 @@ import pytest
 
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly.patches import Surface
-from cyclopean.design.laying import parallel
-from cyclopean.design.laying.places import Place
-from cyclopean.design.laying.settle import OVERLAP, SettleSettings, largest_overlap, settle
-from cyclopean.design.laying.standing import FRICTION, Mass, Structure
+from cyclopean.design.rubble import parallel
+from cyclopean.design.rubble.places import Place
+from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, largest_overlap, settle
+from cyclopean.design.rubble.standing import FRICTION, Mass, Structure
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from fixtures_stones import box

@@ -7,8 +7,8 @@ place of a stone kept, or one in another order; a stone that touches nothing tak
 
 import numpy as np
 
-from cyclopean.design.laying import places
-from cyclopean.design.laying.places import BESIDE, Looked, Place, Slot, Weights, assessed, bedded, different, ranked
+from cyclopean.design.rubble import places
+from cyclopean.design.rubble.places import BESIDE, Looked, Place, Slot, Weights, assessed, bedded, different, ranked
 from cyclopean.design.stones.quarry import quarry
 
 CELL = 0.06

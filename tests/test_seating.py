@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from cyclopean.design.laying.features import body_of
-from cyclopean.design.laying.seating import heyman_margin, overlap_share, seat
+from cyclopean.design.rubble.features import body_of
+from cyclopean.design.rubble.seating import heyman_margin, overlap_share, seat
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import in_body_frame
 from cyclopean.errors import InputError

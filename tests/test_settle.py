@@ -11,14 +11,14 @@ from scipy.spatial import ConvexHull
 
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, Contacts, rough_contacts
-from cyclopean.design.laying import coursing
-from cyclopean.design.laying.hearting import highest_plane, small_stones, wedge_under
-from cyclopean.design.laying.height_map import edges_of, rasters
-from cyclopean.design.laying.places import Bedded, Slot, Weights, bedded, ranked
-from cyclopean.design.laying.rubble import ways_of
-from cyclopean.design.laying.seating import body_of, seat
-from cyclopean.design.laying.settle import OVERLAP, SettleSettings, largest_overlap, settle
-from cyclopean.design.laying.standing import FRICTION
+from cyclopean.design.rubble import coursing
+from cyclopean.design.rubble.hearting import highest_plane, small_stones, wedge_under
+from cyclopean.design.rubble.height_map import edges_of, rasters
+from cyclopean.design.rubble.places import Bedded, Slot, Weights, bedded, ranked
+from cyclopean.design.rubble.seating import body_of, seat
+from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, largest_overlap, settle
+from cyclopean.design.rubble.standing import FRICTION
+from cyclopean.design.rubble.wall import ways_of
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import stone_of

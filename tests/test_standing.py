@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cyclopean.assembly.patches import Surface
-from cyclopean.design.laying.standing import GRAVITY, Fresh, Mass, Structure
+from cyclopean.design.rubble.standing import GRAVITY, Fresh, Mass, Structure
 from fixtures_stones import box, subdivided
 
 

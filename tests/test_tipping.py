@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from cyclopean.design.laying import tipping
-from cyclopean.design.laying.tipping import FAR, left_under, tipped
+from cyclopean.design.rubble import tipping
+from cyclopean.design.rubble.tipping import FAR, left_under, tipped
 
 CELL, STEEP = 0.04, 0.35
 

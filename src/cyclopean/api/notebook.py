@@ -27,7 +27,7 @@ SHOWN = {
     ("cyclopean.assembly.blocks", "Assembly"): "structure",
     ("cyclopean.design.carving.carved_wall", "CarvedWall"): "wall of carved stones",
     ("cyclopean.design.construction.sequence", "BuildSequence"): "",
-    ("cyclopean.design.laying.rubble", "RubbleWall"): "rubble wall",
+    ("cyclopean.design.rubble.wall", "RubbleWall"): "rubble wall",
     ("cyclopean.design.stones.inventory", "Inventory"): "",
     ("cyclopean.design.walls.polygonal", "PolygonalWall"): "polygonal wall",
 }

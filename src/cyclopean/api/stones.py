@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
     from cyclopean.design.carving.carve import Carved, Total
     from cyclopean.design.carving.carved_wall import CarvedWall
-    from cyclopean.design.laying.settle import RubbleWall, SettleSettings
     from cyclopean.design.matching.cells import Cells
     from cyclopean.design.matching.match import Match, MatchSettings
     from cyclopean.design.matching.negotiation import Negotiation, Round
+    from cyclopean.design.rubble.settle import RubbleWall, SettleSettings
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
     from cyclopean.design.walls.polygonal import PolygonalWall
@@ -298,11 +298,11 @@ def settle(
     InputError
         Stones that cannot be read, none that fits, options that make no sense.
     """
-    from cyclopean.design.laying import settle as laying
+    from cyclopean.design.rubble import settle as rubble
 
     inventory, assumed = inventory_of(stones, units)
     chosen = said(
-        laying.SettleSettings() if settings is None else settings,
+        rubble.SettleSettings() if settings is None else settings,
         length=length,
         height=height,
         thickness=thickness,
@@ -312,7 +312,7 @@ def settle(
         hearting=hearting,
         chinking=chinking,
     )
-    wall = laying.settle(inventory, chosen, progress, executor)
+    wall = rubble.settle(inventory, chosen, progress, executor)
     for line in assumed:
         warnings.warn(line, stacklevel=2)
     return wall

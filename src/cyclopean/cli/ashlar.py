@@ -13,10 +13,10 @@ from cyclopean.cli.values import choice, number, numbers, optional_number, whole
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
-    from cyclopean.design.laying.ashlar import AshlarWall
-    from cyclopean.design.laying.pack import Packed
-    from cyclopean.design.laying.planning import AshlarSettings
-    from cyclopean.design.laying.stock import Slab
+    from cyclopean.design.ashlar.best_fit import Packed
+    from cyclopean.design.ashlar.planning import AshlarSettings
+    from cyclopean.design.ashlar.stock import Slab
+    from cyclopean.design.ashlar.wall import AshlarWall
 
 __all__ = ["ashlar", "pack"]
 
@@ -118,7 +118,7 @@ def ashlar(
     given = dict(locals())
     settings, files = _asked(given)
 
-    from cyclopean.design.laying import ashlar as room
+    from cyclopean.design.ashlar import wall as room
 
     with long_work("building a wall of sawn stones"), wall_options.named(FIELDS):
         slabs, said = _slabs(stones, stone, units, strict)
@@ -180,7 +180,7 @@ def pack(
         raise InputError(f"--weights: '{weights}' should be four numbers L,D,H,A")
     enough = number("--least-score", least_score)
 
-    from cyclopean.design.laying import pack as room
+    from cyclopean.design.ashlar import best_fit as room
 
     with long_work("packing a wall of sawn stones") as stage, wall_options.named(FIELDS):
         shares = room.Weights(*values)
@@ -236,7 +236,7 @@ def _asked(given: dict[str, Any]) -> "tuple[AshlarSettings, dict[str, Path]]":
         "mu": optional_number("--mu", given["mu"], least=0.0),
     }  # fmt: skip
 
-    from cyclopean.design.laying.planning import AshlarSettings
+    from cyclopean.design.ashlar.planning import AshlarSettings
 
     with wall_options.named(FIELDS):
         openings = tuple(wall_options.opening("--opening", text) for text in given["opening"] or ())
@@ -254,7 +254,7 @@ def _slabs(
         There is none, it cannot be read, or nothing in it is a sawn stone.
     """
     from cyclopean import io
-    from cyclopean.design.laying.stock import slabs_of
+    from cyclopean.design.ashlar.stock import slabs_of
     from cyclopean.io.stocklist import MOST, read_stocklist
 
     if stones is None and not stone:
@@ -333,7 +333,7 @@ def _end(
                 io.write_text(files[option], text)
         if "--display" in files:
             from cyclopean.assembly import Assembly, Contacts
-            from cyclopean.design.laying.ashlar import open_stones
+            from cyclopean.design.ashlar.wall import open_stones
 
             shown = Assembly(open_stones(wall), Contacts.of([], []), name=f"{wall.assembly.name}, as sawn")
             io.write_model(files["--display"], shown)

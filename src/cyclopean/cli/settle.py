@@ -15,8 +15,8 @@ from cyclopean.cli.workers import beside
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
-    from cyclopean.design.laying.places import Weights
-    from cyclopean.design.laying.settle import RubbleWall
+    from cyclopean.design.rubble.places import Weights
+    from cyclopean.design.rubble.settle import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
 
 __all__ = ["settle"]
@@ -103,9 +103,9 @@ def settle(
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean import io
-    from cyclopean.design.laying.rubble import ways_of
-    from cyclopean.design.laying.settle import SettleSettings
-    from cyclopean.design.laying.settle import settle as build
+    from cyclopean.design.rubble.settle import SettleSettings
+    from cyclopean.design.rubble.settle import settle as build
+    from cyclopean.design.rubble.wall import ways_of
     from cyclopean.io.settled import settled_dict
 
     with named(NAMED), long_work(f"laying {stones}") as stage:
@@ -147,7 +147,7 @@ def _weights(text: str | None) -> "Weights":
     InputError
         No such name, a name twice, or no number of at least 0.
     """
-    from cyclopean.design.laying.places import Weights
+    from cyclopean.design.rubble.places import Weights
 
     given: dict[str, float] = {}
     known = [field.name for field in fields(Weights)]

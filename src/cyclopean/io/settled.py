@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from cyclopean import __version__
 
 if TYPE_CHECKING:
-    from cyclopean.design.laying.settle import RubbleWall
+    from cyclopean.design.rubble.settle import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
 
 __all__ = ["SCHEMA", "settled_dict"]

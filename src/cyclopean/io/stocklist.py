@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cyclopean import __version__
-from cyclopean.design.laying.stock import Slab
+from cyclopean.design.ashlar.stock import Slab
 from cyclopean.errors import InputError
 from cyclopean.io.csv_tables import cell_text, csv_number, csv_text
 from cyclopean.io.fields import REACH, label
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
 
 if TYPE_CHECKING:  # only names here
-    from cyclopean.design.laying.ashlar import AshlarWall
-    from cyclopean.design.laying.planning import LaidStone
+    from cyclopean.design.ashlar.planning import LaidStone
+    from cyclopean.design.ashlar.wall import AshlarWall
 
 __all__ = ["MOST", "ashlar_cutlist_csv", "ashlar_dict", "left_csv", "read_stocklist", "repeated", "transform_of"]
 

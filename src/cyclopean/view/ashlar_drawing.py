@@ -8,8 +8,8 @@ from html import escape
 import numpy as np
 
 from cyclopean.arrays import Floats
-from cyclopean.design.laying.ashlar import AshlarWall
-from cyclopean.design.laying.planning import LaidStone
+from cyclopean.design.ashlar.planning import LaidStone
+from cyclopean.design.ashlar.wall import AshlarWall
 from cyclopean.view.colours import ACCENT, GHOST, INK
 
 __all__ = ["ashlar_svg"]

@@ -56,7 +56,7 @@ SEQUENCE = Component(
 
 def _settle(given: Given, context: Context) -> Answer:
     """Lay stones dry."""
-    from cyclopean.design.laying.settle import SettleSettings, settle
+    from cyclopean.design.rubble.settle import SettleSettings, settle
 
     lengths = {name.lower(): given[name] for name in ("Length", "Height", "Thickness")}
     for name, value in lengths.items():

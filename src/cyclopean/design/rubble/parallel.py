@@ -19,10 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cyclopean.design.laying.coursing import Course, inwards
-from cyclopean.design.laying.places import Looked, Slot, different, ranked
-from cyclopean.design.laying.rubble import SettleSettings
-from cyclopean.design.laying.site import Site, Turn
+from cyclopean.design.rubble.coursing import Course, inwards
+from cyclopean.design.rubble.places import Looked, Slot, different, ranked
+from cyclopean.design.rubble.site import Site, Turn
+from cyclopean.design.rubble.wall import SettleSettings
 from cyclopean.design.stones.stone import Stone
 
 __all__ = ["Gangs"]

@@ -27,10 +27,10 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from time import perf_counter
 
-from cyclopean.design.laying.building import build
-from cyclopean.design.laying.finishing import finished, largest_overlap
-from cyclopean.design.laying.rubble import OVERLAP, Laid, RubbleWall, SettleSettings, filled_in
-from cyclopean.design.laying.site import Progress, Site
+from cyclopean.design.rubble.building import build
+from cyclopean.design.rubble.finishing import finished, largest_overlap
+from cyclopean.design.rubble.site import Progress, Site
+from cyclopean.design.rubble.wall import OVERLAP, Laid, RubbleWall, SettleSettings, filled_in
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.errors import InputError
 

@@ -39,9 +39,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats
-from cyclopean.design.laying.ashlar import AshlarWall, ashlar, built
-from cyclopean.design.laying.planning import AshlarSettings, LaidStone, Rule, candidates, first_fit, planned
-from cyclopean.design.laying.stock import SAME, Slab, Stock, saw, stock_of
+from cyclopean.design.ashlar.planning import AshlarSettings, LaidStone, Rule, candidates, first_fit, planned
+from cyclopean.design.ashlar.stock import SAME, Slab, Stock, saw, stock_of
+from cyclopean.design.ashlar.wall import AshlarWall, ashlar, built
 from cyclopean.design.options import not_negative, within
 from cyclopean.errors import InputError
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Ints
-from cyclopean.design.laying.hearting import wedge_under
-from cyclopean.design.laying.places import Slot, different, ranked
-from cyclopean.design.laying.seating import heyman_margin
-from cyclopean.design.laying.site import NARROW, Site, Trial, mass_of, surface_of, wedge_body
+from cyclopean.design.rubble.hearting import wedge_under
+from cyclopean.design.rubble.places import Slot, different, ranked
+from cyclopean.design.rubble.seating import heyman_margin
+from cyclopean.design.rubble.site import NARROW, Site, Trial, mass_of, surface_of, wedge_body
 
 __all__ = ["CLOSE", "Course", "inwards", "level_of"]
 

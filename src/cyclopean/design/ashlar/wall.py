@@ -17,8 +17,8 @@ are 30 blocks with 4 x 6 head joints, 5 x 5 bed joints and 5 on the ground. In r
 4 whole stones and 2 halves of a fifth: 33 blocks from the same 30 slabs, 3 x 4 + 3 x 5 head joints and 5 x 10 bed
 joints, and no end of the wall stays open.
 
->>> from cyclopean.design.laying.planning import AshlarSettings
->>> from cyclopean.design.laying.stock import Slab
+>>> from cyclopean.design.ashlar.planning import AshlarSettings
+>>> from cyclopean.design.ashlar.stock import Slab
 >>> slabs = [Slab(f"s{k}", [0.3, 0.2, 0.15]) for k in range(30)]
 >>> made = ashlar(AshlarSettings(1.5, 1.0, 0.2, bond="stack"), slabs)
 >>> len(made.laid), made.readout.courses, round(made.readout.coverage, 12), len(made.assembly.contacts)
@@ -36,9 +36,9 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly, Block, detect
-from cyclopean.design.laying.courses import lay
-from cyclopean.design.laying.planning import AshlarSettings, Gap, LaidStone, Rule, first_fit, planned
-from cyclopean.design.laying.stock import Slab, Stock, stock_of
+from cyclopean.design.ashlar.courses import lay
+from cyclopean.design.ashlar.planning import AshlarSettings, Gap, LaidStone, Rule, first_fit, planned
+from cyclopean.design.ashlar.stock import Slab, Stock, stock_of
 from cyclopean.design.walls.interlock import Interlock, interlock_of
 from cyclopean.geometry import Subdivision, subdivide
 

@@ -25,13 +25,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.laying.height_map import edges_of, rasters
-from cyclopean.design.laying.places import DIRECTIONS
+from cyclopean.design.rubble.height_map import edges_of, rasters
+from cyclopean.design.rubble.places import DIRECTIONS
 from cyclopean.design.stones.stone import Stone
 from cyclopean.geometry.solids import intersection, mesh_of, solid_of, solid_volume
 
 if TYPE_CHECKING:
-    from cyclopean.design.laying.features import Body
+    from cyclopean.design.rubble.features import Body
 
 __all__ = ["SMALL", "Wedge", "highest_plane", "small_stones", "wedge_under"]
 
@@ -84,7 +84,7 @@ def wedge_under(body: "Body", below: Sequence["Body"], contacts: Floats, cell: f
     Wedge or None
         None where no wedge gives a positive margin.
     """
-    from cyclopean.design.laying.seating import heyman_margin
+    from cyclopean.design.rubble.seating import heyman_margin
 
     best: Wedge | None = None
     for place in _places(body, below, contacts, cell):

@@ -17,13 +17,13 @@ from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import Surface
-from cyclopean.design.laying.features import Body, body_of
-from cyclopean.design.laying.hearting import FACES, Wedge, small_stones
-from cyclopean.design.laying.height_map import edges_of, rasters
-from cyclopean.design.laying.places import Bedded, Looked, Place, bedded
-from cyclopean.design.laying.rubble import OVERLAP, Laid, SettleSettings, mean_length
-from cyclopean.design.laying.seating import Seat, heyman_margin, seat
-from cyclopean.design.laying.standing import GRAVITY, Fresh, Mass, State, Structure
+from cyclopean.design.rubble.features import Body, body_of
+from cyclopean.design.rubble.hearting import FACES, Wedge, small_stones
+from cyclopean.design.rubble.height_map import edges_of, rasters
+from cyclopean.design.rubble.places import Bedded, Looked, Place, bedded
+from cyclopean.design.rubble.seating import Seat, heyman_margin, seat
+from cyclopean.design.rubble.standing import GRAVITY, Fresh, Mass, State, Structure
+from cyclopean.design.rubble.wall import OVERLAP, Laid, SettleSettings, mean_length
 from cyclopean.design.stones.stone import Stone
 from cyclopean.geometry import triangles
 

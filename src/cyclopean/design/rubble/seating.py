@@ -41,9 +41,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Floats, Ints, sealed
-from cyclopean.design.laying.dual_simplex import least
-from cyclopean.design.laying.features import Body, Features, body_of
-from cyclopean.design.laying.gaps import Gaps, NearPairs, Surroundings, gaps_between, near_pairs
+from cyclopean.design.rubble.dual_simplex import least
+from cyclopean.design.rubble.features import Body, Features, body_of
+from cyclopean.design.rubble.gaps import Gaps, NearPairs, Surroundings, gaps_between, near_pairs
 from cyclopean.errors import InputError
 from cyclopean.geometry import crossed, rotations
 from cyclopean.geometry.solids import intersection, solid_volume

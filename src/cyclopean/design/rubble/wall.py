@@ -9,10 +9,10 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.assembly.patches import Patch, usual_band
-from cyclopean.design.laying.height_map import MOST_CELLS
-from cyclopean.design.laying.places import Weights
-from cyclopean.design.laying.standing import FRICTION
 from cyclopean.design.options import at_least, not_negative, positive
+from cyclopean.design.rubble.height_map import MOST_CELLS
+from cyclopean.design.rubble.places import Weights
+from cyclopean.design.rubble.standing import FRICTION
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats
-from cyclopean.design.laying.bonds import Span, best_joint, clipped, course_spans, relieved, tied
-from cyclopean.design.laying.planning import BEARING, AshlarSettings, Gap, LaidStone, Plan, Slot, bearing_of, candidates
-from cyclopean.design.laying.stock import SAME, Stock, saw
+from cyclopean.design.ashlar.bonds import Span, best_joint, clipped, course_spans, relieved, tied
+from cyclopean.design.ashlar.planning import BEARING, AshlarSettings, Gap, LaidStone, Plan, Slot, bearing_of, candidates
+from cyclopean.design.ashlar.stock import SAME, Stock, saw
 from cyclopean.design.walls.openings import Opening
 from cyclopean.errors import InputError
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import gathered
-from cyclopean.design.laying.hearting import Wedge
-from cyclopean.design.laying.rubble import Measures, RubbleWall
-from cyclopean.design.laying.site import Site, free_name
+from cyclopean.design.rubble.hearting import Wedge
+from cyclopean.design.rubble.site import Site, free_name
+from cyclopean.design.rubble.wall import Measures, RubbleWall
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.geometry.solids import intersection, solid_of, solid_volume
 

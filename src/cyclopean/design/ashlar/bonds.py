@@ -29,7 +29,7 @@ from typing import Literal
 import numpy as np
 
 from cyclopean.arrays import Floats
-from cyclopean.design.laying.stock import SAME
+from cyclopean.design.ashlar.stock import SAME
 from cyclopean.errors import InputError
 
 __all__ = ["BONDS", "TWO_LEAVES", "Kind", "Span", "best_joint", "clipped", "course_spans", "lap_of", "relieved", "tied"]

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.laying.features import Features
+from cyclopean.design.rubble.features import Features
 from cyclopean.geometry import crossed
 
 __all__ = ["Gaps", "NearPairs", "Surroundings", "gaps_between", "near_pairs"]

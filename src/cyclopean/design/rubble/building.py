@@ -8,10 +8,10 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from cyclopean.design.laying.coursing import CLOSE, Course, inwards, level_of
-from cyclopean.design.laying.parallel import Gangs
-from cyclopean.design.laying.places import Slot, Weights, ranked
-from cyclopean.design.laying.site import Site
+from cyclopean.design.rubble.coursing import CLOSE, Course, inwards, level_of
+from cyclopean.design.rubble.parallel import Gangs
+from cyclopean.design.rubble.places import Slot, Weights, ranked
+from cyclopean.design.rubble.site import Site
 
 __all__ = ["build"]
 

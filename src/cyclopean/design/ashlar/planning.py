@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats
-from cyclopean.design.laying.bonds import BONDS, TWO_LEAVES, Kind, lap_of
-from cyclopean.design.laying.stock import LEAST, SAME, Sawn, Stock
+from cyclopean.design.ashlar.bonds import BONDS, TWO_LEAVES, Kind, lap_of
+from cyclopean.design.ashlar.stock import LEAST, SAME, Sawn, Stock
 from cyclopean.design.options import at_least, finite, not_negative, positive, within
 from cyclopean.design.walls.openings import SHARE, Opening
 from cyclopean.errors import InputError

@@ -21,9 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.design.laying.height_map import Raster, edges_of, rasters, rest_heights
-from cyclopean.design.laying.tipping import left_under, tipped
 from cyclopean.design.options import not_negative
+from cyclopean.design.rubble.height_map import Raster, edges_of, rasters, rest_heights
+from cyclopean.design.rubble.tipping import left_under, tipped
 from cyclopean.design.stones.stone import Stone
 
 __all__ = ["Bedded", "Looked", "Place", "Slot", "Weights", "assessed", "bedded", "different", "ranked"]
