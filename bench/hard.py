@@ -15,10 +15,9 @@ import numpy as np
 from cyclopean.analysis import Settings, check
 from cyclopean.analysis.coupled.hopping import hop
 from cyclopean.analysis.coupled.polish import polish
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Assembly, Block
 from cyclopean.io import read_model
-from cyclopean.statics import equilibrium_system
 
 FOLDER = Path(os.environ.get("CYCLOPEAN_FIXTURES", "../shared/fixtures")) / "compas_cra"
 SIDES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -58,8 +57,8 @@ def row(name: str, model: Assembly, settings: Settings) -> str:
 def hopped(name: str, model: Assembly, seed: int, seconds: float) -> str:
     """One walk from random starts of this seed."""
     settings = Settings(eta=100.0)
-    posed = pose(model, settings, {}, lambda _: None)
-    system = equilibrium_system(posed.assembly, posed.contacts, posed.fixed, posed.gravity, posed.density)
+    posed = prepare(model, settings)
+    system = posed.system()
     began = perf_counter()
     (merit, _, _), residuals = hop(system, settings.bounds(), polish, seconds, seed, hops=1_000_000)
     found = "none" if residuals is None else f"a state, worst residual {residuals.worst:.0e}"

@@ -17,10 +17,9 @@ from coupled_cases import CoupledCase, coupled_case, undetected
 from coupled_damage import FATAL, PERHAPS, damaged
 from cyclopean.analysis import CoupledOutcome, Result, Settings, check
 from cyclopean.analysis.coupled.at_scale import solve_at_scale
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.proving import coupled_claim, prove
 from cyclopean.proof import seal, verify
-from cyclopean.statics import equilibrium_system
 from second_opinion import conditions
 
 CASES = min(int(os.environ.get("CYCLOPEAN_CASES", "100")), 500)
@@ -45,8 +44,8 @@ def answer(seed: int) -> Result:
 def at_scale(case: CoupledCase) -> Result:
     """What the route for large models makes of it, down to the certificate."""
     settings = asked(case)
-    model = pose(case.assembly, settings, {}, lambda _: None)
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    model = prepare(case.assembly, settings)
+    system = model.system()
     found = solve_at_scale(system, settings.bounds(), seconds=1.0, rounds=4)
     word = "coupled" if found.word == "coupled" else "undecided"
     return prove(model, settings, system, coupled_claim(CoupledOutcome(word, found.f, found.dq, route="A at scale")))

@@ -491,9 +491,9 @@ def test_friction_that_pushes_on_is_refused_however_small() -> None:
 
 
 def test_a_tree_of_one_case_is_said_in_the_singular():
-    from cyclopean.analysis.preparation import pose
+    from cyclopean.analysis.preparation import prepare
     from cyclopean.analysis.reasons import reason_for
 
-    model = pose(stack(1), Settings(), {}, lambda _: None)
+    model = prepare(stack(1), Settings())
     for leaves, words in ((1, "the only case is proved impossible"), (35, "35 cases, each proved impossible")):
         assert words in reason_for(model, Bounds(), "cra-tree", None, {"leaves": leaves}, {"method": "cra"})

@@ -31,6 +31,7 @@ from cyclopean.analysis.coupled.leaves import (
 from cyclopean.analysis.coupled.polish import polish
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.analysis.coupled.tree import refute
+from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.assembly import Assembly, Block, detect
 from cyclopean.proof import seal, verify
 from cyclopean.statics import equilibrium_system
@@ -75,12 +76,16 @@ def prepared(assembly, mu):
     return contacts, fixed, equilibrium_system(assembly, contacts, fixed, GRAVITY, 2400.0)
 
 
+def as_analysed(assembly, contacts, fixed):
+    return PreparedModel(assembly, contacts, fixed, GRAVITY, 2400.0, 1e-6, {}, (), ())
+
+
 def certificate(assembly, mu, root, eps=1.0, bounds=UNIT):
     contacts, fixed, system = prepared(assembly, mu)
     names = [block.id for block in assembly.blocks]
     world = Bounds(eps, eps * bounds.eta, eps * bounds.beta)
     proof = {"bounds": world, "tree": tree_document(root, system, names, eps)}
-    return certify(assembly, contacts, fixed, GRAVITY, 2400.0, system, 1e-6, "cra-tree", proof)
+    return certify(as_analysed(assembly, contacts, fixed), system, "cra-tree", proof)
 
 
 @pytest.fixture(scope="module")
@@ -290,5 +295,5 @@ def test_a_free_standing_frame_stands_if_displacements_may_be_twelve_times_eps()
     motion = dq.reshape(-1, 6) / np.repeat([1.0, system.length_unit], 3)
     force = np.einsum("qi,qij->qj", f * [1.0, 1.0 - 1e-12, 1.0 - 1e-12] * system.force_unit, system.frame)
     proof = {"world_force": (force, None), "motion": motion, "bounds": wide}
-    document = certify(standing_frame(), contacts, fixed, GRAVITY, 2400.0, system, 1e-6, "cra-state", proof)
+    document = certify(as_analysed(standing_frame(), contacts, fixed), system, "cra-state", proof)
     assert verify(document).proved

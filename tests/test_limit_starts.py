@@ -18,12 +18,12 @@ from cyclopean.analysis.limit_analysis.live_load import live_loads
 from cyclopean.analysis.limit_analysis.load_family import proving_multiplier
 from cyclopean.analysis.limit_analysis.polish import rebalanced
 from cyclopean.analysis.limit_analysis.starting import opening, pressing
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Load
 from cyclopean.design import arch, dome, stack, wall
 from cyclopean.errors import InputError
 from cyclopean.proof import verify
-from cyclopean.statics import Schur, equilibrium_system
+from cyclopean.statics import Schur
 
 PUSH = Live(push=(1.0, 0.0, 0.0))
 MODELS = {
@@ -36,9 +36,9 @@ MODELS = {
 
 
 def posed_pencil(assembly, live=PUSH, mu=0.7):
-    model = pose(assembly, Settings(mu=mu), {}, lambda _: None)
+    model = prepare(assembly, Settings(mu=mu))
     gravity, loads = live_loads(model.assembly, live, model.gravity)
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     return live_pencil(model, system, gravity, loads)
 
 

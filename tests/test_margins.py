@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.safety_margins import CLOSE, margins, shrunk
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.design import arch, stack, wall
@@ -28,7 +28,7 @@ from laws import examples
 
 def of(assembly, **said):
     chosen = Settings(**said)
-    return margins(pose(assembly, chosen, {}, lambda _: None), chosen)
+    return margins(prepare(assembly, chosen), chosen)
 
 
 @pytest.mark.parametrize(("slope", "mu"), [(20.0, 0.7), (10.0, 0.3)])

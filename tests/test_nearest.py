@@ -17,17 +17,17 @@ from cyclopean.analysis.equilibrium.exact_balance import exact_balance
 from cyclopean.analysis.equilibrium.nearest import nearest
 from cyclopean.analysis.equilibrium.own_scale import own_scaled
 from cyclopean.analysis.equilibrium.rbe import solve_rbe
-from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.proving import polished
 from cyclopean.assembly import Assembly
 from cyclopean.design import wall
-from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
+from cyclopean.statics import EquilibriumSystem, Schur
 from oracle_models import drawn
 
 
 def posed(assembly: Assembly, **options: object) -> tuple[PreparedModel, EquilibriumSystem]:
-    model = pose(assembly, Settings(method="rbe", **options), {}, lambda _: None)  # type: ignore[arg-type]
-    return model, equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    model = prepare(assembly, Settings(method="rbe", **options))  # type: ignore[arg-type]
+    return model, model.system()
 
 
 def mixed_wall(rng: np.random.Generator) -> Assembly:
@@ -45,7 +45,7 @@ def test_mixed_walls_balance_to_the_lightest_weight(seed: int) -> None:
     model, system = posed(mixed_wall(rng), mu=0.7, gravity=lean)
     found = solve_rbe(system)
     assert found.f is not None
-    balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+    balance = exact_balance(model, system)
     share = lightest(component_labels(system), balance.weight) / balance.weight
     state = polished(model, system, found.f)
     assert (state.own.max(1) <= 1e-10 * share).all()
@@ -56,7 +56,7 @@ def test_mixed_walls_balance_to_the_lightest_weight(seed: int) -> None:
 @pytest.mark.parametrize(("pull", "held"), [(0.4, True), (0.5, True), (0.6, False)])
 def test_one_block_by_hand(pull: float, held: bool) -> None:
     model, system = posed(wall(1, 1), mu=0.5, gravity=(9.80665 * pull, 0.0, -9.80665))
-    balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+    balance = exact_balance(model, system)
     weight, diagonal = balance.weight / system.force_unit, balance.diagonal / system.length_unit
     scaled = own_scaled(system, weight, diagonal, np.ones(system.points))
     f = np.zeros((system.points, 3))

@@ -18,11 +18,11 @@ from cyclopean.analysis.equilibrium.own_scale import own_scaled
 from cyclopean.analysis.equilibrium.polishing import Polisher
 from cyclopean.analysis.equilibrium.rbe import solve_rbe
 from cyclopean.analysis.equilibrium.slack import AMPLE, slack
-from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.assembly import Assembly, Contacts, Load, detect
 from cyclopean.design import arch, dome, stack, vault, wall
 from cyclopean.io import read_model
-from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
+from cyclopean.statics import EquilibriumSystem, Schur
 from fixtures_compas_cra import FOLDER
 from own_scale_cases import box, mixed, tip
 from own_scale_rules import Rules
@@ -32,11 +32,11 @@ G = 9.80665
 
 
 def posed(assembly: Assembly, **options: object) -> PreparedModel:
-    return pose(assembly, Settings(method="rbe", **options), {}, lambda _: None)  # type: ignore[arg-type]
+    return prepare(assembly, Settings(method="rbe", **options))  # type: ignore[arg-type]
 
 
 def system_of(model: PreparedModel) -> EquilibriumSystem:
-    return equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    return model.system()
 
 
 def judged(model: PreparedModel) -> tuple[str, Decision]:
@@ -77,7 +77,7 @@ def test_residuals_are_those_of_fractions(mu: float) -> None:
     )
     model = posed(assembly, mu=mu, gravity=(0.1, 0.2, -9.8))
     system = system_of(model)
-    balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+    balance = exact_balance(model, system)
     rng = np.random.default_rng(2)
     high, low = rng.random((system.points, 3)) * 100.0, rng.random((system.points, 3)) * 1e-15
     if mu == 0.0:
@@ -160,7 +160,7 @@ def test_what_stands_has_slack_down_to_its_supports(assembly: Assembly) -> None:
     found = decide(model, system)
     assert found.word == "balanced"
     assert found.state is not None
-    balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+    balance = exact_balance(model, system)
     assert slack(system, balance, found.state).min() >= AMPLE
 
 
@@ -169,7 +169,7 @@ def test_polish_takes_residuals_off_and_stays_in_the_cones() -> None:
     for assembly, off, two in ((wall(4, 4), 1e-9, False), (pinned(), 1e-11, True)):
         model = posed(assembly, mu=0.6)
         system = system_of(model)
-        balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+        balance = exact_balance(model, system)
         f = decide(model, system).f
         assert f is not None
         noise = 1.0 + off * np.random.default_rng(3).normal(size=f.shape)
@@ -218,7 +218,7 @@ def test_a_mechanism_that_merely_slides_is_opened() -> None:
     assert not stands
     model = posed(assembly, mu=0.6)
     system = system_of(model)
-    balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+    balance = exact_balance(model, system)
     label = component_labels(system)
     assert label.tolist() == [0, 0]
     tipping = np.zeros((2, 6))

@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Range, Settings, ranges_of, sensitivity, share_between
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.sensitivity_study.ranges import drawn, varied
 from cyclopean.analysis.sensitivity_study.throughout import corners
 from cyclopean.assembly import Contacts, Load, worn
@@ -94,7 +94,7 @@ def test_a_sample_does_not_depend_on_those_before_it():
     """Each begins from what its neighbour came to; the verdict is that of a check from nothing."""
     ranges = ranges_of(["mu=0.4:0.6", "tilt=20:30"])
     found = sensitivity(stack(2), ranges, RBE, 32, seed=2)
-    model = pose(stack(2), RBE, {}, lambda _: None)
+    model = prepare(stack(2), RBE)
     from cyclopean.analysis import recheck
 
     for k in range(0, 32, 5):
@@ -139,7 +139,7 @@ def test_the_corners_surround_every_weight(tilt, azimuth, share, rho):
     from scipy.optimize import linprog
 
     model = replace(CUBE, loads=(Load(1, [0, 0, -1.0], CUBE.mass.centroid[1]),))
-    posed = pose(model, RBE, {}, lambda _: None)
+    posed = prepare(model, RBE)
     ranges = (Range("tilt", 0.0, tilt), Range("density", 2000, 2500))
     around = np.array([c.gravity * c.assembly.blocks[1].density for c in corners(posed, ranges)])
     case = varied(posed, {"tilt": np.array([share * tilt, azimuth]), "density": np.array([rho])})
@@ -150,7 +150,7 @@ def test_the_corners_surround_every_weight(tilt, azimuth, share, rho):
 
 
 def test_too_many_corners_are_no_proof():
-    model = pose(wall(5, 4), RBE, {}, lambda _: None)
+    model = prepare(wall(5, 4), RBE)
     assert corners(model, ranges_of(["density-each=2000:2400"])) is None
     sticky = replace(model, contacts=model.contacts.with_tension(1e3))
     assert corners(sticky, ranges_of(["joints=0:0.01"])) is None

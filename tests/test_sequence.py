@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Assembly, Block, Load
 from cyclopean.design import arch, stack, wall
 from cyclopean.design.construction.props import _Search
@@ -122,7 +122,7 @@ def test_props_come_with_a_proof_that_fewer_do_not_do():
 def test_mechanisms_are_made_small_before_they_are_counted():
     """With all four upper voussoirs laid, each topples by itself: four mechanisms of one stone, so four props."""
     model = four_legs()
-    whole = pose(model, Settings(), {}, lambda _: None)
+    whole = prepare(model, Settings())
     stage = stage_of(whole, np.array([b.id != "key" for b in model.blocks]))
     alone = verdict(stage, Settings())
     search = _Search(stage, alone, Settings(), range(11, 3, -1))

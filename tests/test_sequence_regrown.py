@@ -18,7 +18,7 @@ from cyclopean.analysis import (
     Settings,
     check,
     mobile,
-    pose,
+    prepare,
     recheck,
 )
 from cyclopean.analysis.coupled.block_newton import Doubled
@@ -35,13 +35,13 @@ from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.errors import InputError
 from cyclopean.proof import verify
-from cyclopean.statics import Schur, equilibrium_system
+from cyclopean.statics import Schur
 from laws import examples
 from sequence_cases import four_legs
 
 
 def posed(model: Assembly, said: Settings = Settings()) -> PreparedModel:  # noqa: B008  frozen
-    return pose(model, said, {}, lambda _: None)
+    return prepare(model, said)
 
 
 def without(whole: PreparedModel, gone: list[int]) -> Stage:
@@ -71,7 +71,7 @@ def test_a_tower_grows_by_its_top():
 def test_a_stone_is_seated_an_eps_deep_with_its_weight_on_what_is_below():
     """By hand: the upper of two cubes, the lower held where it is, turned by nothing and sunk by 3 eps."""
     model = posed(stack(2))
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     start = np.zeros((2, 6))
     start[0, 2] = -3.0
     f, dq = seated(system, Bounds(), np.array([1]), np.zeros(8, bool), np.zeros((8, 3)), start.ravel())
@@ -174,7 +174,7 @@ def test_refused(block, point, message):
 def test_a_region_is_its_blocks_with_the_rest_held():
     """By hand: of a tower of four the upper two, with the joint below them as rim; the way down is all of it."""
     model = posed(stack(4))
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     assert way_down(system, np.array([3])).tolist() == [0, 1, 2, 3]
     upper = region(system, np.array([2, 3]))
     assert (upper.part.blocks, upper.part.points, int(upper.rim.sum())) == (2, 8, 4)
@@ -185,7 +185,7 @@ def test_a_region_is_its_blocks_with_the_rest_held():
 def test_steps_in_a_region_leave_the_rest_as_it_is():
     """The top stone is shaken; what is outside its region, and what presses on that, stays to the last bit."""
     model = posed(wall(3, 3))
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     known = recheck(model, Settings())
     f = known.force[system.used] / system.force_unit
     rows = known.displacement[system.free] / Settings().eps

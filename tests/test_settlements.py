@@ -240,14 +240,11 @@ def test_a_state_of_other_forces_is_refused() -> None:
 def test_forces_across_a_gap_are_refused() -> None:
     """The first two conditions alone would accept the wedged beam; the third does not."""
     from cyclopean.analysis.equilibrium import settlement
-    from cyclopean.analysis.preparation import pose
+    from cyclopean.analysis.preparation import prepare
     from cyclopean.analysis.proving import certify, polished
-    from cyclopean.statics import equilibrium_system
 
-    model = pose(
-        beams(0.6, 0.4, 0.3), Settings(method="rbe", settle=(("right", (PARTING, 0, 0, 0, 0, 0)),)), {}, lambda _: None
-    )
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    model = prepare(beams(0.6, 0.4, 0.3), Settings(method="rbe", settle=(("right", (PARTING, 0, 0, 0, 0, 0)),)))
+    system = model.system()
     assert model.settled is not None
     scaled = model.settled / system.length_unit
     patch = model.contacts.patch[system.used]
@@ -261,8 +258,7 @@ def test_forces_across_a_gap_are_refused() -> None:
     rows = state.y.reshape(-1, 6) / np.repeat([1.0, system.length_unit], 3) * size * system.length_unit
     force = polished(model, system, state.f).parts
     proof = {"world_force": force, "motion": rows, "settlements": model.settled}
-    rest = model.gravity, model.density, system, model.tolerance, "rbe-settled", proof
-    certificate = certify(model.assembly, model.contacts, model.fixed, *rest)
+    certificate = certify(model, system, "rbe-settled", proof)
     assert "has opened, but carries a force" in verify(certificate).reason
 
 

@@ -17,7 +17,7 @@ import pytest
 from coupled_cases import beams, prism
 from cyclopean.analysis import Settings, check
 from cyclopean.analysis.large_displacement.subsidence import HALVINGS, _Path, subsidence
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Assembly, Load, Settlement
 from cyclopean.design import arch, stack, wall
 from cyclopean.errors import InputError
@@ -198,7 +198,7 @@ def test_a_support_that_leaves():
 def test_a_joint_that_has_parted_may_shift():
     """The same with the column gone far aside: no friction drags the beam after it across the gap."""
     said = Settings(method="rbe", settle=(("right", (1.0, 0, -0.05, 0, 0, 0)),))
-    model = pose(beside(), said, {}, lambda _: None)
+    model = prepare(beside(), said)
     path = _Path(model, model.settled)
     gone = path.settled(path.start(), 1.0)
     there, word = path.followed(gone, 1.0)

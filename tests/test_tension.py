@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from coupled_cases import prism
 from cyclopean.analysis import Settings, check, solve_cra
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.sensitivity_study.ranges import Range
 from cyclopean.analysis.sensitivity_study.throughout import corners
 from cyclopean.assembly import Assembly, Contacts, detect, supports
@@ -199,10 +199,10 @@ def test_coupled_certificates_have_no_joints_that_pull() -> None:
 
 def test_a_proof_for_all_tilts_does_not_leave_out_the_heaviest() -> None:
     """Joints with a strength of their own bear so much and no more: less gravity, tilted, says nothing of all of it."""
-    model = pose(HANGING, Settings(method="rbe", tension=16 * W), {}, lambda _: None)
+    model = prepare(HANGING, Settings(method="rbe", tension=16 * W))
     sizes = [float(np.linalg.norm(one.gravity)) for one in corners(model, (Range("tilt", 0.0, 1.0),)) or []]
     assert max(sizes) > G
-    dry = pose(HANGING, Settings(method="rbe"), {}, lambda _: None)
+    dry = prepare(HANGING, Settings(method="rbe"))
     assert len(corners(dry, (Range("tilt", 0.0, 1.0),)) or []) < len(sizes)
 
 

@@ -22,7 +22,7 @@ from cyclopean.analysis.limit_analysis.limit import limit
 from cyclopean.analysis.limit_analysis.live_load import Live, LiveLoad
 from cyclopean.analysis.limit_analysis.polar import Polar, polar_tilt
 from cyclopean.analysis.limit_analysis.result import LimitResult
-from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.proving import Judge
 from cyclopean.analysis.safety_margins import Margins, margins
 from cyclopean.analysis.same_model import Comparison, compare
@@ -83,7 +83,7 @@ __all__ = [
     "parse_cone",
     "penalty_program",
     "polar_tilt",
-    "pose",
+    "prepare",
     "pushover",
     "ranges_of",
     "rbe_program",

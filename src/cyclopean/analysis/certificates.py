@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.arrays import Bools, Floats
-from cyclopean.assembly import Assembly, Contacts
+from cyclopean.analysis.preparation import PreparedModel
+from cyclopean.arrays import Floats
+from cyclopean.assembly import Contacts
 from cyclopean.errors import InputError
 from cyclopean.proof import seal
 from cyclopean.statics import EquilibriumSystem
@@ -64,27 +65,15 @@ def force_rows(system: EquilibriumSystem, contacts: Contacts, parts: Parts) -> l
     return rows
 
 
-def certify(
-    assembly: Assembly,
-    contacts: Contacts,
-    fixed: Bools,
-    gravity: Floats,
-    density: float,
-    system: EquilibriumSystem,
-    tolerance: float,
-    kind: str,
-    proof: Mapping[str, Any],
-) -> dict[str, Any]:
+def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: Mapping[str, Any]) -> dict[str, Any]:
     """Write a certificate.
 
     Parameters
     ----------
-    assembly, contacts, fixed, gravity, density
-        The model as it was analysed.
+    model : PreparedModel
+        As it was analysed.
     system : EquilibriumSystem
         Its equilibrium system: says which contact points matter.
-    tolerance : float
-        m; how far contact points may lie from the faces of their blocks.
     kind : {"rbe-state", "rbe-mechanism", "rbe-settled", "cra-state", "cra-tree"}
         What it proves.
     proof : mapping
@@ -97,6 +86,7 @@ def certify(
     InputError
         Loads that are not at points.
     """
+    assembly, contacts, fixed = model.assembly, model.contacts, model.fixed
     if assembly.actions:
         raise InputError("a certificate holds loads at points only; resolve the others first (resolved_loads)")
     used = ~(fixed[contacts.a] & fixed[contacts.b])
@@ -105,18 +95,18 @@ def certify(
     certificate: dict[str, Any] = {
         "schema": "cyclopean.certificate/2",
         "kind": kind,
-        "gravity": _flushed(np.asarray(gravity, float)[None])[0],
-        "tolerance": float(tolerance),
+        "gravity": _flushed(np.asarray(model.gravity, float)[None])[0],
+        "tolerance": float(model.tolerance),
         "blocks": [
             {
                 "id": block.id,
                 "vertices": block.vertices.tolist(),
                 "faces": [list(face) for face in block.faces],
-                "density": float(density if block.density is None else block.density),
+                "density": float(density),
                 "fixed": bool(whole),
             }
             | ({"held": list(block.held)} if block.held and not whole else {})
-            for block, whole in zip(assembly.blocks, fixed, strict=True)
+            for block, whole, density in zip(assembly.blocks, fixed, assembly.densities(model.density), strict=True)
         ],
         "contacts": [
             {

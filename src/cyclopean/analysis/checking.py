@@ -12,7 +12,7 @@ from cyclopean.analysis.equilibrium.deciding import decide
 from cyclopean.analysis.equilibrium.rbe import tension
 from cyclopean.analysis.equilibrium.reference import parse_cone
 from cyclopean.analysis.equilibrium.settlement import settle, support_gap
-from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim, settled_claim, spread
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
@@ -20,7 +20,7 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, bearing_cones
 from cyclopean.errors import InputError, SolverError
 from cyclopean.geometry import frames_from_normals
-from cyclopean.statics import EquilibriumSystem, contact_matrix, equilibrium_system
+from cyclopean.statics import EquilibriumSystem, contact_matrix
 
 SPARED = (0.0, 0.003, 0.01, 0.03)  # rad by which cones are narrower still, one after the other
 NARROWINGS = 12  # rounds of narrowing cones that forces leave, two or three are usual; then all are narrowed
@@ -54,10 +54,10 @@ def check(
     """
     settings = Settings() if settings is None else settings
     clock = {"start": time.perf_counter()}
-    model = pose(assembly, settings, clock, progress)
+    model = prepare(assembly, settings, progress, clock)
     settings, turned = _method_for(model, settings)
     progress("solving")
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     claim = None if model.settled is None else _after_settlement(model, system, model.settled)
     if model.settled is not None and claim is None:
         turned = (*turned, "no free block touches a support that settles, so the settlement changes nothing")
@@ -135,7 +135,7 @@ def within_faces(
     contacts = model.contacts
     if "refused" not in result.provenance or not (contacts.leaning > 0.0).any() or model.settled is not None:
         return result
-    system = equilibrium_system(model.assembly, contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     if settings.chosen_method() == "rbe":
         for margin in SPARED:
             found = _narrowed(model, settings, system, margin)

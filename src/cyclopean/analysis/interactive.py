@@ -19,7 +19,7 @@ import numpy as np
 from cyclopean.analysis.checking import solved, within_faces
 from cyclopean.analysis.equilibrium.newton import collapse_bound, newton, sharpen_mechanism
 from cyclopean.analysis.equilibrium.rbe import COLLAPSE, LOST, PROMISING, Outcome, solve_rbe
-from cyclopean.analysis.preparation import pose
+from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.proving import Claim, prove, spread, utilisation
 from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
 from cyclopean.analysis.verdict import Result
@@ -235,15 +235,15 @@ def confirmed(
     Raises
     ------
     InputError
-        As `pose`; or joints that pull, by coupled analysis.
+        As `prepare`; or joints that pull, by coupled analysis.
     """
     clock: dict[str, float] = {}
-    model = pose(assembly, settings, clock, progress)
+    model = prepare(assembly, settings, progress, clock)
     if model.contacts.strength.any() and settings.chosen_method() == "cra":
         raise InputError("joints that pull: only rigid-block equilibrium has that; choose the method rbe")
     if model.settled is not None:
         raise InputError("the model has a settlement, which is not answered here: check its file")
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     if claim is not None and claim.kind == "rbe-state" and settings.chosen_method() == "cra":
         claim = None  # balance alone is less than coupled analysis asks for
     result = None if claim is None else prove(model, settings, system, claim)

@@ -1,8 +1,8 @@
 """A model made ready for analysis: meshes checked, supports chosen, contacts found, gaps filled in."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
@@ -13,6 +13,7 @@ from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import (
     Assembly,
     Contacts,
+    Load,
     Loading,
     bearing,
     check_contacts,
@@ -25,9 +26,9 @@ from cyclopean.assembly import (
 )
 from cyclopean.errors import InputError
 from cyclopean.geometry import detached_pieces, mesh_faults
-from cyclopean.statics import turned_gravity
+from cyclopean.statics import EquilibriumSystem, equilibrium_system, turned_gravity
 
-__all__ = ["PreparedModel", "pose"]
+__all__ = ["PreparedModel", "prepare"]
 
 LIBRARIES = ("clarabel", "rslab", "scipy.sparse.csgraph", "scipy.spatial", "shapely")  # loaded before the clock runs
 
@@ -48,9 +49,25 @@ class PreparedModel:
     loading: Loading | None = None  # which loads act; those of `assembly` have their factors already
     settled: Floats | None = None  # (n, 6) m, rad: what the ground does to supports; None = nothing
 
+    @property
+    def mass(self) -> Floats:
+        """(n,) kg."""
+        return self.assembly.densities(self.density) * self.assembly.mass.volume
 
-def pose(
-    assembly: Assembly, settings: Settings, clock: dict[str, float], progress: Callable[[str], None]
+    def system(self) -> EquilibriumSystem:
+        """A f = -p of its free blocks."""
+        return equilibrium_system(self.assembly, self.contacts, self.fixed, self.gravity, self.density)
+
+    def under(self, gravity: Floats, loads: Iterable[Load]) -> "PreparedModel":
+        """The model with other gravity, (3,) m/s2, and other loads."""
+        return replace(self, assembly=replace(self.assembly, loads=tuple(loads)), gravity=gravity)
+
+
+def prepare(
+    assembly: Assembly,
+    settings: Settings | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+    clock: dict[str, float] | None = None,
 ) -> PreparedModel:
     """Check the blocks, choose supports and loads, find or check contacts, fill in what is not given.
 
@@ -59,17 +76,18 @@ def pose(
     assembly : Assembly
         The model; contacts are detected where it gives none.
     settings : Settings
-        What the user said.
-    clock : dict of str to float
-        Is told when the libraries were loaded ("margin") and when the contacts were there ("contacts").
+        What the user said; the defaults where not given.
     progress : callable
         Is told the name of each stage as it begins.
+    clock : dict of str to float
+        Is told when the libraries were loaded ("margin") and when the contacts were there ("contacts").
 
     Raises
     ------
     InputError
         Blocks that are not closed solids, contacts off their blocks, supports that do not exist.
     """
+    settings, clock = Settings() if settings is None else settings, {} if clock is None else clock
     if not len(assembly):
         raise InputError("the model has no blocks")
     faults = mesh_faults(assembly.mesh)

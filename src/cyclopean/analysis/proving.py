@@ -98,19 +98,7 @@ def prove(
         The independent checker, or what stands for it until it has been asked (see `grown.deferred`).
     """
     proof, residuals = _proof(model, settings.bounds(), system, claim)
-    certificate = None
-    if proof:
-        certificate = certify(
-            model.assembly,
-            model.contacts,
-            model.fixed,
-            model.gravity,
-            model.density,
-            system,
-            model.tolerance,
-            claim.kind,
-            proof,
-        )
+    certificate = certify(model, system, claim.kind, proof) if proof else None
     report = judge(certificate) if certificate is not None else None
     proved = report is not None and report.proved
     if report is not None and "bound" in report.figures:
@@ -230,7 +218,7 @@ def _rows(model: PreparedModel, motion: Floats) -> Floats:
 
 def polished(model: PreparedModel, system: EquilibriumSystem, f: Floats, schur: Schur | None = None) -> Polished:
     """Forces made ready for a certificate: every block balanced to 1e-10 of the lightest one's weight, if it can be."""
-    balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+    balance = exact_balance(model, system)
     share = lightest(component_labels(system), balance.weight) / balance.weight
     return Polisher(system, balance, Schur(system) if schur is None else schur).polished(f, share)
 

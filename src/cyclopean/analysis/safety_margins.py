@@ -20,7 +20,6 @@ from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Contacts
-from cyclopean.statics import EquilibriumSystem, equilibrium_system
 
 __all__ = ["POINTS", "Bracket", "Margins", "margins", "shrunk"]
 
@@ -86,7 +85,7 @@ def margins(model: PreparedModel, settings: Settings) -> Margins:
     if case.proved(model).verdict != "stable":
         return Margins(None, None, None, seconds=time.perf_counter() - began)
     contacts = model.contacts
-    if not _system(model).p.any():  # nothing acts, so that anything will do
+    if not model.system().p.any():  # nothing acts, so that anything will do
         return Margins(None, None, None, seconds=time.perf_counter() - began)
     friction = _bracket(case, lambda s: replace(model, contacts=replace(contacts, mu=s * contacts.mu)), 0.0)
     joints = None
@@ -126,7 +125,7 @@ class _Case:
 
     def stands(self, model: PreparedModel) -> bool | None:
         """What the solvers say; None where they do not know."""
-        system = _system(model)
+        system = model.system()
         outcome = self.neighbour.solve(system)
         if outcome.word == "balanced" and outcome.f is not None:
             if polished(model, system, outcome.f).worst <= ACCEPTED:
@@ -136,15 +135,11 @@ class _Case:
 
     def proved(self, model: PreparedModel) -> Result:
         """A verdict with a certificate."""
-        system = _system(model)
+        system = model.system()
         result = prove(model, self.settings, system, rigid_claim(self.neighbour.solve(system)))
         if result.verdict != "undecided":
             return result
         return prove(model, self.settings, system, rigid_claim(decide(model, system)))
-
-
-def _system(model: PreparedModel) -> EquilibriumSystem:
-    return equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
 
 
 def _bracket(case: _Case, weaker: Callable[[float], PreparedModel], least: float) -> Bracket | None:

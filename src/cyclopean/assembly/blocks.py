@@ -115,6 +115,10 @@ class Assembly:
         _check_combinations(self)
         _check_friction(self)
 
+    def densities(self, otherwise: float) -> Floats:
+        """(n,) kg/m3 of the blocks; `otherwise` where a block gives none."""
+        return np.array([otherwise if block.density is None else block.density for block in self.blocks], float)
+
     def __len__(self) -> int:
         return len(self.blocks)
 

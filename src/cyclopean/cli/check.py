@@ -232,7 +232,7 @@ def _margins(
         return None
     stage("margins")
     given = replace(assembly, contacts=result.contacts)
-    return analysis.margins(analysis.pose(given, settings, {}, stage), settings)
+    return analysis.margins(analysis.prepare(given, settings, stage), settings)
 
 
 def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:

@@ -124,9 +124,8 @@ def body_loads(assembly: Assembly, gravity: Floats, density: float) -> Floats:
 
     `density` (kg/m3) fills in where a block gives none.
     """
-    given = np.array([density if b.density is None else b.density for b in assembly.blocks])
     wrench = np.zeros((len(assembly), 6))
-    wrench[:, :3] = (given * assembly.mass.volume)[:, None] * gravity
+    wrench[:, :3] = (assembly.densities(density) * assembly.mass.volume)[:, None] * gravity
     if assembly.actions:
         raise InputError("loads: surface loads and body forces have to be resolved before statics (resolved_loads)")
     for load in assembly.loads:
@@ -193,8 +192,8 @@ def equilibrium_system(
     matrix = contact_matrix(len(free), row[a], row[b], arm_a, arm_b, frame)
     mu, units = contacts.mu[patch], (force_unit, length_unit)
     system = EquilibriumSystem(free, used, row[a], row[b], arm_a, arm_b, frame, mu, matrix, p.ravel(), *units)
-    given = np.array([density if b.density is None else b.density for b in assembly.blocks], float)[free]
-    own = given * assembly.mass.volume[free] * (float(np.linalg.norm(gravity)) or STANDARD_GRAVITY)
+    mass = (assembly.densities(density) * assembly.mass.volume)[free]
+    own = mass * (float(np.linalg.norm(gravity)) or STANDARD_GRAVITY)
     low, high = _boxes(assembly, free)
     diagonal = np.asarray(np.linalg.norm(high - low, axis=1))
     system = replace(system, weight=own / force_unit, diagonal=diagonal / length_unit)
@@ -227,11 +226,9 @@ def _free_size(assembly: Assembly, free: Ints, held: Bools, gravity: Floats, den
     """
     plain = np.linalg.norm(body_loads(assembly, gravity, density)[free, :3], axis=1)
     place = {int(i): k for k, i in enumerate(free)}
-    size = plain.copy()
+    size, mass = plain.copy(), assembly.densities(density) * assembly.mass.volume
     for k in np.flatnonzero(held.any(1)).tolist():
-        block = assembly.blocks[free[k]]
-        mass = (density if block.density is None else block.density) * assembly.mass.volume[free[k]]
-        size[k] = mass * np.linalg.norm(np.where(held[k, :3], 0.0, gravity))
+        size[k] = mass[free[k]] * np.linalg.norm(np.where(held[k, :3], 0.0, gravity))
     for load in assembly.loads:
         k = place.get(load.block, -1)
         if k >= 0 and held[k].any():

@@ -56,7 +56,7 @@ class _Task:
     def of(cls, model: PreparedModel, part: Part, schur: Schur | None = None) -> "_Task":
         system = part.system
         schur = Schur(system) if schur is None and system.points else schur
-        balance = exact_balance(model.assembly, model.contacts, model.gravity, model.density, system)
+        balance = exact_balance(model, system)
         return cls(part, balance, Polisher(system, balance, schur), schur, component_labels(system))
 
     @property

@@ -16,8 +16,9 @@ from math import fsum
 
 import numpy as np
 
+from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.assembly import Assembly, Contacts
+from cyclopean.assembly import Contacts
 from cyclopean.geometry.exact_moments import exact_area_vectors, exact_moments, expanded, on_grid
 from cyclopean.statics import EquilibriumSystem
 
@@ -133,27 +134,20 @@ def stretched(normal: Floats, high: Floats, low: Floats | None) -> list[Floats]:
     return [one, middle, small]
 
 
-def exact_balance(
-    assembly: Assembly, contacts: Contacts, gravity: Floats, density: float, system: EquilibriumSystem
-) -> Balance:
+def exact_balance(model: PreparedModel, system: EquilibriumSystem) -> Balance:
     """Prepare the balance of the free blocks of a system, in world units.
 
     Parameters
     ----------
-    assembly, contacts
-        Loads resolved, friction filled in.
-    gravity : (3,) m/s2
-        World axes.
-    density : float
-        kg/m3 where a block gives none.
+    model : PreparedModel
+        Its blocks, contacts, gravity and loads.
     system : EquilibriumSystem
         Says which blocks are free and which points are used.
     """
+    assembly, contacts, gravity = model.assembly, model.contacts, model.gravity
     free, m = system.free, system.blocks
     six, moment, k = exact_moments(assembly.mesh, free)
-    given = np.array(
-        [density if assembly.blocks[i].density is None else assembly.blocks[i].density for i in free], float
-    )
+    given = assembly.densities(model.density)[free]
     mass, rho_bits = on_grid(given)
     pull, g_bits = on_grid(np.asarray(gravity, float))
     bits = k + rho_bits + g_bits

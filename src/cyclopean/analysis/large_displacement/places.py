@@ -9,7 +9,7 @@ from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Load
 from cyclopean.geometry import frames_from_normals, rotations
-from cyclopean.statics import EquilibriumSystem, contact_matrix, equilibrium_system
+from cyclopean.statics import EquilibriumSystem, contact_matrix
 
 __all__ = ["TOUCHES", "Displaced", "Place", "degrees"]
 
@@ -37,7 +37,7 @@ class Displaced:
 
     def __init__(self, model: PreparedModel) -> None:
         self.model, assembly = model, model.assembly
-        self.base = equilibrium_system(assembly, model.contacts, model.fixed, model.gravity, model.density)
+        self.base = model.system()
         contacts = model.contacts
         patch = contacts.patch[self.base.used]
         self.a, self.b = contacts.a[patch], contacts.b[patch]
@@ -45,8 +45,7 @@ class Displaced:
         self.arm_a = point - assembly.mass.centroid[self.a]
         self.arm_b = point - assembly.mass.centroid[self.b]
         self.normal = contacts.frame[patch, 0]
-        given = np.array([model.density if b.density is None else b.density for b in assembly.blocks])
-        self.mass = given * assembly.mass.volume
+        self.mass = model.mass
 
     @property
     def unit(self) -> float:

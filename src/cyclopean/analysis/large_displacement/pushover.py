@@ -10,7 +10,7 @@ from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
 from cyclopean.analysis.limit_analysis.live_load import Live, live_loads
 from cyclopean.analysis.limit_analysis.load_family import Pencil, pencil
 from cyclopean.analysis.limit_analysis.solving import LimitOutcome, solve_limit
-from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly
@@ -91,7 +91,7 @@ def pushover(
     if not (0.0 < reach < np.inf) or steps < 1 or unit not in ("m", "deg"):
         raise InputError(f"`pushover` {reach:g}{unit}: expected a positive length (m) or angle (deg), and `steps` >= 1")
     budget = UNLIMITED if seconds is None else Budget(seconds)
-    model = pose(assembly, Settings() if settings is None else settings, {}, progress)
+    model = prepare(assembly, settings, progress)
     if model.contacts.strength.any():
         raise InputError.of("pushover", None, "joints that pull are not followed; use dry joints")
     course = _Course(model, live)

@@ -33,7 +33,7 @@ from cyclopean.analysis.checking import check
 from cyclopean.analysis.equilibrium.rbe import solve_rbe
 from cyclopean.analysis.equilibrium.settlement import follow
 from cyclopean.analysis.large_displacement.places import TOUCHES, Displaced, Place
-from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
@@ -131,7 +131,7 @@ def subsidence(
     if steps < 1:
         raise InputError.of("steps", steps, "expected a whole number >= 1")
     settings = Settings() if settings is None else settings
-    model = pose(assembly, settings, {}, progress)
+    model = prepare(assembly, settings, progress)
     if model.settled is None:
         raise InputError.of("steps", None, "no support settles; give `settle` BLOCK:DX,DY,DZ")
     if model.contacts.strength.any():

@@ -16,13 +16,13 @@ from cyclopean.analysis.limit_analysis.reasons import reason_for_limit
 from cyclopean.analysis.limit_analysis.result import LimitResult
 from cyclopean.analysis.limit_analysis.solving import LimitOutcome, solve_limit
 from cyclopean.analysis.limit_analysis.turning import solve_turning
-from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.proving import spread, utilisation
 from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Load
 from cyclopean.errors import InputError
-from cyclopean.statics import EquilibriumSystem, equilibrium_system, turned_gravity
+from cyclopean.statics import EquilibriumSystem, body_loads, turned_gravity
 
 BACK = 1e-8  # radians between what a solver says of a tilt and what is proved: room for forces, and for a motion
 
@@ -75,7 +75,7 @@ def limit(
         raise InputError.of("seconds", seconds, "expected a positive number")
     budget = UNLIMITED if seconds is None else Budget(seconds)
     clock = {"start": time.perf_counter()}
-    model = pose(assembly, settings, clock, progress)
+    model = prepare(assembly, settings, progress, clock)
     result = limit_of(model, live, solver, progress, budget)
     contacts = {"contacts": clock["contacts"] - clock["margin"]}
     return replace(result, seconds=contacts | result.seconds | {"total": time.perf_counter() - clock["start"]})
@@ -126,15 +126,8 @@ def live_pencil(model: PreparedModel, system: EquilibriumSystem, gravity: Floats
     InputError
         They do not act on any block that is free to move.
     """
-    assembly = model.assembly
-    given = np.array([model.density if b.density is None else b.density for b in assembly.blocks])
-    mass = given * assembly.mass.volume
-    wrench = np.zeros((len(assembly), 6))
-    wrench[:, :3] = mass[:, None] * gravity
-    for load in loads:
-        wrench[load.block, :3] += load.force
-        wrench[load.block, 3:] += np.cross(load.point - assembly.mass.centroid[load.block], load.force)
-    p1 = wrench[system.free] / system.force_unit
+    assembly, mass = model.assembly, model.mass
+    p1 = body_loads(replace(assembly, loads=loads), gravity, model.density)[system.free] / system.force_unit
     p1[:, 3:] /= system.length_unit
     p1 = system.still(p1.ravel())
     if len(system.free) and not p1.any():
@@ -166,7 +159,7 @@ class Found:
 def _grown(model: PreparedModel, live: Live, solver: str, budget: Budget) -> Found:
     """Loads on a line."""
     gravity, loads = live_loads(model.assembly, live, model.gravity)
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     grown = live_pencil(model, system, gravity, loads)
     outcome = in_users_units(solve_limit(grown, solver, budget), grown.unit)
     return Found(model, system, gravity, loads, outcome, grown)
@@ -184,7 +177,7 @@ def _turned(model: PreparedModel, azimuth: float, solver: str, budget: Budget) -
 
     def at(gravity: Floats, live: Floats) -> Pencil:
         posed = replace(model, gravity=gravity)
-        system = equilibrium_system(model.assembly, model.contacts, model.fixed, gravity, model.density)
+        system = posed.system()
         return live_pencil(posed, system, live, ()) if live.any() else pencil(system, np.zeros(len(system.p)))
 
     turn = solve_turning(at, model.gravity, azimuth, solver, budget)
@@ -192,9 +185,9 @@ def _turned(model: PreparedModel, azimuth: float, solver: str, budget: Budget) -
     end = None if turn.high is None else turn.high + BACK
     first = turned_gravity(model.gravity, float(np.rad2deg(start)), azimuth)
     last = first if end is None else turned_gravity(model.gravity, float(np.rad2deg(end)), azimuth)
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, first, model.density)
     low = None if turn.low is None else start
-    return Found(replace(model, gravity=first), system, last - first, (), turn.outcome, angle=(low, end))
+    model = replace(model, gravity=first)
+    return Found(model, model.system(), last - first, (), turn.outcome, angle=(low, end))
 
 
 def _result(model: PreparedModel, live: Live, found: Found, proved: Proved) -> LimitResult:

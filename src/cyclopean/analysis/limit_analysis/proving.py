@@ -20,7 +20,7 @@ from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Load
 from cyclopean.proof import Report, seal, verify
-from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
+from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["Proved", "in_users_units", "prove_bounds"]
 
@@ -70,9 +70,10 @@ class _Case:
 
     def grown(self, times: float, dead: float = 1.0) -> PreparedModel:
         """The model under `dead` times its own loads and so many times the live ones."""
-        given = [*(_scaled(load, dead) for load in self.model.assembly.loads), *(_scaled(x, times) for x in self.loads)]
-        assembly = replace(self.model.assembly, loads=tuple(given))
-        return replace(self.model, assembly=assembly, gravity=dead * self.model.gravity + times * self.gravity)
+        model = self.model
+        given = [(load, dead) for load in model.assembly.loads] + [(load, times) for load in self.loads]
+        acting = (replace(load, force=factor * load.force) for load, factor in given)
+        return model.under(dead * model.gravity + times * self.gravity, acting)
 
     def room(self, y: Floats) -> tuple[float, float]:
         """The multiplier at which the loads do no work in (6 m,) y, and by how much a certificate wants more.
@@ -80,8 +81,7 @@ class _Case:
         A state may leave 1e-9 of the lightest block's weight unbalanced, so a mechanism has to do more work.
         """
         system, alone = self.system, self.grown(1.0, 0.0)
-        contacts = replace(self.model.contacts, tension=None)
-        live = equilibrium_system(alone.assembly, contacts, alone.fixed, alone.gravity, alone.density)
+        live = replace(alone, contacts=replace(alone.contacts, tension=None)).system()
         power = float(live.p @ y) * (live.force_unit / system.force_unit)
         if not power > 0.0 or system.weight is None or system.diagonal is None:
             return np.inf, 0.0
@@ -95,9 +95,8 @@ class _Case:
 
         Counted in the weight of the lightest block, as certificates do.
         """
-        model, system = self.grown(times), self.system
-        there = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
-        there = replace(there, weight=None, diagonal=None)
+        system = self.system
+        there = replace(self.grown(times).system(), weight=None, diagonal=None)
         balance = self.balance(times, there)
         if system.weight is not None:  # own weights are those of the dead gravity, whatever grows
             balance = replace(balance, weight=system.weight * system.force_unit)
@@ -111,11 +110,8 @@ class _Case:
         model = self.model
         pushes = [(load, product(np.full(3, times), load.force)) for load in self.loads]
         more = [replace(load, force=part) for load, parts in pushes for part in parts]
-        assembly = replace(model.assembly, loads=(*model.assembly.loads, *more))
-        dead, live = (
-            exact_balance(assembly, model.contacts, gravity, model.density, there)
-            for gravity in (model.gravity, self.gravity)
-        )
+        given = (*model.assembly.loads, *more)
+        dead, live = (exact_balance(model.under(g, given), there) for g in (model.gravity, self.gravity))
         rows = live.own_load.reshape(-1, 3, 3)
         grown = np.stack(stretched(rows, np.full((len(rows), 1), times), None), 2).reshape(live.own_load.shape)
         return replace(dead, own_load=np.concatenate([dead.own_load, grown], 2))
@@ -127,7 +123,7 @@ class _Case:
         blocks that falls at the least multiplier.
         """
         model = self.grown(times)
-        there = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+        there = model.system()
         found = decide(model, there)
         if found.word == "balanced" and found.state is not None:
             state = self.polished(found.state.f * (there.force_unit / self.system.force_unit), times, limit)
@@ -147,10 +143,6 @@ class _Case:
         still, room = self.room(y) if raised else (np.inf, 0.0)
         upper = max(least, still + room) if np.isfinite(still) else least
         return {"upper": upper, "motion": motion, "room": room}
-
-
-def _scaled(load: Load, factor: float) -> Load:
-    return replace(load, force=factor * load.force)
 
 
 def prove_bounds(
@@ -330,7 +322,7 @@ def _without_limit(case: _Case) -> Proved | None:
     dry = replace(case.grown(1.0, 0.0), contacts=replace(case.model.contacts, tension=None))
     states = []
     for model in (dead, dry):
-        system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+        system = model.system()
         found = decide(model, system)
         if found.word != "balanced" or found.state is None:
             return None
@@ -345,17 +337,8 @@ def _without_limit(case: _Case) -> Proved | None:
 def _checked(case: _Case, sides: Mapping[str, Any]) -> tuple[dict[str, Any], Report]:
     model, system = case.model, case.system
     proof = {"world_force": sides["state"].parts} if "state" in sides else {}
-    certificate = certify(
-        model.assembly,
-        model.contacts,
-        model.fixed,
-        model.gravity,
-        model.density,
-        system,
-        model.tolerance,
-        "limit-bounds",
-        proof | {key: sides[key] for key in ("motion",) if key in sides},
-    )
+    proof |= {key: sides[key] for key in ("motion",) if key in sides}
+    certificate = certify(model, system, "limit-bounds", proof)
     names = [block.id for block in model.assembly.blocks]
     certificate["live"] = {
         "gravity": _plain(case.gravity),

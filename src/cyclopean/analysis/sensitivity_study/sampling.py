@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cyclopean.analysis.equilibrium.neighbour import Neighbour
-from cyclopean.analysis.preparation import PreparedModel, pose
+from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.proving import prove, rigid_claim
 from cyclopean.analysis.sensitivity_study.ranges import Range, drawn, varied
 from cyclopean.analysis.sensitivity_study.throughout import corners
@@ -19,7 +19,6 @@ from cyclopean.analysis.warm_start.recheck import recheck
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, BodyLoad
 from cyclopean.errors import InputError
-from cyclopean.statics import equilibrium_system
 
 __all__ = ["CONFIDENCE", "Sensitivity", "sensitivity", "share_between"]
 
@@ -123,7 +122,7 @@ def sensitivity(
     if not 0 <= seed < 2**63:
         raise InputError.of("seed", seed, "expected a whole number that is not negative")
     began = time.perf_counter()
-    model = pose(assembly, settings, {}, progress)
+    model = prepare(assembly, settings, progress)
     if model.settled is not None:
         raise InputError.of("vary", None, "a settlement is answered for one model at a time; leave it out")
     accelerated = any(isinstance(load, BodyLoad) and load.acceleration is not None for load in assembly.actions)
@@ -177,7 +176,7 @@ def _chunk(
 
 
 def _rigid_word(case: PreparedModel, settings: Settings, neighbour: Neighbour) -> Word:
-    system = equilibrium_system(case.assembly, case.contacts, case.fixed, case.gravity, case.density)
+    system = case.system()
     outcome = neighbour.solve(system, settings.solver)
     return prove(case, settings, system, rigid_claim(outcome)).verdict
 

@@ -30,7 +30,7 @@ from cyclopean.analysis.warm_start.seating import seated
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.errors import InputError, SolverError
 from cyclopean.proof import verify
-from cyclopean.statics import EquilibriumSystem, Schur, equilibrium_system
+from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["CONTINUED", "Known", "mobile", "recheck"]
 
@@ -81,7 +81,7 @@ def recheck(model: PreparedModel, settings: Settings, known: Known | None = None
     began = time.perf_counter()
     if known is not None:
         _fitting(model, known)
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     if settings.chosen_method() == "rbe":
         result = prove(model, settings, system, solved(model, settings, system), judge)
     else:
@@ -102,7 +102,7 @@ def mobile(model: PreparedModel, settings: Settings) -> Ints | None:
     settings : Settings
         The solver.
     """
-    system = equilibrium_system(model.assembly, model.contacts, model.fixed, model.gravity, model.density)
+    system = model.system()
     outcome = solve_rbe(system, settings.solver)
     if outcome.word != "collapse" or outcome.y is None:
         return None

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import CONTINUED, Deferred, PreparedModel, Result, Settings, Word, pose
+from cyclopean.analysis import CONTINUED, Deferred, PreparedModel, Result, Settings, Word, prepare
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.design.construction.blocking import blockers, insertion, neighbours
@@ -139,7 +139,7 @@ def build_sequence(
     settings = Settings(seconds=SECONDS) if settings is None else settings
     if not (most_props >= 0):
         raise InputError.of("props", most_props, "expected a whole number >= 0")
-    whole = pose(assembly, settings, {}, progress)
+    whole = prepare(assembly, settings, progress)
     progress("ordering")
     plan = _planned(whole, lean, clearance)
     ordered = time.perf_counter()

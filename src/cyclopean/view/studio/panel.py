@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import PreparedModel, Settings, pose
+from cyclopean.analysis import PreparedModel, Settings, prepare
 from cyclopean.analysis.interactive import Knobs
 from cyclopean.assembly import Assembly, length_tolerance, paired_friction
 from cyclopean.assembly.rearranging import Pose, arrange
@@ -74,11 +74,11 @@ def studio(
     Raises
     ------
     InputError
-        Nothing that can be analysed: see `analysis.pose`; or a stem that would lead out of the folder.
+        Nothing that can be analysed: see `analysis.prepare`; or a stem that would lead out of the folder.
     """
     if Path(stem).name != stem:
         raise InputError(f"stem '{stem}': expected the beginning of a file's name, without a folder")
-    posed = pose(model, replace(settings, tilt=None), {}, lambda _: None)
+    posed = prepare(model, replace(settings, tilt=None))
     followed = replace(settings, combination="", factors=(), settle=())  # the posed model has its loads already
     if posed.contacts.strength.any():
         followed = replace(followed, method="rbe")
