@@ -36,6 +36,7 @@ from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.coarse import rank
 from cyclopean.design.matching.match import Match, MatchSettings, match_stones
 from cyclopean.design.matching.negotiation import negotiate
+from cyclopean.design.matching.problem import Problem
 from cyclopean.design.stones.quarry import quarry, stand_in
 from cyclopean.design.stones.sampling import body_points
 from cyclopean.design.stones.stone import Stone
@@ -112,7 +113,7 @@ def one(stones: Sequence[Stone], wall: PolygonalWall, negotiated: bool) -> dict[
     cells = cells_of(wall.assembly)
     began = process_time()
     points = body_points(stones, 1024)
-    ranking = rank(points, np.array([s.volume for s in stones]), cells, cells.axes, np.ones(48, bool), 2)
+    ranking = rank(Problem(stones, points, cells), cells.axes, np.ones(48, bool), 2)
     prepared = process_time() - began
     yard = Yard(stones, points, cells, ranking)
     plain = {}
@@ -181,7 +182,7 @@ def panel(title: str, stones: Sequence[Stone], columns: int, rows: int, chosen: 
     wall = wall_for(stones, columns, rows, chosen.seeds[0])
     cells = cells_of(wall.assembly)
     points = body_points(stones, 1024)
-    ranking = rank(points, np.array([s.volume for s in stones]), cells, cells.axes, np.ones(48, bool), 2)
+    ranking = rank(Problem(stones, points, cells), cells.axes, np.ones(48, bool), 2)
     yard = Yard(stones, points, cells, ranking)
     series = {name: [measured(yard, METHODS[name](yard))[::-1]] for name in REFERENCES}
     fixed = [match_stones(stones, cells, MatchSettings(weight=w)) for w in WEIGHTS]
@@ -218,8 +219,9 @@ def recall(stones: Sequence[Stone], cells, among: int, asked: int) -> None:
     """Of the pairs that are best in a cell by exact volumes, how many are among the first k by rank."""
     some, points = stones[:among], body_points(stones[:among], 1024)
     volume = np.array([s.volume for s in some])
-    ranking = rank(points, volume, cells, cells.axes, np.ones(48, bool), 2)
-    work = Candidates(some, points, cells, ranking, cells.axes)
+    problem = Problem(some, points, cells)
+    ranking = rank(problem, cells.axes, np.ones(48, bool), 2)
+    work = Candidates(problem, ranking)
     place = np.linspace(0, len(cells) - 1, asked).astype(int)
     stone, cell = (x.ravel() for x in np.meshgrid(np.arange(among), place, indexing="ij"))
     work.improve(stone, cell, POLISHED)

@@ -24,6 +24,7 @@ from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.coarse import rank, rotations
 from cyclopean.design.matching.exact import Solids, climbed, corner_fit, principal
 from cyclopean.design.matching.match import MatchSettings, match_stones
+from cyclopean.design.matching.problem import Bonds, Problem
 from cyclopean.design.matching.refine import Schedule, bonded, refine, turned_by
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.sampling import body_points
@@ -77,14 +78,14 @@ def test_a_box_ranked_in_itself_by_hand():
     """2 x 1 x 0.5 through the wall: all of it; turned by a quarter, half; with 2 through the wall, 0.5 x 0.5 x 1."""
     cells = only(box((2.0, 0.5, 1.0)))
     it = stone(*box((2.0, 0.5, 1.0)), turn=rotation(1))
-    found = rank(body_points([it]), np.array([it.volume]), cells, cells.axes, ALL, 48)
+    found = rank(Problem([it], body_points([it]), cells), cells.axes, ALL, 48)
     by_hand = {round(v, 2) for v in (1.0, 0.5, 0.25, 0.125)}
     assert found.shared[0, 0] == pytest.approx(1.0, rel=0.08)  # soft edges lose some of a perfect fit
     best = rotations()[found.turns[0, 0, 0]]
     assert np.abs(best) == pytest.approx(np.eye(3))
     for turn in found.turns[:, 0, 0]:
         allowed = np.arange(48) == turn
-        here = rank(body_points([it]), np.array([it.volume]), cells, cells.axes, allowed, 1)
+        here = rank(Problem([it], body_points([it]), cells), cells.axes, allowed, 1)
         if np.abs(rotations()[turn]).max(axis=1) == pytest.approx(np.ones(3)):  # a multiple of 90 degrees
             assert min(abs(float(here.shared[0, 0]) - v) for v in by_hand) < 0.08
 
@@ -93,7 +94,7 @@ def test_ranking_agrees_with_plain_counting_in_every_rotation():
     stones, cells = rubble(3, size=1.1), polygonal(3, 2)
     points, volume = body_points(stones), np.array([s.volume for s in stones])
     for number in range(48):
-        found = rank(points, volume, cells, cells.axes, np.arange(48) == number, 1)
+        found = rank(Problem(stones, points, cells), cells.axes, np.arange(48) == number, 1)
         assert (found.turns == number).all()
         for i, j in ((0, 0), (1, 3), (2, 5)):
             slow = shares(cells, j, points[i], cells.axes[j].T @ rotations()[number])
@@ -104,18 +105,18 @@ def test_ranking_of_cells_of_several_depths():
     """A wall whose cells are 0.2 to 0.6 m deep: each drops the points that stick out of itself."""
     cells = only(*(box((0.42, d, 0.36), (x, 0.0, 0.0)) for x, d in enumerate((0.2, 0.3, 0.45, 0.6))))
     it = stone(*box((0.42, 0.36, 0.6)))
-    found = rank(body_points([it]), np.array([it.volume]), cells, cells.axes, ALL, 1)
+    found = rank(Problem([it], body_points([it]), cells), cells.axes, ALL, 1)
     assert found.shared[0] == pytest.approx([0.42 * 0.36 * d for d in (0.2, 0.3, 0.45, 0.6)], rel=0.08)
 
 
 def test_tiles_may_be_of_any_size_and_run_anywhere(monkeypatch):
     stones, cells = rubble(9), polygonal(3, 3)
-    points, volume = body_points(stones), np.array([s.volume for s in stones])
-    whole = rank(points, volume, cells, cells.axes, ALL, 3)
+    problem = Problem(stones, body_points(stones), cells)
+    whole = rank(problem, cells.axes, ALL, 3)
     monkeypatch.setattr("cyclopean.design.matching.coarse.TILE_STONES", 4)
     monkeypatch.setattr("cyclopean.design.matching.coarse.TILE_CELLS", 5)
     with ThreadPoolExecutor(2) as executor:
-        tiled = rank(points, volume, cells, cells.axes, ALL, 3, executor)
+        tiled = rank(replace(problem, executor=executor), cells.axes, ALL, 3)
     assert (tiled.shared == whole.shared).all()
     assert (tiled.turns == whole.turns).all()
 
@@ -131,7 +132,7 @@ def test_a_box_beside_its_cell_slides_home():
     points = body_points([it])
     before = shares(cells, 0, points[0], tilted[0], shift[0])
     long = Schedule(1024, 60, (0.3, 0.02), (0.1, 0.002))
-    share, found, at = refine(points, cells, (np.array([0]), np.array([0])), (tilted, shift), long)
+    share, found, at = refine(Problem([it], points, cells), (np.array([0]), np.array([0])), (tilted, shift), long)
     assert before < 0.7
     assert share[0] > 0.97
     assert np.abs(at).max() < 0.02
@@ -144,21 +145,21 @@ def test_refining_never_loses_what_was_given():
     stone_, cell = np.arange(6), np.arange(6) % len(cells)
     start = cells.axes[cell].transpose(0, 2, 1)
     schedule = Schedule(512, 10, (0.15, 0.06), (0.1, 0.01))
-    share, _, _ = refine(points, cells, (stone_, cell), (start, np.zeros((6, 3))), schedule)
+    share, _, _ = refine(Problem(stones, points, cells), (stone_, cell), (start, np.zeros((6, 3))), schedule)
     for k in range(6):
         assert share[k] >= shares(cells, cell[k], points[k, :512], start[k]) - 1e-6
 
 
 def test_early_steps_with_few_points_end_as_high_and_never_below_where_they_began():
     stones, cells = rubble(12, size=0.7), polygonal(3, 2)
-    points = body_points(stones, 1024)
+    problem = Problem(stones, body_points(stones, 1024), cells)
     pair = np.arange(12), np.arange(12) % len(cells)
     plain = Schedule(1024, 40, (0.08, 0.02), (0.05, 0.005))
     start = cells.axes[pair[1]].transpose(0, 2, 1), np.zeros((12, 3))
-    all_along, pose, shift = refine(points, cells, pair, start, plain)
-    early, *_ = refine(points, cells, pair, start, replace(plain, early=24))
+    all_along, pose, shift = refine(problem, pair, start, plain)
+    early, *_ = refine(problem, pair, start, replace(plain, early=24))
     assert early.mean() == pytest.approx(all_along.mean(), abs=0.01)
-    again, same, _ = refine(points, cells, pair, (pose, shift), replace(plain, early=24, step=(0.9, 0.9)))
+    again, same, _ = refine(problem, pair, (pose, shift), replace(plain, early=24, step=(0.9, 0.9)))
     assert (again >= all_along - 1e-6).all()
     kept = again <= all_along  # steps so long lead nowhere: it stays where it was
     assert kept.sum() > 6
@@ -170,7 +171,7 @@ def test_refining_works_in_a_cell_of_several_parts():
     it = stone(*prism([(0, 0), (1.9, 0), (1.9, 0.9), (0.9, 0.9), (0.9, 1.9), (0, 1.9)], 0.0, 0.6))
     points, still = body_points([it]), Schedule(1024, 0, (0.1, 0.1), (0.1, 0.1))
     home, pair = it.axes.T[None], (np.array([0]), np.array([0]))
-    share, _, _ = refine(points, cells, pair, (home, np.array([[0.1, 0.05, -0.1]])), still)
+    share, _, _ = refine(Problem([it], points, cells), pair, (home, np.array([[0.1, 0.05, -0.1]])), still)
     assert share[0] == pytest.approx(shares(cells, 0, points[0], home[0], (0.1, 0.05, -0.1)), abs=1e-3)
     assert 0.5 < share[0] < 0.99
     match = match_stones([it], cells, MatchSettings())
@@ -187,7 +188,7 @@ def test_rodrigues_by_hand():
 
 def test_bonded_turns_back_to_the_limit_and_no_further():
     tilt = turned_by(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.3], [0.0, 0.0, np.pi - 0.4]]))
-    found = bonded(tilt, np.tile([1.0, 0.0, 0.0], (3, 1)), 0.5)
+    found = bonded(tilt, Bonds(np.tile([1.0, 0.0, 0.0], (3, 1)), 0.5))
     angle = np.arccos(np.abs(found[:, 0, 0]))
     assert angle == pytest.approx([0.5, 0.3, 0.4])
     assert found[1:] == pytest.approx(tilt[1:])

@@ -19,6 +19,7 @@ from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.flattening import flat_wall, frames_at
 from cyclopean.design.matching.match import MatchSettings, match_stones
 from cyclopean.design.matching.negotiation import negotiate
+from cyclopean.design.matching.problem import Bonds
 from cyclopean.design.matching.refine import turned_by
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.sampling import body_points
@@ -166,7 +167,7 @@ def test_a_climb_keeps_the_bond():
     bodies, state = posed(wall, 256)
     way = np.broadcast_to([0.0, 0.0, 1.0], (len(bodies.site), 3))
     into = replace(state, rotation=np.broadcast_to(np.eye(3)[[1, 2, 0]], (len(bodies.site), 3, 3)))
-    after, _ = climbed(flat_wall(wall), replace(bodies, bond=(way, 0.1)), into, QUICK)
+    after, _ = climbed(flat_wall(wall), replace(bodies, bonds=Bonds(way, 0.1)), into, QUICK)
     assert np.abs(after.rotation[:, 2, 0]).min() >= np.cos(0.1) - 1e-9
     free, _ = climbed(flat_wall(wall), bodies, into, QUICK)
     assert np.abs(free.rotation[:, 2, 0]).min() < np.cos(0.1)

@@ -28,15 +28,13 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.matching.refine import AFTER, NEXT, bonded, turned_by
+from cyclopean.design.matching.problem import Bonds, Singles
+from cyclopean.design.matching.refine import bonded, turned_by, wrench
 from cyclopean.geometry import power_diagram
 
 __all__ = ["Bodies", "Climb", "FlatWall", "Gradient", "Obstacles", "State", "climbed", "diagram_neighbours", "gradient"]
-
-Singles = NDArray[np.float32]
 
 BATCH = 1 << 18  # points times planes at a time
 FAR = 1e3  # m: offset of a plane that everything is before
@@ -79,9 +77,7 @@ class Bodies:
     volume: Floats  # (b,) m3
     site: Ints  # (b,) in whose cell each lies
     held: Bools  # (b,) bodies that do not move: a cell that has no stone is filled with what it was
-    bond: tuple[Floats, float] | None = (
-        None  # ways (b, 3) of longest axes in (u, v, t), and by how much they may be off (radians)
-    )
+    bonds: Bonds | None = None  # of each, its way in (u, v, t)
     radius: Floats = field(init=False)  # (b,) m: of the farthest point from the centroid
     reach: Floats = field(init=False)  # (b,) m: of gyration
 
@@ -183,11 +179,10 @@ def _moved(wall: FlatWall, bodies: Bodies, state: State, moves: list[Floats], re
     poses, sites = moves
     point = np.clip(state.point + sites[:, :2], EDGE, wall.grid - EDGE)
     weight = state.weight + sites[:, 2]
-    rotation = turned_by(poses[:, 3:]) @ state.rotation
     return State(
         point,
         weight - (weight.mean() - state.weight.mean()),  # a common weight moves no line
-        rotation if bodies.bond is None else bonded(rotation, *bodies.bond),
+        bonded(turned_by(poses[:, 3:]) @ state.rotation, bodies.bonds),
         state.shift + poses[:, :3] * reach[:, None],
     )
 
@@ -367,11 +362,11 @@ def _pushes(
     moment = depth @ body.transpose(0, 2, 1)  # (b, p, 4), in the stones' frames
     deep = np.einsum("bpi,bpi->bp", moment, plane)  # s is linear in the point
     moment[..., :3] = moment[..., :3] @ turn.transpose(0, 2, 1)
-    force, torque = _wrench(moment, normal)
+    force, torque = wrench(moment, normal)
     if pressed is not None:
         pressure = np.multiply(pressed, push[:, None], dtype=np.float32) @ body.transpose(0, 2, 1)
         pressure[..., :3] = pressure[..., :3] @ turn.transpose(0, 2, 1)
-        out = _wrench(pressure, sides.reshape(len(rows), -1, 3))
+        out = wrench(pressure, sides.reshape(len(rows), -1, 3))
         force, torque = force - out[0], torque - out[1]
     inside = np.count_nonzero(outermost <= 0.0, axis=1)
     return inside, phi.sum(axis=1, dtype=float), force, torque, np.concatenate([moment, deep[..., None]], axis=2)
@@ -388,12 +383,6 @@ def _obstructed(side: Singles, body: Singles, outermost: Singles) -> tuple[Bools
     number = np.arange(side.shape[1] * side.shape[2])[:, None]
     pressed = (number == (deepest * side.shape[2] + nearest)[:, None]) & (worst > outermost)[:, None]
     return pressed, np.maximum(outermost, worst)
-
-
-def _wrench(moment: Singles, normal: Singles) -> tuple[Singles, Singles]:
-    """Force (b, 3) and torque (b, 3) inwards, of points that planes push, by their moments (b, p, 4)."""
-    pressed = moment.transpose(0, 2, 1) @ normal  # (b, 4, 3): sums of moment times normal, and of normals
-    return -pressed[:, 3], pressed[:, AFTER, NEXT] - pressed[:, NEXT, AFTER]
 
 
 def _site_gradient(

@@ -5,16 +5,13 @@ less than it was seen to have, and one that is polished is seen a little too wel
 points; so whoever wins a cell is looked at more closely before it is believed, and the assignment is made again.
 """
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.matching.cells import Cells
-from cyclopean.design.matching.coarse import Ranking, rotations
+from cyclopean.arrays import Floats, Ints
+from cyclopean.design.matching.coarse import Ranking
 from cyclopean.design.matching.exact import (
     ALIKE,
     SAME,
@@ -25,8 +22,9 @@ from cyclopean.design.matching.exact import (
     registered,
     unlikeness,
 )
-from cyclopean.design.matching.refine import Bonds, Schedule, bonded, refine
-from cyclopean.design.stones.stone import Stone, in_body_frame
+from cyclopean.design.matching.problem import Problem
+from cyclopean.design.matching.refine import Schedule, bonded, refine
+from cyclopean.design.stones.stone import in_body_frame
 
 __all__ = ["EXACT", "POLISHED", "RANKED", "REFINED", "Candidates"]
 
@@ -45,19 +43,10 @@ OFF_BOND = 1e-5  # radians by which a bond counts as kept
 class Candidates:
     """Working state of one match; poses are of body frames, about the cells' centres."""
 
-    def __init__(
-        self,
-        stones: Sequence[Stone],
-        points: NDArray[np.float32],
-        cells: Cells,
-        ranking: Ranking,
-        axes: Floats,
-        bond: tuple[Floats, float] | None = None,
-        executor: Executor | None = None,
-        progress: Callable[[str], None] = lambda _: None,
-    ) -> None:
-        self.stones, self.points, self.cells, self.ranking, self.axes = stones, points, cells, ranking, axes
-        self.volume = np.array([s.volume for s in stones])
+    def __init__(self, problem: Problem, ranking: Ranking) -> None:
+        stones, cells = problem.stones, problem.cells
+        self.problem, self.ranking = problem, ranking
+        self.stones, self.cells, self.volume = stones, cells, problem.volume
         self.value: Floats = np.minimum(DISCOUNT[RANKED] * ranking.shared.astype(np.float64), cells.volume)
         self.value += self._tie(np.arange(len(stones))[:, None], np.arange(len(cells)))
         self.level = np.zeros(ranking.shared.shape, np.uint8)
@@ -65,9 +54,7 @@ class Candidates:
         self._held: tuple[Ints, Ints, float] | None = None
         self._row = np.full(ranking.shared.shape, -1, np.int32)
         self._rotation, self._shift = np.zeros((0, 3, 3)), np.zeros((0, 3))
-        self._bond, self._executor, self._progress = bond, executor, progress
         self._solids = Solids(stones, cells)
-        self._turns = rotations()
         self._principal, half = principal(cells)
         stone_half = np.stack([s.half for s in stones])
         self._alike, self._same = (np.zeros(self.level.shape, bool) for _ in range(2))
@@ -93,7 +80,7 @@ class Candidates:
         row = int(self._row[i, j])
         if row >= 0:
             return self._rotation[row], self._shift[row]
-        return self.axes[j].T @ self._turns[self.ranking.turns[0, i, j]], np.zeros(3)
+        return self.ranking.rotation(i, j), np.zeros(3)
 
     def take(self, stone: Ints, cell: Ints, rotation: Floats, shift: Floats, shared: Floats | None = None) -> None:
         """Note poses from elsewhere, and what is shared at them if that was measured in these very cells.
@@ -139,14 +126,15 @@ class Candidates:
     def _refine(self, stone: Ints, cell: Ints) -> None:
         """Climb from the best rotations, and from the principal axes where stone and cell are of one shape."""
         pair, rotation = [], []
-        for turn in self.ranking.turns:
+        for place in range(len(self.ranking.turns)):
             pair.append(np.arange(len(stone)))
-            rotation.append(self.axes[cell].transpose(0, 2, 1) @ self._turns[turn[stone, cell]])
+            rotation.append(self.ranking.rotation(stone, cell, place))
         same = np.flatnonzero(self._alike[stone, cell])
         pair.append(np.repeat(same, 4))
         rotation.append(registered(self._principal[cell[same]]).reshape(-1, 3, 3))
         start, turned = np.concatenate(pair), np.concatenate(rotation)
-        share, turned, shift = self._climb(stone[start], cell[start], turned, np.zeros((len(start), 3)), CLIMB)
+        poses = turned, np.zeros((len(start), 3))
+        share, turned, shift = refine(self.problem, (stone[start], cell[start]), poses, CLIMB)
         order = np.lexsort((np.arange(len(start)), -share, start))
         best = order[np.unique(start[order], return_index=True)[1]]
         self._put(stone, cell, turned[best], shift[best])
@@ -154,14 +142,15 @@ class Candidates:
 
     def _polish(self, stone: Ints, cell: Ints, schedule: Schedule) -> None:
         row = self._row[stone, cell]
-        share, rotation, shift = self._climb(stone, cell, self._rotation[row], self._shift[row], schedule)
+        poses = self._rotation[row], self._shift[row]
+        share, rotation, shift = refine(self.problem, (stone, cell), poses, schedule)
         self._put(stone, cell, rotation, shift)
         self._judge(stone, cell, share, POLISHED)
 
     def _measure(self, stone: Ints, cell: Ints) -> None:
         """Exact volumes, at the best of the poses that are worth a look."""
         for number, (i, j) in enumerate(zip(stone.tolist(), cell.tolist(), strict=True)):
-            self._progress(f"measuring: {number + 1} of {len(stone)}")
+            self.problem.progress(f"measuring: {number + 1} of {len(stone)}")
             row, most = int(self._row[i, j]), min(self.volume[i], self.cells.volume[j])
             best, pose = 0.0, (self._rotation[row], self._shift[row])
             for rotation, shift in (*self._fits(i, j), pose):
@@ -170,12 +159,12 @@ class Candidates:
                     best, pose = found, (rotation, shift)
                 if best >= most * (1.0 - EVEN):
                     break  # it holds all that it can
-            if self.climbs > 0 and self._bond is None and not best >= most * (1.0 - EVEN):
+            if self.climbs > 0 and self.problem.bonds is None and not best >= most * (1.0 - EVEN):
                 self.climbs -= 1
                 radius = float(np.sqrt((self.stones[i].half ** 2).sum() / 5.0))
-                found, *climbed_to = climbed(self._solids, i, j, *pose, radius, STEPS)
+                found, *higher = climbed(self._solids, i, j, *pose, radius, STEPS)
                 if found > best:
-                    best, pose = found, (climbed_to[0], climbed_to[1])
+                    best, pose = found, (higher[0], higher[1])
             self._put(np.array([i]), np.array([j]), pose[0][None], pose[1][None])
             self.value[i, j] = min(best, most)
             self.level[i, j] = EXACT
@@ -192,17 +181,11 @@ class Candidates:
         return [pose for pose in found if self._keeps_bond(j, pose[0])]
 
     def _keeps_bond(self, j: int, rotation: Floats) -> bool:
-        if self._bond is None:
+        bonds = self.problem.bonds
+        if bonds is None:
             return True
-        way, angle = self._bond
-        return bool(np.abs(bonded(rotation[None], way[j : j + 1], angle + OFF_BOND) - rotation).max() < 1e-12)
-
-    def _climb(
-        self, stone: Ints, cell: Ints, rotation: Floats, shift: Floats, schedule: Schedule
-    ) -> tuple[Floats, Floats, Floats]:
-        bonds = None if self._bond is None else Bonds(self._bond[0][cell], self._bond[1])
-        poses = (rotation, shift)
-        return refine(self.points, self.cells, (stone, cell), poses, schedule, bonds, self._executor, self._progress)
+        loose = replace(bonds, way=bonds.way[j : j + 1], angle=bonds.angle + OFF_BOND)
+        return bool(np.abs(bonded(rotation[None], loose) - rotation).max() < 1e-12)
 
     def _put(self, stone: Ints, cell: Ints, rotation: Floats, shift: Floats) -> None:
         """Keep poses; rotations that went through single precision are made rotations again."""
@@ -224,7 +207,3 @@ class Candidates:
         least = self.value[stone, cell] if level == REFINED else 0.0  # a climb never ends below where it began
         self.value[stone, cell] = np.maximum(DISCOUNT[level] * seen + self._tie(stone, cell), least)
         self.level[stone, cell] = level
-
-    def settled(self, stone: Ints, cell: Ints, level: int) -> Bools:
-        """Pairs that are at a level."""
-        return np.asarray(self.level[stone, cell] >= level)

@@ -13,8 +13,7 @@ By hand: a stone that is the cell, a box, shares all of it; turned by 90 degrees
 shares half.
 """
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -23,10 +22,9 @@ from numpy.typing import NDArray
 
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.design.matching.cells import Cells
+from cyclopean.design.matching.problem import Problem, Singles
 
 __all__ = ["POINTS", "Ranking", "Tile", "rank", "rank_tile", "rotations"]
-
-Singles = NDArray[np.float32]
 
 GRID = 24  # squares along each side of the plane
 FINE = 3  # samples along each side of a square, and through the wall
@@ -43,6 +41,12 @@ class Ranking:
 
     shared: Singles  # (n, m) m3
     turns: NDArray[np.uint8]  # (starts, n, m) best rotations, best first; indices into `rotations()`
+    axes: Floats  # (m, 3, 3) rows of each cell's frame in which the rotations are meant
+
+    def rotation(self, stone: int | Ints, cell: int | Ints, place: int = 0) -> Floats:
+        """(..., 3, 3) body frame to wall, in the best rotation or one of the next."""
+        turn = rotations()[self.turns[place, stone, cell]]
+        return np.asarray(np.swapaxes(self.axes[cell], -1, -2) @ turn)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,56 +92,34 @@ def _eighth_turn(count: int) -> Floats:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def rank(
-    points: Singles,
-    volume: Floats,
-    cells: Cells,
-    axes: Floats,
-    allowed: Bools,
-    starts: int,
-    executor: Executor | None = None,
-    progress: Callable[[str], None] = lambda _: None,
-) -> Ranking:
-    """Rank all stones in all cells.
+def rank(problem: Problem, axes: Floats, allowed: Bools, starts: int) -> Ranking:
+    """Rank all stones in all cells, by the first 1024 points of each stone.
 
     Parameters
     ----------
-    points : (n, p, 3) float32
-        m, evenly spread in each stone, body frame; the first 1024 are used.
-    volume : (n,) float
-        m3 of each stone.
-    cells : Cells
-        m cells.
+    problem : Problem
+        Stones and cells.
     axes : (m, 3, 3) float
         Rows of each cell's frame in which the rotations are meant: `cells.axes` or `cells.frame`.
     allowed : (48,) bool
         Rotations that may be used.
     starts : int
         How many of the best rotations are kept.
-    executor : Executor, optional
-        Runs the tiles; this process where not given.
-    progress : callable
-        Told what is being done.
 
     Returns
     -------
     Ranking
     """
-    points = points[:, :POINTS]
+    points, cells = problem.points[:, :POINTS], problem.cells
     starts = min(starts, int(allowed.sum()))
     best = np.zeros((len(points), len(cells)), np.float32)
     turns = np.zeros((starts, len(points), len(cells)), np.uint8)
     places, tiles = _tiles(points, cells, axes, allowed, starts)
-    done = map(rank_tile, tiles) if executor is None else executor.map(rank_tile, tiles)
-    for number, ((stone, cell), (count, turn)) in enumerate(zip(places, done, strict=True)):
-        progress(f"ranking: {number + 1} of {len(places)}")
-        best[stone, cell] = count
-        turns[:, stone, cell] = turn
-    best *= (volume / (points.shape[1] * FINE**3)).astype(np.float32)[:, None]
-    return Ranking(best, turns)
-
-
-Place = tuple[slice, Ints]
+    done = problem.done("ranking", rank_tile, tiles, len(places))
+    for (stone, cell), (count, turn) in zip(places, done, strict=True):
+        best[stone, cell], turns[:, stone, cell] = count, turn
+    best *= (problem.volume / (points.shape[1] * FINE**3)).astype(np.float32)[:, None]
+    return Ranking(best, turns, axes)
 
 
 def _tiles(

@@ -4,16 +4,16 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Literal
+from typing import Literal, Self, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cyclopean.arrays import Bools, Floats, Ints, sealed
+from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.design.matching.assignment import assign, costs, prices, weight_for_gap
 from cyclopean.design.matching.candidates import EXACT, POLISH, POLISHED, REFINED, Candidates
 from cyclopean.design.matching.cells import Cells
 from cyclopean.design.matching.coarse import POINTS, rank, rotations
+from cyclopean.design.matching.problem import Bonds, Problem, Singles
 from cyclopean.design.options import at_least, positive, within
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.sampling import body_points
@@ -52,8 +52,15 @@ class MatchSettings:
         for name, least in (("points", 64), ("shortlist", 1), ("starts", 1), ("climbs", 0)):
             at_least(name, getattr(self, name), least)
         within("bond_angle", self.bond_angle, 0.0, 90.0)
-        if self.bond not in ("free", "into", "along"):
+        if self.bond not in get_args(Bond):
             raise InputError(f"bond: expected free, into or along, got {self.bond!r}")
+
+    def bonds(self, cells: Cells) -> Bonds | None:
+        """Along what the longest axis of a stone in each cell lies."""
+        if self.bond == "free":
+            return None
+        way = cells.frame[:, 0] if self.bond == "along" else cells.axes[:, 2]
+        return Bonds(way, float(np.radians(self.bond_angle)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +78,23 @@ class Placement:
     def __post_init__(self) -> None:
         object.__setattr__(self, "rotation", sealed("rotation", self.rotation, 3, 3))
         object.__setattr__(self, "shift", sealed("shift", self.shift, 3))
+
+    @classmethod
+    def of(cls, number: int, cell: int, stone: Stone, cells: Cells, pose: tuple[Floats, Floats], shared: float) -> Self:
+        """Stone of this number in a cell, from the pose of its body frame about the cell's centre and m3 in common."""
+        rotation, room = pose[0] @ stone.axes, float(cells.volume[cell])
+        shift = cells.centre[cell] + pose[1] - rotation @ stone.centroid
+        carved, gap = (max(0.0, 1.0 - shared / whole) for whole in (stone.volume, room))
+        return cls(number, cell, rotation, shift, shared, carved, gap)
+
+    def pose(self, stone: Stone) -> tuple[Floats, Floats]:
+        """Rotation (3, 3) and centroid (3,) m of its body frame in the wall."""
+        return self.rotation @ stone.axes.T, self.rotation @ stone.centroid + self.shift
+
+    @property
+    def carved(self) -> float:
+        """m3 that come off."""
+        return self.shared * self.carved_share / (1.0 - self.carved_share) if self.shared > 0.0 else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,6 +119,19 @@ class Match:
     def __len__(self) -> int:
         return len(self.placements)
 
+    @classmethod
+    def of(
+        cls, placements: Sequence[Placement], stones: Sequence[Stone], cells: Cells, weight: float, asked: MatchSettings
+    ) -> Self:
+        """The match with these placements, by cell, and what it comes to."""
+        stone, cell = (np.array([getattr(p, name) for p in placements], np.int64) for name in ("stone", "cell"))
+        shared = sum(p.shared for p in placements)
+        used = np.array([stones[i].volume for i in stone])
+        wholes = used.sum(), cells.volume[cell].sum(), cells.volume.sum()
+        imposition, gap, gap_of_wall = (max(0.0, 1.0 - shared / float(whole)) for whole in wholes)
+        unused, empty = np.setdiff1d(np.arange(len(stones)), stone), np.setdiff1d(np.arange(len(cells)), cell)
+        return cls(tuple(placements), unused, empty, imposition, gap, gap_of_wall, weight, asked)
+
 
 def match_stones(
     stones: Inventory | Sequence[Stone],
@@ -103,7 +140,7 @@ def match_stones(
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
     start: Match | None = None,
-    points: NDArray[np.float32] | None = None,
+    points: Singles | None = None,
     known: bool = False,
     yielding: float = 0.0,
 ) -> Match:
@@ -160,32 +197,23 @@ def match_stones(
     points = body_points(stock, count) if points is None else points[order, :count]
     seconds["points"] = perf_counter() - began
     ranked = perf_counter()
+    bonds = settings.bonds(cells)
+    longest = np.abs(rotations()[:, 2 if settings.bond == "into" else 0, 0])  # of a stone, along the cell's axis
+    allowed = longest >= (-1.0 if bonds is None else np.cos(bonds.angle) - 1e-9)
     axes = cells.frame if settings.bond == "along" else cells.axes
-    allowed, bond = _bonds(settings, cells, axes)
-    volume = np.array([s.volume for s in stock])
-    ranking = rank(points, volume, cells, axes, allowed, settings.starts, executor, progress)
+    problem = Problem(stock, points, cells, bonds, executor, progress)
+    work = Candidates(problem, rank(problem, axes, allowed, settings.starts))
     seconds["rank"] = perf_counter() - ranked
-    work = Candidates(stock, points, cells, ranking, axes, bond, executor, progress)
     if start is not None:
         stone, cell, rotation, shift = _incumbents(start, stock, order, cells)
         work.take(stone, cell, rotation, shift, np.array([p.shared for p in start.placements]) if known else None)
         # measured at once, so that whoever takes their place is better, and not only thought to be
         work.improve(stone, cell, EXACT, replace(POLISH, points=settings.points))
         work.hold_back(stone, cell, yielding)
-    weight, chosen = _settled(work, settings, rough=yielding > 0.0)
-    found = _answer(work, settings, weight, chosen, order)
+    weight, chosen = _assigned(work, settings, rough=yielding > 0.0)
+    found = _answer(work, settings, weight, chosen, order, given)
     total = perf_counter() - began
     return replace(found, seconds={**seconds, **work.seconds, "total": total})
-
-
-def _bonds(settings: MatchSettings, cells: Cells, axes: Floats) -> tuple[Bools, tuple[Floats, float] | None]:
-    """Rotations (48,) that the bond allows, and along what each cell's stone has its longest axis."""
-    if settings.bond == "free":
-        return np.ones(48, bool), None
-    angle = float(np.radians(settings.bond_angle))
-    row = 2 if settings.bond == "into" else 0
-    allowed = np.abs(rotations()[:, row, 0]) >= np.cos(angle) - 1e-9
-    return allowed, (axes[:, row], angle)
 
 
 def _incumbents(start: Match, stock: Sequence[Stone], order: Ints, cells: Cells) -> tuple[Ints, Ints, Floats, Floats]:
@@ -194,13 +222,12 @@ def _incumbents(start: Match, stock: Sequence[Stone], order: Ints, cells: Cells)
         raise InputError("start: names a stone or a cell that is not there; start from a match of the same two")
     stone = np.argsort(order)[np.array([p.stone for p in start.placements], np.int64)]
     cell = np.array([p.cell for p in start.placements], np.int64)
-    placed = list(zip(stone.tolist(), start.placements, strict=True))
-    rotation = np.array([p.rotation @ stock[i].axes.T for i, p in placed]).reshape(-1, 3, 3)
-    shift = np.array([p.rotation @ stock[i].centroid + p.shift for i, p in placed]).reshape(-1, 3)
+    poses = [p.pose(stock[i]) for i, p in zip(stone.tolist(), start.placements, strict=True)]
+    rotation, shift = np.array([r for r, _ in poses]).reshape(-1, 3, 3), np.array([t for _, t in poses]).reshape(-1, 3)
     return stone, cell, rotation, shift - cells.centre[cell]
 
 
-def _settled(work: Candidates, settings: MatchSettings, rough: bool) -> tuple[float, Ints]:
+def _assigned(work: Candidates, settings: MatchSettings, rough: bool) -> tuple[float, Ints]:
     """Weight and stone of each cell, all of whose pairs are measured, or polished only."""
     polish = replace(POLISH, points=settings.points)
     levels = (POLISHED, EXACT)[0 if settings.refine else 1 : 1 if rough else 2]
@@ -215,12 +242,12 @@ def _settled(work: Candidates, settings: MatchSettings, rough: bool) -> tuple[fl
         for turn in range(ROUNDS):
             weight, chosen = _chosen(work, settings, weight)
             stone, cell = chosen[chosen >= 0], np.flatnonzero(chosen >= 0)
-            if work.settled(stone, cell, level).all():
+            if (work.level[stone, cell] >= level).all():
                 break
             most = NEARLY if level == POLISHED else min(each // 2, NEARLY)
             if turn < EAGER and most:
                 near, place = _shortlist(work, weight, chosen, most)
-                known = work.settled(near, place, level - 1)
+                known = work.level[near, place] >= level - 1
                 stone, cell = np.concatenate([stone, near[known]]), np.concatenate([cell, place[known]])
             work.improve(*_unique(work, stone, cell), level, polish)
     if not rough:  # they are already, unless rounds have run out
@@ -260,42 +287,20 @@ def _unique(work: Candidates, stone: Ints, cell: Ints) -> tuple[Ints, Ints]:
     return found, other
 
 
-def _answer(work: Candidates, settings: MatchSettings, weight: float, chosen: Ints, order: Ints) -> Match:
-    """The match in numbers, as exact as its pairs are known."""
-    cells, filled = work.cells, np.flatnonzero(chosen >= 0)
-    placements = []
-    for j in filled.tolist():
-        i = int(chosen[j])
-        stone, (turn, move) = work.stones[i], work.pose(i, j)
-        rotation, shared = turn @ stone.axes, float(work.value[i, j])
-        placements.append(
-            Placement(
-                stone=int(order[i]),
-                cell=j,
-                rotation=rotation,
-                shift=cells.centre[j] + move - rotation @ stone.centroid,
-                shared=shared,
-                carved_share=max(0.0, 1.0 - shared / stone.volume),
-                gap_share=max(0.0, 1.0 - shared / float(cells.volume[j])),
-            )
-        )
-    shared = sum(p.shared for p in placements)
-    wall = max(0.0, 1.0 - shared / float(cells.volume.sum()))
-    notes = []
+def _answer(
+    work: Candidates, settings: MatchSettings, weight: float, chosen: Ints, order: Ints, given: Sequence[Stone]
+) -> Match:
+    """The match in numbers, as exact as its pairs are known; stones by their order as they were given."""
+    placements = [
+        Placement.of(int(order[i]), j, work.stones[i], work.cells, work.pose(i, j), float(work.value[i, j]))
+        for j, i in enumerate(chosen.tolist())
+        if i >= 0
+    ]
+    found = Match.of(placements, given, work.cells, weight, settings)
+    notes, wall = [], found.gap_of_wall
     if settings.gap is not None and not wall <= settings.gap + GAP_SLACK:
         notes.append(f"gap {settings.gap:g} cannot be reached with these stones: {wall:.3f} of the wall is void")
-    if len(filled) < len(cells):
-        many = len(work.stones)
-        there = "is only 1 stone" if many == 1 else f"are only {many} stones"
-        notes.append(f"{len(cells) - len(filled)} of {len(cells)} cells stay empty: there {there}")
-    return Match(
-        placements=tuple(placements),
-        unused=np.setdiff1d(np.arange(len(order)), order[chosen[filled]]),
-        empty=np.flatnonzero(chosen < 0),
-        imposition=max(0.0, 1.0 - shared / float(work.volume[chosen[filled]].sum())),
-        gap=max(0.0, 1.0 - shared / float(cells.volume[filled].sum())),
-        gap_of_wall=wall,
-        weight=weight,
-        settings=settings,
-        notes=tuple(notes),
-    )
+    if len(found.empty):
+        there = "is only 1 stone" if len(given) == 1 else f"are only {len(given)} stones"
+        notes.append(f"{len(found.empty)} of {len(chosen)} cells stay empty: there {there}")
+    return replace(found, notes=tuple(notes))

@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.design.matching.ascent import Bodies, Climb, State, climbed
@@ -31,7 +30,8 @@ from cyclopean.design.matching.cells import Cells, cells_of
 from cyclopean.design.matching.exact import FLIPS, Solids
 from cyclopean.design.matching.flattening import flat_wall, frames_at
 from cyclopean.design.matching.match import Match, MatchSettings, Placement, match_stones
-from cyclopean.design.matching.refine import Bonds, Schedule, refine
+from cyclopean.design.matching.problem import Problem, Singles
+from cyclopean.design.matching.refine import refine
 from cyclopean.design.options import at_least, within
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.sampling import body_points
@@ -103,7 +103,21 @@ class _Turn:
     @property
     def carved(self) -> float:
         """m3."""
-        return sum(_carved(p) for p in self.match.placements)
+        return sum(p.carved for p in self.match.placements)
+
+    @property
+    def void(self) -> float:
+        """m3, of the whole wall."""
+        return self.match.gap_of_wall * float(self.cells.volume.sum())
+
+    def cost(self, weight: float) -> float:
+        """Carved + w void (m3)."""
+        return self.carved + weight * self.void
+
+    def told(self, began: float) -> Round:
+        """What came of it, and how long it took since then."""
+        match, took = self.match, perf_counter() - began
+        return Round(match.imposition, match.gap_of_wall, self.carved, self.void, match.weight, took)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,7 +125,7 @@ class _Talk:
     """What stays the same throughout."""
 
     stock: tuple[Stone, ...]
-    points: NDArray[np.float32]
+    points: Singles
     settings: MatchSettings
     climb: Climb
     executor: Executor | None
@@ -129,6 +143,16 @@ class _Talk:
         return match_stones(
             self.stock, cells, settings, self.executor, self.progress, start, self.points, known, yielding
         )
+
+    def problem(self, cells: Cells) -> Problem:
+        """The stones and some cells."""
+        bonds = self.settings.bonds(cells)
+        return Problem(self.stock, self.points, cells, bonds, self.executor, self.progress)
+
+    def missed(self, turn: _Turn) -> float:
+        """By how much the total gap is further than `MET` from what was asked."""
+        asked = self.settings.gap
+        return 0.0 if asked is None else max(0.0, abs(turn.match.gap_of_wall - asked) - MET)
 
 
 def negotiate(
@@ -188,7 +212,7 @@ def negotiate(
     talk = _Talk(stock, points, settings, replace(climb or Climb(), tether=tether), executor, progress)
     cells = cells_of(drawn.assembly)
     first = _Turn(drawn, seeds, cells, talk.matched(cells, None))
-    story = [_told(first, began)]
+    story = [first.told(began)]
     if share == 0.0 or rounds == 0:
         return Negotiation(drawn, first.match, tuple(story), first.match.notes)
     base, coursed = _base(first, share)
@@ -196,7 +220,7 @@ def negotiate(
     began = perf_counter()
     end, notes = _standing(talk, first, best)
     if end is not best:
-        told.append(_told(end, began))
+        told.append(end.told(began))
     return Negotiation(end.wall, end.match, (*story, *told), (*end.match.notes, *coursed, *notes))
 
 
@@ -216,25 +240,17 @@ def _rounds(talk: _Talk, first: _Turn, base: _Turn, rounds: int) -> tuple[_Turn,
             turn = replace(turn, match=talk.matched(turn.cells, weight, turn.match, yielding))
         moved = _climbed(talk, turn)
         if moved is not None:
-            best = min(best, moved, key=lambda one: _cost(one, weight))
+            best = min(best, moved, key=lambda one: one.cost(weight))
             tried.append((weight, moved.match.gap_of_wall))
-        told.append(_told(best, began))
+        told.append(best.told(began))
         weight = _reweighted(talk.settings.gap, tried, weight)
     began = perf_counter()
-    settled = replace(
-        best, match=talk.matched(best.cells, None if talk.settings.gap is not None else weight, best.match)
-    )
-    best = min(best, settled, key=lambda one: (_missed(talk, one), _cost(one, weight)))
-    if _missed(talk, best) and len(best.cells) <= SPARE // 2:
+    last = talk.matched(best.cells, None if talk.settings.gap is not None else weight, best.match)
+    best = min(best, replace(best, match=last), key=lambda one: (talk.missed(one), one.cost(weight)))
+    if talk.missed(best) and len(best.cells) <= SPARE // 2:
         best = _trimmed(talk, best)
-    told[-1] = replace(_told(best, began), seconds=told[-1].seconds + perf_counter() - began)
+    told[-1] = best.told(began - told[-1].seconds)
     return best, told
-
-
-def _missed(talk: _Talk, turn: _Turn) -> float:
-    """By how much the total gap is further than `MET` from what was asked."""
-    asked = talk.settings.gap
-    return 0.0 if asked is None else max(0.0, abs(turn.match.gap_of_wall - asked) - MET)
 
 
 def _reweighted(asked: float | None, tried: Sequence[tuple[float, float]], weight: float) -> float:
@@ -245,21 +261,6 @@ def _reweighted(asked: float | None, tried: Sequence[tuple[float, float]], weigh
     if len(tried) > 1 and tried[-2][0] != last:
         fall = float(np.clip((tried[-2][1] - gap) / np.log(last / tried[-2][0]), *FALL))
     return last * float(np.exp(np.clip((gap - asked) / fall, -0.5, 0.5)))
-
-
-def _cost(turn: _Turn, weight: float) -> float:
-    """Carved + w void (m3)."""
-    return turn.carved + weight * _void(turn)
-
-
-def _void(turn: _Turn) -> float:
-    """m3, of the whole wall."""
-    return turn.match.gap_of_wall * float(turn.cells.volume.sum())
-
-
-def _told(turn: _Turn, began: float) -> Round:
-    match = turn.match
-    return Round(match.imposition, match.gap_of_wall, turn.carved, _void(turn), match.weight, perf_counter() - began)
 
 
 def _freed(drawn: PolygonalWall, share: float) -> tuple[Seeds, PatternSettings]:
@@ -322,7 +323,7 @@ def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, State]:
     for j in cell.tolist():
         if (p := placed.get(j)) is not None:
             stone = talk.stock[p.stone]
-            poses.append((p.rotation @ stone.axes.T, p.rotation @ stone.centroid + p.shift))
+            poses.append(p.pose(stone))
             points.append(talk.points[p.stone, :POINTS])
         else:
             stone = _filling(turn.cells, j)
@@ -332,11 +333,12 @@ def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, State]:
     frames = frames_at(turn.wall.surface, turn.wall.pattern.subdivision.centroids()[cell])
     rotation, shift = (np.stack(part) for part in zip(*poses, strict=True))
     held = np.array([j not in placed for j in cell.tolist()])
-    bond = _bonds(talk.settings, turn.cells, cell)
-    way = None if bond is None else (np.einsum("nij,nj->ni", frames.axes, bond[0]), bond[1])
+    bonds = talk.settings.bonds(turn.cells)
+    if bonds is not None:
+        bonds = replace(bonds, way=np.einsum("nij,nj->ni", frames.axes, bonds.way[cell]))
     volume = np.array([stone.volume for stone in bodies])
     return (
-        Bodies(np.stack(points), volume, turn.site[cell], held, way),
+        Bodies(np.stack(points), volume, turn.site[cell], held, bonds),
         State(turn.seeds.point, turn.seeds.weight, *frames.flat(rotation, shift)),
     )
 
@@ -346,14 +348,6 @@ def _filling(cells: Cells, cell: int) -> Stone:
     block = cells.assembly.blocks[int(cells.block[cell])]
     fans = [(f[0], f[k], f[k + 1]) for f in block.faces for k in range(1, len(f) - 1)]
     return stone_of(block.id, block.vertices, np.array(fans))
-
-
-def _bonds(settings: MatchSettings, cells: Cells, cell: Ints) -> tuple[Floats, float] | None:
-    """Along what the longest axes of stones in some cells lie, as `match_stones` means it."""
-    if settings.bond == "free":
-        return None
-    way = cells.frame[cell, 0] if settings.bond == "along" else cells.axes[cell, 2]
-    return way, float(np.radians(settings.bond_angle))
 
 
 def _redrawn(turn: _Turn, goal: Seeds) -> tuple[PolygonalWall, Seeds] | None:
@@ -397,54 +391,34 @@ def _polished(talk: _Talk, match: Match, cells: Cells, poses: Poses) -> Match:
 
     `poses` are those of body frames in the wall (m), by cell, where they are not those of the match.
     """
-    stock = talk.stock
     if not match.placements:
         return match
-    start = [
-        poses.get(p.cell, (p.rotation @ stock[p.stone].axes.T, p.rotation @ stock[p.stone].centroid + p.shift))
-        for p in match.placements
-    ]
+    start = [poses.get(p.cell) or p.pose(talk.stock[p.stone]) for p in match.placements]
     stone, cell = (np.array([getattr(p, name) for p in match.placements], np.int64) for name in ("stone", "cell"))
     return _tallied(talk, match, cells, _placed(talk, cells, (stone, cell), start))
 
 
-def _refined(
-    talk: _Talk, cells: Cells, pairs: tuple[Ints, Ints], poses: Sequence[Pose], schedule: Schedule
-) -> tuple[Floats, Floats, Floats]:
-    """Share, rotation and shift from the cell's centre of pairs of a stone and a cell."""
-    bond = _bonds(talk.settings, cells, pairs[1])
-    rotation, shift = np.stack([r for r, _ in poses]), np.stack([t for _, t in poses])
-    start = rotation, shift - cells.centre[pairs[1]]
-    bonds = None if bond is None else Bonds(*bond)
-    return refine(talk.points, cells, pairs, start, schedule, bonds, talk.executor, talk.progress)
+def _start(cells: Cells, cell: Ints, poses: Sequence[Pose]) -> Pose:
+    """Rotations (b, 3, 3) and shifts (b, 3) m from the centres of cells, of poses in the wall."""
+    return np.stack([r for r, _ in poses]), np.stack([t for _, t in poses]) - cells.centre[cell]
 
 
 def _placed(talk: _Talk, cells: Cells, pairs: tuple[Ints, Ints], poses: Sequence[Pose]) -> list[Placement]:
     """Pairs, refined and measured."""
-    _, turned, moved = _refined(talk, cells, pairs, poses, replace(POLISH, points=talk.settings.points))
+    schedule = replace(POLISH, points=talk.settings.points)
+    _, turned, moved = refine(talk.problem(cells), pairs, _start(cells, pairs[1], poses), schedule)
     u, _, vt = np.linalg.svd(turned)  # they went through single precision
     solids, found = Solids(talk.stock, cells), []
-    for i, j, turn, move in zip(pairs[0].tolist(), pairs[1].tolist(), u @ vt, moved, strict=True):
-        stone, room = talk.stock[i], float(cells.volume[j])
-        shared = min(solids.shared(i, j, turn, move), stone.volume, room)
-        rotation = turn @ stone.axes
-        shift = cells.centre[j] + move - rotation @ stone.centroid
-        found.append(Placement(i, j, rotation, shift, shared, 1.0 - shared / stone.volume, 1.0 - shared / room))
+    for i, j, *pose in zip(pairs[0].tolist(), pairs[1].tolist(), u @ vt, moved, strict=True):
+        shared = min(solids.shared(i, j, *pose), talk.stock[i].volume, float(cells.volume[j]))
+        found.append(Placement.of(i, j, talk.stock[i], cells, (pose[0], pose[1]), shared))
     return found
 
 
 def _tallied(talk: _Talk, match: Match, cells: Cells, placements: Sequence[Placement]) -> Match:
     """The match with these placements in the place of its own."""
-    shared = sum(p.shared for p in placements)
-    filled = np.array([p.cell for p in placements], np.int64)
-    return replace(
-        match,
-        placements=tuple(placements),
-        unused=np.setdiff1d(np.arange(len(talk.stock)), [p.stone for p in placements]),
-        imposition=1.0 - shared / sum(talk.stock[p.stone].volume for p in placements),
-        gap=1.0 - shared / float(cells.volume[filled].sum()),
-        gap_of_wall=1.0 - shared / float(cells.volume.sum()),
-    )
+    found = Match.of(placements, talk.stock, cells, match.weight, match.settings)
+    return replace(found, notes=match.notes, seconds=match.seconds)
 
 
 def _trimmed(talk: _Talk, turn: _Turn) -> _Turn:
@@ -466,33 +440,23 @@ def _trimmed(talk: _Talk, turn: _Turn) -> _Turn:
     stone = np.repeat([i for _, i, _ in pairs], len(FLIPS))
     place = np.repeat([k for _, _, k in pairs], len(FLIPS))
     at = [match.placements[k] for k in place.tolist()]
-    poses = [
-        (
-            p.rotation @ stock[p.stone].axes.T @ np.diag(FLIPS[f % len(FLIPS)]),
-            p.rotation @ stock[p.stone].centroid + p.shift,
-        )
-        for f, p in enumerate(at)
-    ]
-    cell = np.array([p.cell for p in at])
-    share, turned, moved = _refined(talk, cells, (stone, cell), poses, CLIMB)
-    shared = DENSE * share * np.array([stock[i].volume for i in stone.tolist()])
+    cell, own = np.array([p.cell for p in at]), [p.pose(stock[p.stone]) for p in at]
+    poses = [(turn @ np.diag(FLIPS[f % len(FLIPS)]), move) for f, (turn, move) in enumerate(own)]
+    share, turned, moved = refine(talk.problem(cells), (stone, cell), _start(cells, cell, poses), CLIMB)
+    volume = np.array([stock[i].volume for i in stone.tolist()])
+    shared = DENSE * share * volume
     off = np.abs(shared - np.array([p.shared for p in at]) - gain)
-    carved = np.array([stock[i].volume for i in stone.tolist()]) - shared - np.array([_carved(p) for p in at])
+    carved = volume - shared - np.array([p.carved for p in at])
     weight = match.weight
     order = np.argsort((1.0 + 2.0 * weight) * off + carved, kind="stable")[:FINALISTS]
     best = turn
     for k in order.tolist():
         pose = [(turned[k], moved[k] + cells.centre[cell[k]])]
         new = _placed(talk, cells, (stone[k : k + 1], cell[k : k + 1]), pose)[0]
-        own = [new if p.cell == new.cell else p for p in match.placements]
-        trial = replace(turn, match=_tallied(talk, match, cells, own))
-        best = min(best, trial, key=lambda one: (_missed(talk, one), _cost(one, weight)))
+        exchanged = [new if p.cell == new.cell else p for p in match.placements]
+        trial = replace(turn, match=_tallied(talk, match, cells, exchanged))
+        best = min(best, trial, key=lambda one: (talk.missed(one), one.cost(weight)))
     return best
-
-
-def _carved(placement: Placement) -> float:
-    """m3."""
-    return placement.shared * placement.carved_share / (1.0 - placement.carved_share) if placement.shared > 0.0 else 0.0
 
 
 def _standing(talk: _Talk, first: _Turn, best: _Turn) -> tuple[_Turn, tuple[str, ...]]:

@@ -9,8 +9,7 @@ plain counting, is kept; the one given is among them.
 All pairs of a batch move together; none knows of the others.
 """
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar, cast
@@ -20,10 +19,10 @@ from numpy.typing import NDArray
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.design.matching.cells import Cells
+from cyclopean.design.matching.problem import Bonds, Problem, Singles
 
-__all__ = ["Bonds", "Schedule", "bonded", "refine", "turned_by"]
+__all__ = ["Schedule", "bonded", "refine", "turned_by", "wrench"]
 
-Singles = NDArray[np.float32]
 Real = TypeVar("Real", np.float32, np.float64)
 
 BATCH = 1 << 18  # points times planes at a time: what the fast memory of a core holds
@@ -47,43 +46,33 @@ class Schedule:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Bonds:
-    """Along what the longest axis of each pair's stone lies, to within an angle."""
+class _Job:
+    """Pairs that climb together."""
 
-    way: Floats  # (b, 3) unit
-    angle: float  # radians
+    points: Singles  # (b, p, 3) m, of the stones
+    normal: Singles  # (b, parts * planes, 3)
+    offset: Singles  # (b, parts * planes) m
+    parts: int
+    rotation: Singles  # (b, 3, 3)
+    shift: Singles  # (b, 3) m
+    bonds: Bonds | None
 
 
 def refine(
-    points: Singles,
-    cells: Cells,
-    pairs: tuple[Ints, Ints],
-    poses: tuple[Floats, Floats],
-    schedule: Schedule,
-    bonds: Bonds | None = None,
-    executor: Executor | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    problem: Problem, pairs: tuple[Ints, Ints], poses: tuple[Floats, Floats], schedule: Schedule
 ) -> tuple[Floats, Floats, Floats]:
     """Refine the poses of pairs of a stone and a cell.
 
     Parameters
     ----------
-    points : (n, p, 3) float32
-        m, evenly spread in each stone, body frame.
-    cells : Cells
-        The cells.
+    problem : Problem
+        Stones and cells.
     pairs : (b,) int, (b,) int
         Stone and cell of each pair.
     poses : (b, 3, 3) float, (b, 3) float
         Rotation from body frame to wall, and centroid of the stone from the centre of the cell (m).
     schedule : Schedule
         How long.
-    bonds : Bonds, optional
-        Where the stones' longest axes lie.
-    executor : Executor, optional
-        Runs the batches; this process where not given.
-    progress : callable
-        Told what is being done.
 
     Returns
     -------
@@ -93,17 +82,12 @@ def refine(
         The poses at which they do.
     """
     share, rotation, shift = np.zeros(len(pairs[0])), np.array(poses[0], float), np.array(poses[1], float)
-    batches = list(_batches(cells, pairs[1], schedule.points))
-    jobs = (_job(points, cells, pairs, poses, bonds, batch, schedule.points) for batch in batches)
-    work = partial(_climbed, schedule)
-    done = map(work, jobs) if executor is None else executor.map(work, jobs)
-    for number, (batch, found) in enumerate(zip(batches, done, strict=True)):
-        progress(f"refining: {number + 1} of {len(batches)}")
+    batches = list(_batches(problem.cells, pairs[1], schedule.points))
+    jobs = (_job(problem, pairs, poses, batch, schedule.points) for batch in batches)
+    done = problem.done("refining", partial(_climbed, schedule), jobs, len(batches))
+    for batch, found in zip(batches, done, strict=True):
         share[batch], rotation[batch], shift[batch] = found
     return share, rotation, shift
-
-
-Job = tuple[Singles, Singles, Singles, int, Singles, Singles, tuple[Singles, float] | None]
 
 
 def _batches(cells: Cells, cell: Ints, points: int) -> Iterator[Ints]:
@@ -121,69 +105,56 @@ def _planes(cells: Cells) -> Ints:
     return np.asarray(np.abs(cells.normal).any(axis=3).sum(axis=2).max(axis=1))
 
 
-def _job(
-    points: Singles,
-    cells: Cells,
-    pairs: tuple[Ints, Ints],
-    poses: tuple[Floats, Floats],
-    bonds: Bonds | None,
-    batch: Ints,
-    count: int,
-) -> Job:
-    stone, cell = pairs[0][batch], pairs[1][batch]
+def _job(problem: Problem, pairs: tuple[Ints, Ints], poses: tuple[Floats, Floats], batch: Ints, count: int) -> _Job:
+    cells, stone, cell = problem.cells, pairs[0][batch], pairs[1][batch]
     parts, planes = int(cells.part_count[cell[0]]), int(_planes(cells)[cell].max())
-    bond = None if bonds is None else (bonds.way[batch].astype(np.float32), bonds.angle)
-    return (
-        points[stone, :count],
+    bonds = problem.bonds
+    return _Job(
+        problem.points[stone, :count],
         cells.normal[cell, :parts, :planes].astype(np.float32).reshape(len(batch), -1, 3),
         cells.offset[cell, :parts, :planes].astype(np.float32).reshape(len(batch), -1),
         parts,
         poses[0][batch].astype(np.float32),
         poses[1][batch].astype(np.float32),
-        bond,
+        None if bonds is None else Bonds(bonds.way[cell].astype(np.float32), bonds.angle),
     )
 
 
-def _climbed(schedule: Schedule, job: Job) -> tuple[Singles, Singles, Singles]:
+def _climbed(schedule: Schedule, job: _Job) -> tuple[Singles, Singles, Singles]:
     """Climb with one batch: share, rotation and shift at the best pose that was met."""
-    points, normal, offset, parts, start, shift, bond = job
     if not schedule.early:
         return _leg(schedule, job, 0)
-    few = points[:, : points.shape[1] // FEW], normal, offset, parts, start, shift, bond
-    _, *near = _leg(replace(schedule, steps=schedule.early), few, 0, schedule.steps)
-    share, rotation, moved = _leg(schedule, (points, normal, offset, parts, near[0], near[1], bond), schedule.early)
+    few = replace(job, points=job.points[:, : job.points.shape[1] // FEW])
+    _, turn, move = _leg(replace(schedule, steps=schedule.early), few, 0, schedule.steps)
+    share, rotation, shift = _leg(schedule, replace(job, rotation=turn, shift=move), schedule.early)
     given, *_ = _leg(schedule, job, schedule.steps)  # a climb never ends below where it began
     worse = given > share
-    share[worse], rotation[worse], moved[worse] = given[worse], start[worse], shift[worse]
-    return share, rotation, moved
+    share[worse], rotation[worse], shift[worse] = given[worse], job.rotation[worse], job.shift[worse]
+    return share, rotation, shift
 
 
-def _leg(schedule: Schedule, job: Job, first: int, last: int = 0) -> tuple[Singles, Singles, Singles]:
+def _leg(schedule: Schedule, job: _Job, first: int, last: int = 0) -> tuple[Singles, Singles, Singles]:
     """Steps of a climb, from the first on; the best pose that was met by the points of the job.
 
     The planes are turned into the stones' frames, and not the points into the wall's: there are fewer of them.
     """
-    points, normal, offset, parts, rotation, shift, bond = job
+    points, normal, rotation, shift = job.points, job.normal, job.rotation, job.shift
     count, many = points.shape[:2]
     size = np.sqrt(np.einsum("bni,bni->b", points, points) / np.float32(many))
     body = np.ones((count, 4, many), np.float32)
     body[:, :3] = points.transpose(0, 2, 1)
-    depth, nearest = (
-        np.zeros((count, normal.shape[1], many), np.float32),
-        np.zeros((count, normal.shape[1], many), bool),
-    )
+    depth, nearest = (np.zeros((count, normal.shape[1], many), kind) for kind in (np.float32, bool))
     best = np.full(count, -1.0, np.float32)
     best_rotation, best_shift = rotation.copy(), shift.copy()
     momentum: Singles = np.zeros((count, 6), np.float32)
     plane, pull = np.zeros((count, normal.shape[1], 4), np.float32), np.zeros((count, 3, 2), np.float32)
-    if bond is not None:
-        rotation = bonded(rotation, *bond)
+    rotation = bonded(rotation, job.bonds)
     for k in range(first, schedule.steps + 1):
         done = k / max(1, (last or schedule.steps) - 1)
         turned = normal @ rotation
-        plane[..., :3], plane[..., 3] = turned, (normal @ shift[:, :, None])[..., 0] - offset
+        plane[..., :3], plane[..., 3] = turned, (normal @ shift[:, :, None])[..., 0] - job.offset
         np.matmul(plane, body, out=depth)
-        outermost = depth.max(axis=1) if parts == 1 else _union(depth, parts)
+        outermost = depth.max(axis=1) if job.parts == 1 else _union(depth, job.parts)
         share = np.count_nonzero(outermost <= (TOUCH * size)[:, None], axis=1).astype(np.float32) / np.float32(many)
         better = share > best
         best = np.where(better, share, best)
@@ -199,16 +170,13 @@ def _leg(schedule: Schedule, job: Job, first: int, last: int = 0) -> tuple[Singl
         np.maximum(push, np.float32(0.0), out=push)
         np.multiply(nearest, push[:, None], out=depth)  # by the plane that is nearest
         moment = depth @ body.transpose(0, 2, 1)  # (b, planes, 4): first moments and sum
-        pressed = moment.transpose(0, 2, 1) @ turned  # (b, 4, 3): of moments times normals, and force
-        pull[:, :, 0] = -pressed[:, 3]
-        pull[:, :, 1] = (pressed[:, AFTER, NEXT] - pressed[:, NEXT, AFTER]) / size[:, None]
+        force, torque = wrench(moment, turned)
+        pull[:, :, 0], pull[:, :, 1] = force, torque / size[:, None]
         way: Singles = (rotation @ pull).transpose(0, 2, 1).reshape(count, 6)  # force, and torque
         way /= np.sqrt(np.einsum("bi,bi->b", way, way))[:, None] + np.float32(1e-12)
         momentum = np.float32(KEPT) * momentum + np.float32(1.0 - KEPT) * way
         shift = shift + momentum[:, :3] * (step * size[:, None])
-        rotation = turned_by(step * momentum[:, 3:]) @ rotation
-        if bond is not None:
-            rotation = bonded(rotation, *bond)
+        rotation = bonded(turned_by(step * momentum[:, 3:]) @ rotation, job.bonds)
     return best, best_rotation, best_shift
 
 
@@ -216,6 +184,12 @@ def _union(depth: Singles, parts: int) -> Singles:
     """(b, n) depth in a union of convex parts, of depths (b, parts * planes, n) beyond their planes."""
     split = depth.reshape(len(depth), parts, -1, depth.shape[2])
     return cast("Singles", split.max(axis=2).min(axis=1))
+
+
+def wrench(moment: Singles, normal: Singles) -> tuple[Singles, Singles]:
+    """Force (b, 3) and torque (b, 3) inwards, of points that planes push, by their moments (b, p, 4) and normals."""
+    pressed = moment.transpose(0, 2, 1) @ normal  # (b, 4, 3): sums of moment times normal, and of normals
+    return -pressed[:, 3], pressed[:, AFTER, NEXT] - pressed[:, NEXT, AFTER]
 
 
 def turned_by(vector: NDArray[Real]) -> NDArray[Real]:
@@ -232,15 +206,14 @@ def turned_by(vector: NDArray[Real]) -> NDArray[Real]:
     return found
 
 
-def bonded(rotation: NDArray[Real], way: NDArray[Real], angle: float) -> NDArray[Real]:
-    """Rotations (b, 3, 3) turned back, by as little as will do, to where the stone's first axis is within the angle.
-
-    A way (b, 3) has no sign: the axis may point along it or against it.
-    """
+def bonded(rotation: NDArray[Real], bonds: Bonds | None) -> NDArray[Real]:
+    """Rotations (b, 3, 3) turned back, by as little as will do, to where the stones' first axes keep their bonds."""
+    if bonds is None:
+        return rotation
     axis = rotation[:, :, 0]
-    along = np.einsum("bi,bi->b", axis, way)
-    way = np.where(along < 0.0, -1.0, 1.0)[:, None] * way
-    over = np.maximum(np.arccos(np.clip(np.abs(along), 0.0, 1.0)) - angle, 0.0)
+    along = np.einsum("bi,bi->b", axis, bonds.way)
+    way = np.where(along < 0.0, -1.0, 1.0)[:, None] * bonds.way
+    over = np.maximum(np.arccos(np.clip(np.abs(along), 0.0, 1.0)) - bonds.angle, 0.0)
     about = np.cross(axis, way)
     length = np.linalg.norm(about, axis=1)
     unit = about / np.where(length > 0.0, length, 1.0)[:, None]
