@@ -21,7 +21,7 @@ from time import perf_counter, process_time
 
 from cyclopean.analysis import Settings, check
 from cyclopean.cli.workers import beside
-from cyclopean.design.rubble.settle import RubbleWall, SettleSettings, largest_overlap, settle
+from cyclopean.design.rubble.settle import RubbleWall, SettleSettings, settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.io.stones import read_stones
@@ -86,7 +86,7 @@ def main() -> None:
             print(
                 f"{name:>8} {ahead:5d} {len(wall.laid):5d} {m.stable:6.1%} {m.void:6.1%} {m.hollow:6.1%}"
                 f" {m.height:6.2f}m {verdict(wall, 'rbe'):>9} {seconds:8.1f}"
-                f" {core:11.1f} {largest_overlap(wall.assembly)[0]:8.1e} {before:.3f} {pace():.3f}",
+                f" {core:11.1f} {m.overlap:8.1e} {before:.3f} {pace():.3f}",
                 flush=True,
             )
     if asked.seeds:

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cyclopean.geometry.solids import intersection, solid_of, solid_volume
+
 SCANS = Path(os.environ.get("CYCLOPEAN_STONES", Path(__file__).parents[2] / "shared" / "data" / "eth1100_subset"))
 NAMES = sorted(path.stem for path in SCANS.glob("*.obj"))
 needs_scans = pytest.mark.skipif(not NAMES, reason=f"the scans are not at {SCANS}")
@@ -116,3 +118,15 @@ def obj(vertices, triangles, name=None, before=0):
     lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(vertices).tolist()]
     lines += ["f " + " ".join(str(i + 1 + before) for i in row) for row in np.asarray(triangles).tolist()]
     return "\n".join(lines) + "\n"
+
+
+def largest_overlap(assembly):
+    """Largest volume that two blocks have in common, as share of the smaller one, and which two; by exact solids."""
+    solids = [solid_of(b.vertices, b.faces, b.id) for b in assembly.blocks]
+    low, high = (np.array([f(b.vertices, axis=0) for b in assembly.blocks]) for f in (np.min, np.max))
+    worst = 0.0, ("", "")
+    for a, solid in enumerate(solids):
+        for b in (np.flatnonzero(((low[a + 1 :] < high[a]) & (high[a + 1 :] > low[a])).all(axis=1)) + a + 1).tolist():
+            share = solid_volume(intersection(solid, solids[b])) / assembly.mass.volume[[a, b]].min()
+            worst = max(worst, (float(share), (assembly.blocks[a].id, assembly.blocks[b].id)))
+    return worst

@@ -52,7 +52,7 @@ def test_the_wall_stands(run, quarry):
 
 @pytest.mark.parametrize("given", [("--length", 60, "--ways", 1), ("--length", 3, "--ways", 2)])
 def test_a_second_process_changes_nothing(run, quarry, tmp_path, given):
-    """60 m are long enough for two gangs."""
+    """60 m are long enough for two fronts."""
     for count in (1, 2):
         options = (*given, "--thickness", 0.9, "--workers", count, *QUICK)
         assert run("settle", quarry, "--out", f"w{count}.json", *options)[0] == 0

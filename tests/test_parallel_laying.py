@@ -1,7 +1,7 @@
-"""Two gangs on a long wall: it is the same in one process and in two, and neither counts on what the other one does.
+"""Two fronts on a long wall: it is the same in one process and in two, and neither counts on what the other one does.
 
-By hand: of two stacks side by side, a gang whose half holds the one may lay on it, and none may lay what bears on both.
-Mutants killed: bearers beyond the middle not looked at; what the other gang laid not counted in; counts of vain tries
+By hand: of two stacks side by side, the front whose half holds the one may lay on it, and none what bears on both.
+Mutants killed: bearers beyond the middle not looked at; what the other front laid not counted in; counts of vain tries
 not taken along; a share that both have; what is left open not closed.
 """
 
@@ -16,11 +16,11 @@ from cyclopean.analysis import Settings, check
 from cyclopean.assembly.patches import Surface
 from cyclopean.design.rubble import parallel
 from cyclopean.design.rubble.places import Place
-from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, largest_overlap, settle
+from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, settle
 from cyclopean.design.rubble.standing import FRICTION, Mass, Structure
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
-from fixtures_stones import box
+from fixtures_stones import box, largest_overlap
 
 LONG = SettleSettings(look_ahead=3, yaws=2, tries=3, length=26.0, thickness=0.9, ways=1)
 
@@ -83,40 +83,40 @@ def test_it_stands_and_nothing_overlaps(alone):
     assert len({laid.stone for laid in alone.laid}) == len(alone.laid)
 
 
-def test_gangs_keep_off_the_middle_and_what_is_left_is_closed(stones, monkeypatch):
+def test_fronts_keep_off_the_middle_and_what_is_left_is_closed(stones, monkeypatch):
     """Each begins at its end, with every other stone; then the space between them is filled."""
     monkeypatch.setattr(parallel, "LONG", 20.0)
-    reports, stints, spoiled = [], [], []
+    reports, tasks, spoiled = [], [], []
     work, begin = parallel._worked, parallel.inwards
 
     def begun(site, *rest):
         assert not site.looked.failed(spoiled[-1]), "a copy does not know what was tried in vain before"
         return begin(site, *rest)
 
-    def watched(site, stint):
-        stints.append(stint)
-        spoiled.append(Place(site.bedded(stint.stones[0], 0)[0], (0, 0), 0.0, 0.0))
+    def watched(site, task):
+        tasks.append(task)
+        spoiled.append(Place(site.bedded(task.stones[0], 0)[0], (0, 0), 0.0, 0.0))
         site.looked.fail(spoiled[-1])
-        reports.append(work(site, stint))
+        reports.append(work(site, task))
         ends = [(site.stood[t.number].low[0], site.stood[t.number].high[0]) for t in reports[-1].turns]
-        middle, off = stint.middle * site.cell, parallel.APART * site.mean
-        assert all(high <= middle - off if stint.side < 0 else low >= middle + off for low, high in ends)
+        middle, off = task.middle * site.cell, parallel.APART * site.mean
+        assert all(high <= middle - off if task.side < 0 else low >= middle + off for low, high in ends)
         return reports[-1]
 
     monkeypatch.setattr(parallel, "_worked", watched)
     monkeypatch.setattr(parallel, "inwards", begun)
     wall = settle(stones, LONG)
-    lower, upper = stints[:2]
+    lower, upper = tasks[:2]
     assert (lower.side, upper.side) == (-1, 1)
     assert sorted(lower.stones + upper.stones) == list(range(60))
     assert abs(len(lower.stones) - len(upper.stones)) <= 1
-    assert reports[0].open < stints[0].middle < reports[1].open
-    by_gangs = {turn.trial.stone for report in reports for turn in report.turns}
-    assert len(by_gangs) < len(wall.laid), "some were laid in the space between them"
-    assert len({stint.middle for stint in stints}) > 1, "the middle moves"
+    assert reports[0].open < tasks[0].middle < reports[1].open
+    by_fronts = {turn.trial.stone for report in reports for turn in report.turns}
+    assert len(by_fronts) < len(wall.laid), "some were laid in the space between them"
+    assert len({task.middle for task in tasks}) > 1, "the middle moves"
 
 
-def test_the_length_decides_and_the_order_of_the_inventory_rules_gangs_out(stones):
+def test_the_length_decides_and_the_order_of_the_inventory_rules_fronts_out(stones):
     kept = Elsewhere()
     settle(Inventory(stones.stones[:6]), replace(LONG, length=6.0), None, kept)
     assert not kept.sent, "a short wall"
@@ -143,7 +143,7 @@ def slab(size, at):
         ((1.0, np.inf), 0.6, False),
     ],
 )
-def test_no_gang_changes_forces_beyond_the_middle(between, at, held):
+def test_no_front_changes_forces_beyond_the_middle(between, at, held):
     """Two cubes 1.2 apart, middle to middle; a third on the left one, on both, or on the right one."""
     vertices, triangles = box(20.0, 20.0, 1.0, at=(-10.0, -10.0, -1.0))
     structure = Structure(Surface.of(vertices[triangles]), 1e-3)

@@ -16,8 +16,8 @@ CELL = 0.06
 
 def slot(start, end):
     return Slot(
-        np.array([start, end]), np.array([0, 14]), -1, 10, 0, False, True, 0.6, np.inf,
-        (start * CELL, end * CELL), np.zeros(0), 0.6, 0.1,
+        np.array([start, end]), np.array([0, 14]), 0.6, np.inf, -1, play=10, both=True,
+        open=(start * CELL, end * CELL), length=0.6, narrowest=0.1,
     )  # fmt: skip
 
 

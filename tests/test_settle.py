@@ -16,7 +16,7 @@ from cyclopean.design.rubble.hearting import highest_plane, small_stones, wedge_
 from cyclopean.design.rubble.height_map import edges_of, rasters
 from cyclopean.design.rubble.places import Bedded, Slot, Weights, bedded, ranked
 from cyclopean.design.rubble.seating import body_of, seat
-from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, largest_overlap, settle
+from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, settle
 from cyclopean.design.rubble.standing import FRICTION
 from cyclopean.design.rubble.wall import ways_of
 from cyclopean.design.stones.inventory import Inventory
@@ -25,7 +25,7 @@ from cyclopean.design.stones.stone import stone_of
 from cyclopean.errors import InputError
 from cyclopean.io import write_model
 from cyclopean.io.stones import read_stones
-from fixtures_stones import SCANS, box, needs_scans, sphere
+from fixtures_stones import SCANS, box, largest_overlap, needs_scans, sphere
 
 
 def stone(vertices, triangles, name="a"):
@@ -73,9 +73,7 @@ def test_a_box_bridges_the_gap_between_two_others():
     ground[:8] = ground[12:] = 0.2
     vertices, triangles = box(0.6, 0.3, 0.1, at=(-0.3, -0.15, -0.05))
     lying = Bedded.of(0, np.eye(3), rasters(vertices[None], triangles, edges_of(triangles), 0.05)[0], 0)
-    slot = Slot(
-        np.array([4, 16]), np.array([0, 6]), 0, 0, 0, False, True, 0.3, np.inf, (0.2, 0.8), np.zeros(0), 0.6, 0.1
-    )
+    slot = Slot(np.array([4, 16]), np.array([0, 6]), 0.3, np.inf, both=True)
     (place,) = ranked(ground, [lying], slot, Weights(), 0.05, 9)
     assert place.cell == (4, 0)
     assert place.rest == 0.25
@@ -97,9 +95,7 @@ def test_a_ball_comes_to_lie_in_the_valley_between_two():
         i = round(raster.corner[0] / 0.02)
         ground[i : i + 20] = np.maximum(ground[i : i + 20], raster.high)
     lying = bedded(0, stone(ball, triangles), 1, 0.02)[0]
-    slot = Slot(
-        np.array([0, 44]), np.array([0, 20]), 0, 0, 0, False, True, 0.52, np.inf, (0.0, 0.88), np.zeros(0), 0.4, 0.1
-    )
+    slot = Slot(np.array([0, 44]), np.array([0, 20]), 0.52, np.inf, both=True)
     low = Weights(support=0.0, centre=0.0, void=0.0, height=1.0, bond=0.0, face=0.0)
     place = ranked(ground, [lying], slot, low, 0.02, 50)[0]
     centre = np.array(place.cell) * 0.02 - lying.raster.corner

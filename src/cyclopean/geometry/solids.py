@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from manifold3d import Manifold
 
 __all__ = [
+    "CUBE",
     "Solid",
     "difference",
     "hull_of",
@@ -38,8 +39,8 @@ __all__ = [
 
 Solid = Any  # manifold3d's own class; a name for signatures, so that the library is not imported before it is used
 
-# Quads of the unit cube whose corners are counted in binary, x first; for examples.
-CUBE = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+# Quads of a box whose corners are counted in binary, x first.
+CUBE = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 _FAULTS = {
     "NonFiniteVertex": "has a coordinate that is not a finite number",

@@ -8,11 +8,10 @@ from itertools import cycle, islice
 import numpy as np
 
 from cyclopean.analysis import DENSITY
-from cyclopean.arrays import Ints
 from cyclopean.design.rubble.hearting import wedge_under
 from cyclopean.design.rubble.places import Slot, different, ranked
 from cyclopean.design.rubble.seating import heyman_margin
-from cyclopean.design.rubble.site import NARROW, Site, Trial, mass_of, surface_of, wedge_body
+from cyclopean.design.rubble.site import NARROW, Site, Trial
 
 __all__ = ["CLOSE", "Course", "inwards", "level_of"]
 
@@ -104,8 +103,7 @@ def _chinked(site: Site, rocking: Sequence[Trial]) -> Trial | None:
         wedge = wedge_under(body, bodies, trial.fresh[-1].bearing, site.cell, 2.0 * wanted)
         if wedge is None:
             continue
-        lump = wedge_body(wedge)
-        low = site.structure.fresh(mass_of(lump, DENSITY), surface_of(lump), near)
+        low = site.fresh(wedge.body, DENSITY, near)
         stone = trial.fresh[-1]
         high = site.structure.fresh(stone.mass, stone.surface, near, (low.surface,))
         margin = heyman_margin(high.bearing, body.centroid)
@@ -126,39 +124,31 @@ def _slot(site: Site, cells: tuple[int, int], side: int, course: Course) -> Slot
     two = site.settings.wythes == 2
     return Slot(
         np.array([max(open_from - INTO, 0), min(open_to + INTO, n)]),
-        _across(site, course.wythe),
-        side,
-        0 if at_end else INTO + PLAY,
-        PLAY if two else 0,
-        course.wythe == 1,
-        not two,
+        np.array(_across(site, course.wythe, math.ceil(DEEPEST * site.map.shape[1]))),
         course.level,
-        np.inf if site.settings.height is None else site.settings.height,
-        (open_from * site.cell, open_to * site.cell),
-        np.array(site.joints.get(course.wythe, [])),
-        site.mean,
-        site.narrowest(),
+        site.limit,
+        side,
+        play=0 if at_end else INTO + PLAY,
+        play_across=PLAY if two else 0,
+        rear=course.wythe == 1,
+        both=not two,
+        open=(open_from * site.cell, open_to * site.cell),
+        joints=np.array(site.joints.get(course.wythe, [])),
+        length=site.mean,
+        narrowest=site.narrowest(),
     )
 
 
-def _across(site: Site, wythe: int) -> Ints:
-    """Cells across the wall in which a stone of a wythe must lie."""
+def _across(site: Site, wythe: int, deep: int) -> tuple[int, int]:
+    """Cells across the wall that a wythe has, where one of two is so deep."""
     d = site.map.shape[1]
-    deep = d if site.settings.wythes == 1 else math.ceil(DEEPEST * d)
-    return np.array([d - deep, d] if wythe == 1 else [0, deep])
-
-
-def _strip(site: Site, wythe: int) -> tuple[int, int]:
-    """Cells across the wall in which a wythe has its stones."""
-    d = site.map.shape[1]
-    if site.settings.wythes == 1:
-        return 0, d
-    return (0, d // 2) if wythe == 0 else (d - d // 2, d)
+    deep = d if site.settings.wythes == 1 else deep
+    return (d - deep, d) if wythe == 1 else (0, deep)
 
 
 def level_of(site: Site, wythe: int) -> float:
     """Height (m) that the next course should come to: the skyline's mean, and a stone of those to come."""
-    y0, y1 = _strip(site, wythe)
+    y0, y1 = _across(site, wythe, site.map.shape[1] // 2)
     window = site.left[: max(site.ahead, 1)]
     thick = float(np.median([b.thickness for k in window for b in site.bedded(k, 0)]))
     return float(site.map[:, y0:y1].max(axis=1).mean()) + thick

@@ -20,18 +20,16 @@ it is 1 + x, and touches the first two.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.rubble.height_map import edges_of, rasters
+from cyclopean.design.rubble.features import Body, body_of
+from cyclopean.design.rubble.height_map import lying_raster
 from cyclopean.design.rubble.places import DIRECTIONS
+from cyclopean.design.rubble.seating import heyman_margin
 from cyclopean.design.stones.stone import Stone
-from cyclopean.geometry.solids import intersection, mesh_of, solid_of, solid_volume
-
-if TYPE_CHECKING:
-    from cyclopean.design.rubble.features import Body
+from cyclopean.geometry.solids import CUBE, intersection, mesh_of, solid_of, solid_volume
 
 __all__ = ["SMALL", "Wedge", "highest_plane", "small_stones", "wedge_under"]
 
@@ -43,8 +41,7 @@ TAPER = 0.5  # between its two faces: more of it would be squeezed out
 TRIED = 12  # places of a wedge under one stone
 SHARED = 1e-6  # of a wedge's volume: more in common with anything is no wedge
 ACTIVE = 1e-9  # of a wedge's width: a point nearer than that to its plane touches it
-
-FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # corners in binary
+TRIANGLES = np.array([t for a, b, c, d in CUBE for t in ((a, b, c), (a, c, d))])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +52,11 @@ class Wedge:
     contacts: Floats  # (n, 3) m: where its top touches the stone
     margin: float  # m: of the stone, with it
 
+    @property
+    def body(self) -> Body:
+        """As a body."""
+        return body_of(self.vertices, TRIANGLES, "wedge")
+
 
 def small_stones(stones: Sequence[Stone]) -> Bools:
     """Which stones are kept for hearting."""
@@ -63,7 +65,7 @@ def small_stones(stones: Sequence[Stone]) -> Bools:
     return small
 
 
-def wedge_under(body: "Body", below: Sequence["Body"], contacts: Floats, cell: float, wanted: float) -> Wedge | None:
+def wedge_under(body: Body, below: Sequence[Body], contacts: Floats, cell: float, wanted: float) -> Wedge | None:
     """Find the wedge that steadies a stone best.
 
     Parameters
@@ -84,8 +86,6 @@ def wedge_under(body: "Body", below: Sequence["Body"], contacts: Floats, cell: f
     Wedge or None
         None where no wedge gives a positive margin.
     """
-    from cyclopean.design.rubble.seating import heyman_margin
-
     best: Wedge | None = None
     for place in _places(body, below, contacts, cell):
         made = _prism(body, below, place, WIDTH * cell)
@@ -100,12 +100,12 @@ def wedge_under(body: "Body", below: Sequence["Body"], contacts: Floats, cell: f
     return best
 
 
-def _places(body: "Body", below: Sequence["Body"], contacts: Floats, cell: float) -> list[Floats]:
+def _places(body: Body, below: Sequence[Body], contacts: Floats, cell: float) -> list[Floats]:
     """Middles (3,) of gaps that could be wedged, those that the centre of mass gains most by first."""
-    own = rasters(body.vertices[None], body.triangles, edges_of(body.triangles), cell, snapped=True)[0]
+    own = lying_raster(body.vertices, body.triangles, cell)
     top = np.zeros(own.low.shape)
     for other in below:
-        raster = rasters(other.vertices[None], other.triangles, edges_of(other.triangles), cell, snapped=True)[0]
+        raster = lying_raster(other.vertices, other.triangles, cell)
         off = np.rint((raster.corner - own.corner) / cell).astype(int).tolist()
         spans: list[tuple[int, int, int]] = list(zip(off, raster.high.shape, top.shape, strict=True))
         here = tuple(slice(max(o, 0), max(o + n, 0)) for o, n, _ in spans)
@@ -125,7 +125,7 @@ def _places(body: "Body", below: Sequence["Body"], contacts: Floats, cell: float
     return [middle[k] for k in order[gain[order] > 0.0][:TRIED]]
 
 
-def _prism(body: "Body", below: Sequence["Body"], place: Floats, width: float) -> tuple[Floats, Floats] | None:
+def _prism(body: Body, below: Sequence[Body], place: Floats, width: float) -> tuple[Floats, Floats] | None:
     """Corners (8, 3) of a wedge round a place, and where its top touches; None where none fits."""
     over = _within(body, place, width, upper=True)
     under = [p for p in (_within(other, place, width, upper=False) for other in below) if len(p)]
@@ -143,7 +143,7 @@ def _prism(body: "Body", below: Sequence["Body"], place: Floats, width: float) -
         return None
     plan = corner + about[:2]
     vertices = np.stack([np.column_stack([plan, low]), np.column_stack([plan, high])], axis=1).reshape(8, 3)
-    solid = solid_of(vertices, FACES, "wedge")
+    solid = solid_of(vertices, CUBE, "wedge")
     limit = SHARED * solid_volume(solid)
     if any(not solid_volume(intersection(solid, other.solid)) <= limit for other in (body, *below)):
         return None
@@ -156,7 +156,7 @@ def _square(place: Floats, width: float) -> Floats:
     return place + width / 2.0 * np.array([[x, y, 0.0] for x in (-1, 1) for y in (-1, 1)])
 
 
-def _within(body: "Body", place: Floats, width: float, *, upper: bool) -> Floats:
+def _within(body: Body, place: Floats, width: float, *, upper: bool) -> Floats:
     """Corners (n, 3) of the part of a body in the column on a square, above or below a place; maybe none."""
     low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
     bottom, top = (place[2], high[2] + width) if upper else (low[2] - width, place[2])
@@ -164,7 +164,7 @@ def _within(body: "Body", place: Floats, width: float, *, upper: bool) -> Floats
         return np.zeros((0, 3))
     square = _square(place, width)
     corner = np.stack([square * [1, 1, 0] + [0, 0, bottom], square * [1, 1, 0] + [0, 0, top]], axis=1).reshape(8, 3)
-    return mesh_of(intersection(body.solid, solid_of(corner, FACES, "column")))[0]
+    return mesh_of(intersection(body.solid, solid_of(corner, CUBE, "column")))[0]
 
 
 def highest_plane(above: Floats) -> Floats:

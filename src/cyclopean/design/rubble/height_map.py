@@ -30,7 +30,7 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.errors import InputError
 
-__all__ = ["MOST_CELLS", "Raster", "edges_of", "rasters", "rest_heights"]
+__all__ = ["MOST_CELLS", "Raster", "edges_of", "lying_raster", "rasters", "rest_heights"]
 
 INSET = 1e-7  # share by which a mesh is narrowed, so that a side in a line of the grid does not cover the next cell
 SLIVER = 1e-6  # of a cell: a mesh that reaches no farther into one does not cover it
@@ -98,6 +98,11 @@ def rasters(points: Floats, triangles: Ints, edges: Ints, cell: float, *, snappe
         Raster(found.low[k, : count[k, 0], : count[k, 1]], found.high[k, : count[k, 0], : count[k, 1]], start[k] * cell)
         for k in range(len(points))
     ]
+
+
+def lying_raster(vertices: Floats, triangles: Ints, cell: float) -> Raster:
+    """Raster of a closed mesh (v, 3), (t, 3) where it lies, on the grid of the map."""
+    return rasters(vertices[None], triangles, edges_of(triangles), cell, snapped=True)[0]
 
 
 class _Extremes:

@@ -16,7 +16,7 @@ face      how far it is from the face of the wall (of a wall of one wythe: from 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -83,17 +83,17 @@ class Slot:
 
     first: Ints  # (2,) range of x within which its plan must lie
     across: Ints  # (2,) the same of y
-    side: int  # -1: it should lie near the lower end of `first`, 1: near the upper, 0: anywhere
-    play: int  # places tried along the wall
-    play_across: int  # places tried across it, from its face; 0 = all
-    rear: bool  # whether its face is the upper end of `across`
-    both: bool  # whether the wall has its other face there too
     level: float  # m: top of the course
     limit: float  # m: nothing may be higher
-    open: tuple[float, float]  # m: x between the stones that the course has so far
-    joints: Floats  # (k,) m: x of the head joints below
-    length: float  # m: of a mean stone
-    narrowest: float  # m: shorter room is lost
+    side: int = 0  # -1: it should lie near the lower end of `first`, 1: near the upper, 0: anywhere
+    play: int = 0  # places tried along the wall, from that side
+    play_across: int = 0  # places tried across it, from its face; 0 = all
+    rear: bool = False  # whether its face is the upper end of `across`
+    both: bool = False  # whether the wall has its other face there too
+    open: tuple[float, float] = (0.0, 0.0)  # m: x between the stones that the course has so far, for a side
+    joints: Floats = field(default_factory=lambda: np.zeros(0))  # (k,) m: x of the head joints below, for a side
+    length: float = 1.0  # m: of a mean stone
+    narrowest: float = 0.0  # m: shorter room is lost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,55 +196,46 @@ class Looked:
     """What was found out about places, as long as nothing is laid near them; x in cells."""
 
     def __init__(self) -> None:
-        self._felt: dict[tuple[int, int, int], tuple[Bedded, Felt]] = {}
-        self._fits: dict[tuple[int, int, int], tuple[Bedded, int, Floats, Floats]] = {}
-        self._failed: dict[tuple[int, int, int], Bedded] = {}
+        self._felt: dict[tuple[Bedded, int, int], Felt] = {}
+        self._fits: dict[tuple[Bedded, int, int], tuple[int, Floats, Floats]] = {}
+        self._failed: set[tuple[Bedded, int, int]] = set()
 
     def felt(self, ground: Floats, places: Sequence[tuple[Bedded, tuple[int, int]]], cell: float) -> list[Felt]:
         """What `assessed` says of each place."""
-        fresh = [place for place in places if (id(place[0]), *place[1]) not in self._felt]
-        for place, felt in zip(fresh, assessed(ground, fresh, cell) if fresh else (), strict=True):
-            self._felt[id(place[0]), *place[1]] = place[0], felt
-        return [self._felt[id(lying), *at][1] for lying, at in places]
+        fresh = [(lying, at) for lying, at in places if (lying, *at) not in self._felt]
+        for (lying, at), felt in zip(fresh, assessed(ground, fresh, cell) if fresh else (), strict=True):
+            self._felt[lying, *at] = felt
+        return [self._felt[lying, *at] for lying, at in places]
 
     def fits(self, ground: Floats, lying: Bedded, x: tuple[int, int], y: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rest heights and mean gaps (sx, sy) of places from cell x[0] to x[1] along, y[0] to y[1] across."""
-        key = (id(lying), *y)
-        known = self._fits.get(key)
-        if known is None or x[0] < known[1] or x[1] >= known[1] + len(known[2]):
-            w = lying.raster.low.shape[0]
+        """Rest heights and mean gaps over the thickness (sx, sy), from cell x[0] to x[1] along, y[0] to y[1] across."""
+        known = self._fits.get((lying, *y))
+        if known is None or x[0] < known[0] or x[1] >= known[0] + len(known[1]):
+            w, d = lying.raster.low.shape
             start, end = max(x[0] - AHEAD, 0), min(x[1] + AHEAD, ground.shape[0] - w)
-            known = self._fits[key] = lying, start, *_fits(ground, lying, (start, end), y)
-        _, start, rest, hollow = known
+            rest, gap = rest_heights(ground[start : end + w, y[0] : y[1] + d], lying.raster.low, lying.thickness)
+            known = self._fits[lying, *y] = start, rest, np.round(gap / lying.thickness, DIGITS)
+        start, rest, hollow = known
         here = slice(x[0] - start, x[1] - start + 1)
         return rest[here], hollow[here]
 
     def fail(self, place: "Place") -> None:
         """A stone was tried there in vain."""
-        self._failed[id(place.lying), *place.cell] = place.lying
+        self._failed.add((place.lying, *place.cell))
 
     def failed(self, place: "Place") -> bool:
         """Whether it was."""
-        return (id(place.lying), *place.cell) in self._failed
+        return (place.lying, *place.cell) in self._failed
 
     def forget(self, low: float, high: float) -> None:
         """Something is laid from x = low to high (cells)."""
-        near, far = low - BESIDE, high + BESIDE
 
-        def beyond(start: int, end: int) -> bool:
-            return end < near or start > far
+        def beyond(lying: Bedded, start: int, more: int = 0) -> bool:
+            return start + more + lying.raster.low.shape[0] < low - BESIDE or start > high + BESIDE
 
-        self._felt = {
-            key: known for key, known in self._felt.items() if beyond(key[1], key[1] + known[0].raster.low.shape[0])
-        }
-        self._failed = {
-            key: lying for key, lying in self._failed.items() if beyond(key[1], key[1] + lying.raster.low.shape[0])
-        }
-        self._fits = {
-            key: known
-            for key, known in self._fits.items()
-            if beyond(known[1], known[1] + len(known[2]) + known[0].raster.low.shape[0])
-        }
+        self._felt = {at: felt for at, felt in self._felt.items() if beyond(*at[:2])}
+        self._failed = {at for at in self._failed if beyond(*at[:2])}
+        self._fits = {at: known for at, known in self._fits.items() if beyond(at[0], known[0], len(known[1]))}
 
 
 def ranked(
@@ -283,9 +274,9 @@ def ranked(
 
 def different(places: Sequence[Place]) -> list[Place]:
     """The best place of each stone in each orientation, of places with the best first; in this order."""
-    best: dict[int, Place] = {}
+    best: dict[Bedded, Place] = {}
     for place in places:
-        best.setdefault(id(place.lying), place)
+        best.setdefault(place.lying, place)
     return list(best.values())
 
 
@@ -307,13 +298,6 @@ def _quick(
     costs = costs + weights.face * _off_face(y0 + np.arange(y1 - y0 + 1), d, slot)
     refused = (hollow > HOLLOW) | (top > slot.level + ABOVE * thick) | (top > slot.limit + LEVEL * thick)
     return np.where(refused, np.inf, costs), (x0, y0)
-
-
-def _fits(ground: Floats, lying: Bedded, x: tuple[int, int], y: tuple[int, int]) -> tuple[Floats, Floats]:
-    """Rest heights and mean gaps over the thickness (sx, sy) of places x[0]..x[1] along, y[0]..y[1] across."""
-    w, d = lying.raster.low.shape
-    rest, gap = rest_heights(ground[x[0] : x[1] + w, y[0] : y[1] + d], lying.raster.low, lying.thickness)
-    return rest, np.round(gap / lying.thickness, DIGITS)
 
 
 def _range(lying: Bedded, slot: Slot) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -12,11 +12,11 @@ to it (`places`), dropped onto the map, and, once a place is chosen, adjusted on
 So the wall stands when it is done, and at every stage before. Where none of some stones at some places does all that, a
 gap is left; a stone that is tried in vain too often is put aside, and tried again in the next course and at the end.
 
-A course is laid from both ends towards its middle: left, right, left ... A long one is begun by two gangs, one from
-either end, each with half of the stones. Where a wall has two wythes, the front one of a course is laid first, then the
-rear one. Which stone comes next: of all that are left, the largest; `look_ahead` of
-them compete for every place. With a look-ahead of 0, stones are laid in the order of the inventory, the next one always
-at the first place where it stands. Nothing is drawn at random.
+A course is laid from both ends towards its middle: left, right, left ... A long wall is laid from two fronts, one from
+either end, each with half of the stones (`parallel`). Where a wall has two wythes, the front one of a course is laid
+first, then the rear one. Which stone comes next: of all that are left, the largest; `look_ahead` of them compete for
+every place. With a look-ahead of 0, stones are laid in the order of the inventory, the next one always at the first
+place where it stands. Nothing is drawn at random.
 
 How many of a few stones come to lie hangs on chance: on which of them meet. So of few, several walls are laid, each
 with gaps of another width where nothing goes, and every other one with a smaller look-ahead. The best is kept: that
@@ -27,14 +27,23 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from time import perf_counter
 
-from cyclopean.design.rubble.building import build
-from cyclopean.design.rubble.finishing import finished, largest_overlap
-from cyclopean.design.rubble.site import Progress, Site
-from cyclopean.design.rubble.wall import OVERLAP, Laid, RubbleWall, SettleSettings, filled_in
+import numpy as np
+
+from cyclopean.assembly import Assembly, Block
+from cyclopean.assembly.patches import gathered
+from cyclopean.design.rubble.coursing import CLOSE, Course, inwards, level_of
+from cyclopean.design.rubble.hearting import Wedge
+from cyclopean.design.rubble.parallel import Fronts
+from cyclopean.design.rubble.places import Slot, Weights, ranked
+from cyclopean.design.rubble.site import Progress, Site, free_name
+from cyclopean.design.rubble.wall import OVERLAP, Laid, Measures, RubbleWall, SettleSettings, filled_in
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.errors import InputError
 
-__all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "largest_overlap", "settle"]
+__all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "settle"]
+
+HEART = 2  # the wythe of small stones in hollows
+HEARTING = Weights(bond=0.0, face=0.0)
 
 
 def _silent(stage: str) -> None:
@@ -92,10 +101,102 @@ def _laid(
 ) -> RubbleWall | None:
     """One wall; None where nothing can be laid."""
     site = Site(inventory.stones, settings, say, way)
-    build(site, executor if settings.ways == 1 else None)  # of several walls, the other process lays some
-    return finished(site, inventory) if site.laid else None
+    _build(site, executor if settings.ways == 1 else None)  # of several walls, the other process lays some
+    return _finished(site) if site.laid else None
 
 
 def _rank(wall: RubbleWall) -> tuple[int, float]:
     """Less is better."""
     return -len(wall.laid), wall.measures.void
+
+
+def _build(site: Site, executor: Executor | None = None) -> None:
+    """Lay courses until stones or room are used up."""
+    fronts = Fronts(site, executor)
+    number = 0
+    while site.left:
+        count = len(site.laid)
+        site.vain.clear()
+        for wythe in range(site.settings.wythes):
+            if site.left:
+                course = Course(number, wythe, level_of(site, wythe))
+                cells, joints = fronts.begun(course)
+                site.joints[wythe] = joints + inwards(site, course, cells, (-1, 1))[1]
+        _heart(site, number)
+        if len(site.laid) > count:
+            number += 1
+            site.left, site.aside = site.aside + site.left, []
+        elif site.settings.look_ahead == 0:  # the one that comes next fits nowhere, and others may
+            site.aside, site.left = site.aside + site.left[:1], site.left[1:]
+        else:
+            break
+    site.left, site.aside = site.aside + site.left, []
+    if site.left and site.settings.look_ahead:
+        site.vain.clear()
+        fronts.again(Course(site.laid[-1].course if site.laid else 0, 0, level_of(site, 0)))
+
+
+def _heart(site: Site, course: int) -> None:
+    """Drop small stones into the hollows of what was laid, as long as they sit there."""
+    n, d = site.map.shape
+    level = float(site.map.max(axis=1).mean())
+    slot = Slot(np.array([0, n]), np.array([0, d]), level, level)
+    fruitless = 0
+    while fruitless < len(site.small):
+        number = site.small.pop(0)
+        places = ranked(site.map, site.bedded(number, 0), slot, HEARTING, site.cell, CLOSE)
+        good = site.first(places[: site.settings.tries], [])
+        if good is None:
+            site.small.append(number)
+            fruitless += 1
+        else:
+            site.take(good, course, HEART)
+            fruitless = 0
+
+
+# What came out
+
+
+def _finished(site: Site) -> RubbleWall:
+    """The wall as a model with contacts, and its measures but for the time that it took."""
+    wedge = np.array([isinstance(what, Wedge) for what in site.kind.values()])
+    block = np.where(wedge, len(site.laid) + np.cumsum(wedge), np.cumsum(~wedge))
+    contacts, patches = gathered(site.structure.meetings(dict(zip(site.kind, block.tolist(), strict=True))))
+    left_over = np.array(sorted(site.left + site.aside + site.small), np.int64)
+    whole = Assembly(_blocks(site), contacts, (), "rubble wall")
+    return RubbleWall(
+        tuple(site.laid), left_over, site.settings, _measures(site), whole, patches, int(np.count_nonzero(wedge))
+    )
+
+
+def _blocks(site: Site) -> tuple[Block, ...]:
+    """The ground, the stones, then wedges."""
+    names = {s.id for s in site.stones} | {site.ground.id}
+    stones: list[Block] = [site.ground]
+    wedges: list[Block] = []
+    for number, what in site.kind.items():
+        mesh = site.stood[number]
+        faces = tuple(map(tuple, mesh.triangles.tolist()))
+        if isinstance(what, Wedge):
+            name = free_name(f"wedge-{len(wedges) + 1}", names)
+            wedges.append(Block(name, mesh.vertices, faces, None, False, "chinking"))
+        else:
+            stone = site.stones[what.stone]
+            stones.append(Block(stone.id, mesh.vertices, faces, stone.density, False, f"course-{what.course}"))
+    return (*stones, *wedges)
+
+
+def _measures(site: Site) -> Measures:
+    volume = sum(site.stones[laid.stone].volume for laid in site.laid)
+    skyline = float(site.map.max(axis=1).sum()) * site.cell * site.map.shape[1] * site.cell
+    return Measures(
+        void=1.0 - volume / skyline,
+        hollow=1.0 - volume / (float(site.map.sum()) * site.cell**2),
+        stable=sum(laid.stable for laid in site.laid) / len(site.stones),
+        courses=1 + max(laid.course for laid in site.laid),
+        height=float(site.boxes[:, 1, 2].max()),
+        length=site.size[0],
+        thickness=site.size[1],
+        overlap=site.overlap,
+        seconds=0.0,
+    )

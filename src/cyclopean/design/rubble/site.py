@@ -18,16 +18,17 @@ from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import Surface
 from cyclopean.design.rubble.features import Body, body_of
-from cyclopean.design.rubble.hearting import FACES, Wedge, small_stones
-from cyclopean.design.rubble.height_map import edges_of, rasters
+from cyclopean.design.rubble.hearting import Wedge, small_stones
+from cyclopean.design.rubble.height_map import lying_raster
 from cyclopean.design.rubble.places import Bedded, Looked, Place, bedded
 from cyclopean.design.rubble.seating import Seat, heyman_margin, seat
 from cyclopean.design.rubble.standing import GRAVITY, Fresh, Mass, State, Structure
 from cyclopean.design.rubble.wall import OVERLAP, Laid, SettleSettings, mean_length
 from cyclopean.design.stones.stone import Stone
 from cyclopean.geometry import triangles
+from cyclopean.geometry.solids import CUBE
 
-__all__ = ["NARROW", "Progress", "Site", "Trial", "free_name", "mass_of", "surface_of", "wedge_body"]
+__all__ = ["NARROW", "Progress", "Site", "Trial", "Turn", "free_name"]
 
 INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
 PATIENCE = 10, 50  # times that a stone is seated in vain before it is put aside until the next course: many, few stones
@@ -37,7 +38,6 @@ TOUCH = 2.5e-4  # of the cube root of a median volume: surfaces farther apart ho
 FEWER = 0.75  # of the stones compete for a place in every other way to lay a wall
 REACH = 0.5  # of a mean stone's length: what is farther from a dropped stone is not looked at
 NARROW = 0.8  # a stone is no narrower than that share of twice its middle semi-axis
-WEDGE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
 
 Progress = Callable[[str], None]
 
@@ -72,12 +72,13 @@ class Site:
         self.stones, self.settings, self.say, self.way = stones, settings, say, way
         self.ahead = math.ceil(settings.look_ahead * (FEWER if way % 2 else 1.0))  # stones that compete for a place
         self.cell, self.size = cell, (length, thickness)
+        self.limit = np.inf if settings.height is None else settings.height  # m: no stone reaches above
         self.map: Floats = np.zeros((int(length / cell + 1e-9), int(thickness / cell + 1e-9)))
         self.mean = mean_length(stones)
         self._sort_stones()
         self.aside: list[int] = []  # stones that fit nowhere
         self.laid: list[Laid] = []
-        self.bodies = _Bodies(stones)
+        self.bodies: dict[int, Body] = {}  # stones in their own frames, made when they are first asked for
         self.stood: dict[int, Body] = {}  # stones and wedges, by their numbers in the structure
         self.kind: dict[int, Laid | Wedge] = {}
         self.boxes = np.zeros((0, 2, 3))  # lowest and highest corners of what stands, in the same order
@@ -139,9 +140,16 @@ class Site:
         number = np.fromiter(self.stood, np.int64, len(self.stood))
         return sorted(number[near].tolist())
 
+    def body(self, number: int) -> Body:
+        """A stone in its own frame."""
+        if number not in self.bodies:
+            stone = self.stones[number]
+            self.bodies[number] = body_of(stone.vertices, stone.triangles, f"stone '{stone.id}'")
+        return self.bodies[number]
+
     def lying(self, trial: Trial) -> Body:
         """The stone where it was seated."""
-        return self.bodies[trial.stone].moved(trial.seat.rotation, trial.seat.shift)
+        return self.body(trial.stone).moved(trial.seat.rotation, trial.seat.shift)
 
     def first(self, places: Sequence[Place], rocking: list[Trial]) -> Trial | None:
         """The first of these places where a stone stands; what rocks is told."""
@@ -163,7 +171,7 @@ class Site:
         Its centre of mass has to stand inside the hull of what it touches, and inside that of the contacts that are
         found within the band: those are more, and count on surfaces that only meet once it has moved.
         """
-        stone = self.bodies[place.lying.stone]
+        stone = self.body(place.lying.stone)
         turn = place.lying.rotation
         centre = np.array([*(np.array(place.cell) * self.cell - place.lying.raster.corner), place.rest])
         near = self.near((stone.vertices - stone.centroid) @ turn.T + centre, REACH * self.mean)
@@ -177,14 +185,18 @@ class Site:
         body = stone.moved(found.rotation, found.shift)
         if not (self.between[0] <= body.low[0] and body.high[0] <= self.between[1]):
             return None
-        mass = mass_of(body, self.stones[place.lying.stone].density or DENSITY)
         near = self.near(body.vertices, self.structure.band)
-        fresh = self.structure.fresh(mass, surface_of(body), near)
+        fresh = self.fresh(body, self.stones[place.lying.stone].density or DENSITY, near)
         margin = heyman_margin(fresh.bearing, body.centroid)
         inside = margin > 0.0 and margin >= wanted and not rocks
         state = self.structure.held((fresh,)) if inside else None
         trial = Trial(place.lying.stone, found, (fresh,), margin, state)
         return trial if state is None else self.borne(trial, body, near)
+
+    def fresh(self, body: Body, density: float, near: Sequence[int]) -> Fresh:
+        """A body (kg/m3) where it shall lie, with all its joints."""
+        mass = Mass(body.centroid, body.volume, density * body.volume * GRAVITY)
+        return self.structure.fresh(mass, Surface.of(body.vertices[body.triangles]), near)
 
     def borne(self, trial: Trial, body: Body, near: Sequence[int]) -> Trial:
         """With its contacts in the model, and its margin by these; without a state where that is too small."""
@@ -204,7 +216,7 @@ class Site:
         )
         first = self.structure.next
         if trial.wedge is not None:
-            self._stand(first, wedge_body(trial.wedge), trial.wedge)
+            self._stand(first, trial.wedge.body, trial.wedge)
         self._stand(first + len(trial.fresh) - 1, body, stone)
         self.structure.lay(trial.fresh, trial.state)
         self.laid.append(stone)
@@ -218,7 +230,7 @@ class Site:
 
     def _raise(self, body: Body) -> float:
         """Raise the map to the top of a body; share of its plan that nearly touched the map before."""
-        raster = rasters(body.vertices[None], body.triangles, edges_of(body.triangles), self.cell, snapped=True)[0]
+        raster = lying_raster(body.vertices, body.triangles, self.cell)
         i, j = np.rint(raster.corner / self.cell).astype(int)
         w, d = raster.low.shape
         rows, columns = (slice(max(k, 0), max(k + n, 0)) for k, n in ((i, w), (j, d)))
@@ -235,20 +247,6 @@ class Site:
         self.boxes = np.concatenate([self.boxes, [[body.low, body.high]]])
 
 
-class _Bodies:
-    """Stones as bodies, made when they are first asked for."""
-
-    def __init__(self, stones: Sequence[Stone]) -> None:
-        self.stones = stones
-        self.made: dict[int, Body] = {}
-
-    def __getitem__(self, number: int) -> Body:
-        if number not in self.made:
-            stone = self.stones[number]
-            self.made[number] = body_of(stone.vertices, stone.triangles, f"stone '{stone.id}'")
-        return self.made[number]
-
-
 def _content(stone: Stone) -> tuple[float, bytes, str]:
     """What stones are sorted by: the largest first, and never by where they stand in the inventory."""
     return -stone.volume, hashlib.sha256(stone.vertices.tobytes() + stone.triangles.tobytes()).digest(), stone.id
@@ -259,25 +257,9 @@ def free_name(wanted: str, names: set[str]) -> str:
     return next(n for n in (wanted, *(f"{wanted}-{k}" for k in range(len(names) + 1))) if n not in names)
 
 
-def mass_of(body: Body, density: float) -> Mass:
-    """A body as statics sees it."""
-    return Mass(body.centroid, body.volume, density * body.volume * GRAVITY)
-
-
-def surface_of(body: Body) -> Surface:
-    """Its triangles."""
-    return Surface.of(body.vertices[body.triangles])
-
-
-def wedge_body(wedge: Wedge) -> Body:
-    """A wedge as a body."""
-    return body_of(wedge.vertices, WEDGE, "wedge")
-
-
 def _ground(name: str, length: float, thickness: float, margin: float) -> Block:
     """A box with its top at 0, a margin wider than the wall on every side."""
     corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
     low = np.array([-margin, -margin, -margin / 2.0])
     vertices = low + corner * (np.array([length + margin, thickness + margin, 0.0]) - low)
-    faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    return Block(name, vertices, faces, None, True, "ground")
+    return Block(name, vertices, CUBE, None, True, "ground")

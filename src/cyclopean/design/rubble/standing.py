@@ -19,17 +19,15 @@ convexity it then stands in all that is between them, straight down too.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from cyclopean.analysis.equilibrium.newton import newton
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly.patches import Meeting, Surface, meetings
 from cyclopean.errors import SolverError
 from cyclopean.geometry import frames_from_normals
-from cyclopean.statics import EquilibriumSystem, Schur, project_cones
+from cyclopean.statics import EquilibriumSystem, Schur, contact_matrix, project_cones
 
 __all__ = ["FRICTION", "GRAVITY", "Fresh", "Joint", "Mass", "State", "Structure"]
 
@@ -39,7 +37,7 @@ BEARING = 0.25  # least upward component of the normal of a contact that bears a
 BALANCED = 1e-9  # of the weight: what forces may leave over
 CAP = 30  # factorisations: most need six to ten, and few of those that stand more than twenty
 WEDGED = 0.8  # of all loads together: where forces must be larger, stones only hold by wedging (upright walls: 0.5)
-DENSE = 1 << 18  # entries up to which a matrix is kept whole
+DENSE = 1 << 18  # entries up to which a matrix is kept whole: products with it are faster then
 GROUND = -1
 
 
@@ -78,12 +76,12 @@ class Fresh:
     @property
     def bearing(self) -> Floats:
         """(n, 3) points that bear it."""
-        return _bearing(self.joints)
+        return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in self.joints)])
 
     @property
     def told(self) -> Floats:
         """(n, 3) points that bear it in the model."""
-        return _bearing(self.contacts)
+        return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in self.contacts)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,11 +90,6 @@ class State:
 
     force: tuple[Floats, ...]  # (c, q, 3) N on the upper stone, world, for each of these joints and way of gravity
     joint: tuple[tuple[int, int], ...]  # (stone, which of its joints)
-
-
-def _bearing(joints: Sequence[Joint]) -> Floats:
-    """(n, 3) points of joints that bear."""
-    return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in joints)])
 
 
 class Structure:
@@ -199,12 +192,11 @@ class Structure:
             for above, i in self.above.get(k, ()):
                 if above not in row:
                     _push(load[:, row[k]], -self.force[above, i], self.joints[above][i], masses[row[k]].centre)
-        ends = [(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()]
+        ends = np.array([(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()])
         system = _system(masses, load[0], list(found.values()), ends, self.friction)
-        scale = 1.0 if system is None else system.length_unit
         if system is None:
             return None
-        f, self.worst = _forces(system, load / [1.0, 1.0, 1.0, scale, scale, scale], self.worst)
+        f, self.worst = _forces(system, load / [1.0, 1.0, 1.0, *3 * [system.length_unit]], self.worst)
         if f is None:
             return None
         world = np.einsum("cqf,qfi->cqi", f * system.force_unit, system.frame)
@@ -237,9 +229,9 @@ def _points(joint: Joint) -> Floats:
 
 
 def _system(
-    masses: Sequence[Mass], load: Floats, joints: Sequence[Joint], ends: Sequence[tuple[int, int]], friction: float
+    masses: Sequence[Mass], load: Floats, joints: Sequence[Joint], ends: Ints, friction: float
 ) -> EquilibriumSystem | None:
-    """A f = -p of some stones; None where they touch nothing."""
+    """A f = -p of some stones under loads (b, 6) N, N m; None where their joints (rows `ends`) have no points."""
     count = [len(_points(joint)) for joint in joints]
     total = sum(count)
     if not total:
@@ -248,46 +240,19 @@ def _system(
     parts = [part for joint in joints for part in joint.parts if len(part.polygon)]
     normal = np.repeat([part.normal for part in parts], [len(part.polygon) for part in parts], axis=0)
     frame = frames_from_normals(normal)
-    rows = np.repeat(np.array(ends), count, axis=0)
+    rows = np.repeat(ends, count, axis=0)
     unit = float(np.mean([mass.weight for mass in masses]))
     length = float(np.mean([mass.volume for mass in masses])) ** (1.0 / 3.0)
     centre = np.array([mass.centre for mass in masses] + [np.zeros(3)])
     arm = (point[:, None] - centre[rows]) / length  # (q, 2, 3)
     wrench = load / unit
     wrench[:, 3:] /= length
-    matrix = _matrix(rows, arm, frame, len(masses))
-    return EquilibriumSystem(
-        np.arange(len(masses)),
-        np.arange(total),
-        rows[:, 0],
-        rows[:, 1],
-        arm[:, 0],
-        arm[:, 1],
-        frame,
-        np.full(total, friction),
-        matrix,
-        wrench.ravel(),
-        unit,
-        length,
-    )
-
-
-def _matrix(rows: Ints, arm: Floats, frame: Floats, stones: int) -> Any:
-    """A (6 b, 3 q) of points with frames (q, 3, 3) between stones `rows` (q, 2), -1 = ground; whole where small."""
-    total, cell, value = len(rows), [], []
-    for side, sign in ((0, -1.0), (1, 1.0)):
-        kept = np.flatnonzero(rows[:, side] >= 0)
-        turn = np.cross(arm[kept, side][:, None], frame[kept])
-        value.append(sign * np.concatenate([frame[kept], turn], axis=2).ravel())
-        i = 6 * rows[kept, side][:, None, None] + np.arange(6)
-        j = 3 * kept[:, None, None] + np.arange(3)[:, None]
-        cell.append(np.stack([np.broadcast_to(x, (len(kept), 3, 6)).ravel() for x in (i, j)]))
-    at, entry, shape = np.concatenate(cell, axis=1), np.concatenate(value), (6 * stones, 3 * total)
-    if shape[0] * shape[1] > DENSE:
-        return sp.csr_matrix((entry, at), shape=shape)
-    matrix = np.zeros(shape)
-    matrix[at[0], at[1]] = entry  # no entry is there twice
-    return matrix
+    sides = rows[:, 0], rows[:, 1], arm[:, 0], arm[:, 1], frame
+    matrix = contact_matrix(len(masses), *sides)
+    if matrix.shape[0] * matrix.shape[1] <= DENSE:
+        matrix = matrix.toarray()
+    free, used, mu = np.arange(len(masses)), np.arange(total), np.full(total, friction)
+    return EquilibriumSystem(free, used, *sides, mu, matrix, wrench.ravel(), unit, length)
 
 
 def _forces(system: EquilibriumSystem, loads: Floats, first: int) -> tuple[Floats | None, int]:
