@@ -30,6 +30,7 @@ from time import perf_counter, process_time
 import numpy as np
 from matching_baselines import METHODS, Yard, measured
 from matching_curves import Panel, svg
+from stand_ins import stand_in
 
 from cyclopean.design.matching.candidates import EXACT, POLISHED, Candidates
 from cyclopean.design.matching.cells import cells_of
@@ -37,7 +38,7 @@ from cyclopean.design.matching.coarse import rank
 from cyclopean.design.matching.match import Match, MatchSettings, match_stones
 from cyclopean.design.matching.negotiation import negotiate
 from cyclopean.design.matching.problem import Problem
-from cyclopean.design.stones.quarry import quarry, stand_in
+from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.sampling import body_points
 from cyclopean.design.stones.stone import Stone
 from cyclopean.design.walls.pattern import PatternSettings

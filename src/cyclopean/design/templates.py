@@ -33,6 +33,7 @@ __all__ = ["arch", "dome", "stack", "vault", "wall"]
 Faces = tuple[tuple[int, ...], ...]
 
 SPRINGER = np.radians(6.0)  # a springer is a wedge of at most this angle: enough to see and to bear on
+SUPPORTS = ("ground", "springer-left", "springer-right", "ring")  # courses that are held
 
 
 def stack(
@@ -59,10 +60,8 @@ def stack(
         The whole model is turned by this many degrees so that the ground falls towards +x.
     ground : bool
         Put a fixed slab `ground` below; otherwise the lowest block is the support.
-    density : float, optional
-        kg/m3; None = not said.
-    mu : float, optional
-        Friction coefficient of every contact; None = not said.
+    density, mu : float, optional
+        kg/m3 of every block, and friction coefficient of every contact; None = not said.
 
     Returns
     -------
@@ -135,10 +134,8 @@ def wall(
         Of a whole block (m), along x, y and z.
     ground : {"slab", "course"}
         The support: one slab under an even course, or a fixed even course, so that the lowest free one is odd.
-    density : float, optional
-        kg/m3; None = not said.
-    mu : float, optional
-        Friction coefficient of every contact; None = not said.
+    density, mu : float, optional
+        kg/m3 of every block, and friction coefficient of every contact; None = not said.
 
     Returns
     -------
@@ -161,9 +158,8 @@ def wall(
     lattice = np.zeros((len(z), len(u), 2, 3))
     lattice[..., 0], lattice[..., 1], lattice[..., 2] = u[:, None], [0.0, depth], z[:, None, None]
     labels = (["ground"] if own else []) + _numbered("c", courses)
-    fixed = [own] + [False] * (len(labels) - 1)
     edges = [_bond(columns, k % 2 == 1) for k in range(len(labels))]
-    blocks, contacts = _lay(lattice, edges, labels, fixed, mirrored=True, density=density, mu=mu)
+    blocks, contacts = _lay(lattice, edges, labels, density, mu)
     name = f"wall of {columns} x {courses}"
     if own:
         return Assembly(tuple(blocks), contacts, name=name)
@@ -209,10 +205,8 @@ def arch(
     facets : int
         Chords that stand for the curve of each voussoir. With k of them its weight and centroid approach those of the
         true annular sector as 1/k^2: the textbook minimum thickness needs about 32.
-    density : float, optional
-        kg/m3; None = not said.
-    mu : float, optional
-        Friction coefficient of every contact; None = not said.
+    density, mu : float, optional
+        kg/m3 of every block, and friction coefficient of every contact; None = not said.
 
     Returns
     -------
@@ -234,16 +228,14 @@ def arch(
         raise InputError(
             f"voussoirs: {voussoirs} cannot span {np.degrees(2 * half):.0f} degrees; take more, or more facets"
         )
-    n = voussoirs + (2 if springers == "wedges" else 0)
+    labels = _numbered("v", voussoirs)
     angle = np.linspace(-half, half, voussoirs * facets + 1)  # from the crown, clockwise seen from -y
     cosine = np.cos(half) if half < np.pi / 2.0 else 0.0
     if springers == "wedges":
+        labels = ["springer-left", *labels, "springer-right"]
         angle = _with_springers(angle, 2.0 * half / voussoirs, facets)
     lattice = _barrel(angle, np.array([0.0, depth]), inner, thickness, base=inner * cosine)
-    labels = _numbered("v", voussoirs)
-    if springers == "wedges":
-        labels = ["springer-left", *labels, "springer-right"]
-    blocks = []
+    blocks, n = [], len(labels)
     faces = _brick_faces(1, facets, True)
     for k, label in enumerate(labels):
         held = k in {0, n - 1}
@@ -279,10 +271,8 @@ def vault(
         Radial thickness (m).
     length : float, optional
         Of the barrel (m); by default voussoirs are twice as long as they are wide.
-    density : float, optional
-        kg/m3; None = not said.
-    mu : float, optional
-        Friction coefficient of every contact; None = not said.
+    density, mu : float, optional
+        kg/m3 of every block, and friction coefficient of every contact; None = not said.
 
     Returns
     -------
@@ -303,9 +293,8 @@ def vault(
     along = np.linspace(0.0, whole, 2 * columns + 1)
     lattice = _barrel(angle, along, radius - thickness / 2.0, thickness, base=0.0)
     labels = ["springer-left", *_numbered("r", voussoirs), "springer-right"]
-    fixed = [True, *[False] * voussoirs, True]
     edges = [_bond(columns, k % 2 == 1 and columns > 1) for k in range(voussoirs + 2)]
-    blocks, contacts = _lay(lattice, edges, labels, fixed, mirrored=True, density=density, mu=mu)
+    blocks, contacts = _lay(lattice, edges, labels, density, mu)
     return Assembly(tuple(blocks), contacts, name=f"vault of {voussoirs} x {columns}")
 
 
@@ -336,10 +325,8 @@ def dome(
         Radial thickness (m).
     oculus : float
         Half the opening angle at the top, in degrees from the axis: more than 0, less than 90.
-    density : float, optional
-        kg/m3; None = not said.
-    mu : float, optional
-        Friction coefficient of every contact; None = not said.
+    density, mu : float, optional
+        kg/m3 of every block, and friction coefficient of every contact; None = not said.
 
     Returns
     -------
@@ -367,8 +354,7 @@ def dome(
     lattice = np.concatenate([lattice, lattice[:, :2]], 1)  # once round, to the last bit, and half a block further
     labels = ["ring", *_numbered("c", courses)]
     edges = [np.arange(0, 2 * segments + 1, 2) + k % 2 for k in range(courses + 1)]
-    fixed = [True, *[False] * courses]
-    blocks, contacts = _lay(lattice, edges, labels, fixed, ring=2 * segments, density=density, mu=mu)
+    blocks, contacts = _lay(lattice, edges, labels, density, mu, ring=2 * segments)
     return Assembly(tuple(blocks), contacts, name=f"dome of {courses} x {segments}")
 
 
@@ -402,17 +388,14 @@ def _lay(
     lattice: Floats,
     edges: Sequence[Ints],
     labels: Sequence[str],
-    fixed: Sequence[bool],
-    *,
-    mirrored: bool = False,
-    ring: int = 0,
     density: float | None,
     mu: float | None,
+    ring: int = 0,
 ) -> tuple[list[Block], Contacts]:
     """Bricks and their joints: course k fills lattice levels k to k + 1 between its `edges`.
 
     `ring` is the number of lattice steps once round where courses close on themselves, and such courses are curved:
-    their bricks take every lattice point; straight ones only their corners.
+    their bricks take every lattice point; straight ones, on a left-handed lattice, only their corners.
     """
     count = [len(e) - 1 for e in edges]
     first = np.concatenate([[0], np.cumsum(count)])
@@ -421,7 +404,7 @@ def _lay(
     b: list[Ints] = []
     quads: list[Floats] = []
     for k, edge in enumerate(edges):
-        blocks += _course(lattice[k : k + 2], edge, labels[k], fixed[k], mirrored, bool(ring), density)
+        blocks += _course(lattice[k : k + 2], edge, labels[k], bool(ring), density)
         here = np.arange(count[k] if ring else count[k] - 1)
         a.append(first[k] + here)
         b.append(first[k] + (here + 1) % count[k])
@@ -432,20 +415,18 @@ def _lay(
             b.append(first[k] + above)
             quads.append(_bed(lattice[k], from_, to))
     quad = np.concatenate(quads)
-    return blocks, _quads(np.concatenate(a), np.concatenate(b), quad[:, ::-1] if mirrored else quad, mu)
+    return blocks, _quads(np.concatenate(a), np.concatenate(b), quad if ring else quad[:, ::-1], mu)
 
 
-def _course(
-    levels: Floats, edge: Ints, label: str, fixed: bool, mirrored: bool, curved: bool, density: float | None
-) -> list[Block]:
+def _course(levels: Floats, edge: Ints, label: str, curved: bool, density: float | None) -> list[Block]:
     """Bricks of one course from its two levels of lattice points, (2, points, 2, 3)."""
     digits = max(2, len(str(len(edge) - 1)))
     blocks = []
     for i, (u0, u1) in enumerate(pairwise(edge.tolist()), 1):
         step = 1 if curved else u1 - u0
         points = _frozen(levels[:, u0 : u1 + 1 : step].reshape(-1, 3))
-        faces = _brick_faces((u1 - u0) // step, 1, mirrored)
-        blocks.append(Block(f"{label}-b{i:0{digits}d}", points, faces, density, fixed, _group(label)))
+        faces = _brick_faces((u1 - u0) // step, 1, not curved)
+        blocks.append(Block(f"{label}-b{i:0{digits}d}", points, faces, density, label in SUPPORTS, _group(label)))
     return blocks
 
 

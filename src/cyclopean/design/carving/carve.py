@@ -105,12 +105,12 @@ class Carved:
     @property
     def carved_share(self) -> float:
         """Lambda of this stone: the share of it that comes off."""
-        return min(max(1.0 - self.volume / self.stone_volume, 0.0), 1.0)
+        return _left(self.volume, self.stone_volume)
 
     @property
     def gap_share(self) -> float:
         """The share of the cell that stays empty."""
-        return min(max(1.0 - self.volume / self.cell_volume, 0.0), 1.0)
+        return _left(self.volume, self.cell_volume)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,14 +132,19 @@ def total(carved: Iterable[Carved]) -> Total:
     stones, cells = sum(c.stone_volume for c in rows), sum(c.cell_volume for c in rows)
     kept = sum(c.volume for c in rows)
     return Total(
-        min(max(1.0 - kept / stones, 0.0), 1.0) if rows else 0.0,
-        min(max(1.0 - kept / cells, 0.0), 1.0) if rows else 0.0,
+        _left(kept, stones) if rows else 0.0,
+        _left(kept, cells) if rows else 0.0,
         stones,
         cells,
         kept,
         sum(piece.volume for c in rows for piece in c.offcuts if piece.dressing),
         max((c.imbalance for c in rows), default=0.0),
     )
+
+
+def _left(part: float, whole: float) -> float:
+    """What is not the part, over the whole."""
+    return min(max(1.0 - part / whole, 0.0), 1.0)
 
 
 def carve(
@@ -168,10 +173,6 @@ def carve(
     flat : (f, 3) array_like, optional
         Outward unit normals, in the stone's frame, of faces that it has already.
 
-    Returns
-    -------
-    Carved
-
     Raises
     ------
     InputError
@@ -186,7 +187,9 @@ def carve(
     origin = cell.vertices.mean(axis=0) if len(cell.vertices) else np.zeros(3)
     middle: Floats = turn @ stone.centroid + (move - origin)
     planes = planes_of(cell, origin)
-    kept, lost, off, volumes = _split(stone, cell, planes, (stone.vertices - stone.centroid) @ turn.T + middle)
+    kept, lost, off, (room, imbalance) = _split(
+        stone, cell, planes, (stone.vertices - stone.centroid) @ turn.T + middle
+    )
     beyond = [reaches(piece, planes) for piece in off]
     depth = np.max([np.full(len(planes.normal), -1.0), *beyond], axis=0)
     cuts, label = cuts_of(stone, kept, planes, depth, turn, middle, least, faces)
@@ -204,10 +207,10 @@ def carve(
         sealed("label", label, None, dtype=np.int64),
         kept.volume,
         stone.volume,
-        volumes.cell,
+        room,
         cuts,
         tuple(sorted((p for p in offcuts if p.volume > SPECK * stone.volume), key=lambda p: -p.volume)),
-        volumes.imbalance,
+        imbalance,
         stone.density,
         _notes(stone, cell, kept, [piece for piece in lost if piece.volume > SPECK * stone.volume]),
     )
@@ -276,16 +279,10 @@ def _pose(stone: Stone, rotation: ArrayLike, shift: ArrayLike) -> tuple[Floats, 
     return sealed("rotation", u @ v, 3, 3), move
 
 
-@dataclass(frozen=True, slots=True)
-class _Volumes:
-    cell: float  # m3
-    imbalance: float
-
-
 def _split(
     stone: Stone, cell: Block, planes: CellPlanes, placed: Floats
-) -> tuple[Piece, list[Piece], list[Piece], _Volumes]:
-    """What is kept, what lies in the cell but is lost, and what lies outside; volumes are held against each other."""
+) -> tuple[Piece, list[Piece], list[Piece], tuple[float, float]]:
+    """What is kept, what lies in the cell but is lost, what lies outside; the cell's volume (m3), and the imbalance."""
     rock = solid_of(placed, stone.triangles, f"stone '{stone.id}'")
     room = solid_of(planes.vertices, planes.triangles, f"cell '{cell.id}'")
     shared, off, void = intersection(rock, room), difference(rock, room), difference(room, rock)
@@ -303,7 +300,7 @@ def _split(
         )
     nothing = Piece(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64), 0.0)
     kept, *lost = inside or [nothing]
-    return kept, lost, outside, _Volumes(capacity, worst)
+    return kept, lost, outside, (capacity, worst)
 
 
 def _offcut(piece: Piece, origin: Floats, reach: float, least: float, *, lost: bool = False) -> Offcut:

@@ -89,10 +89,6 @@ def carved_wall(
     corners : int
         Most corners of a contact, at least 3.
 
-    Returns
-    -------
-    CarvedWall
-
     Raises
     ------
     InputError

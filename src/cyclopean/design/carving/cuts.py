@@ -68,9 +68,7 @@ class Cut:
     dressing: bool  # too shallow to be called a cut
     to_axis: float  # degrees between the plane and the stone's longest axis: 90 = square across it, 0 = along it
     to_flat: float | None  # degrees to the nearest face that the stone has already: 0 = parallel; None = it has none
-    beside: tuple[
-        tuple[int, float], ...
-    ]  # neighbouring cuts (their indices), angle of the stone between them (degrees)
+    beside: tuple[tuple[int, float], ...]  # neighbouring cuts (indices), angle of the stone between them (degrees)
 
 
 def planes_of(cell: Block, origin: Floats) -> CellPlanes:

@@ -8,7 +8,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -50,11 +50,11 @@ class Step:
     free: Floats | None  # (3,) unit: it can be taken away like this, and comes in the other way; None = trapped
     blocked_by: tuple[int, ...]  # the stones that trap it
     frames: Frames
-    verdict: Word
-    proof: str  # kind of the certificate; "" where nothing was proved
-    seal: str  # of the certificate
-    reason: str
-    warm: bool  # the state of the stage before led to this one
+    verdict: Word = "undecided"
+    proof: str = ""  # kind of the certificate; "" where nothing was proved
+    seal: str = ""  # of the certificate
+    reason: str = ""
+    warm: bool = False  # the state of the stage before led to this one
     props: tuple[int, ...] = ()  # to be held at this stage
     propped: Word | None = None  # the verdict with them; None = no props needed or none found
     smallest: bool = False  # no smaller set of props would do
@@ -144,10 +144,10 @@ def build_sequence(
     plan = _planned(whole, lean, clearance)
     ordered = time.perf_counter()
     steps = []
-    stages = _Stages(whole, settings, plan.order, most_props, progress)
+    stages = _Stages(whole, settings, [step.block for step in plan.steps], most_props, progress)
     for number, (alone, props) in enumerate(stages.run(executor)):
         watch(number, alone)
-        steps.append(_step(plan, number, alone, props))
+        steps.append(_judged(plan.steps[number], alone, props))
     done = time.perf_counter()
     return BuildSequence(
         assembly,
@@ -175,11 +175,7 @@ class _Plan:
 
     graph: SupportGraph
     layer: Ints
-    rests_on: list[tuple[int, ...]]  # of each block
-    order: list[int]
-    free: list[Floats | None]  # of each stone in the order
-    blocked_by: list[tuple[int, ...]]
-    frames: list[Frames]
+    steps: list[Step]  # in order, without their verdicts
     yard: Floats
     along: Floats
     up: Floats
@@ -199,14 +195,14 @@ def _planned(whole: PreparedModel, lean: float, clearance: float) -> _Plan:
     below: list[tuple[int, ...]] = [()] * len(assembly)
     for edge in graph.edges:
         below[edge.upper] += (edge.lower,)
-    plan = _Plan(graph, layer, below, order, [], [], [], yard, along, up)
-    top = float((assembly.mesh.vertex @ up).max())
+    top, steps = float((assembly.mesh.vertex @ up).max()), []
     for block in order:
-        plan.free.append(insertion(around[block], standing, up))
-        plan.blocked_by.append(blockers(around[block], standing, up) if plan.free[-1] is None else ())
-        plan.frames.append(frames_of(assembly, block, yard[block], plan.free[-1], up, clearance, top))
+        free = insertion(around[block], standing, up)
+        trapping = blockers(around[block], standing, up) if free is None else ()
+        frames = frames_of(assembly, block, yard[block], free, up, clearance, top)
+        steps.append(Step(block, int(layer[block]), below[block], free, trapping, frames))
         standing.add(block)
-    return plan
+    return _Plan(graph, layer, steps, yard, along, up)
 
 
 Judged = tuple[Result, Props | None]  # without props, and with them where it does not stand by itself
@@ -265,25 +261,19 @@ class _Stages:
         return smallest_props(stage, alone, self.settings, [*held, *latest], self.most, propped)
 
 
-def _step(plan: _Plan, number: int, alone: Result, props: Props | None) -> Step:
-    block = plan.order[number]
+def _judged(step: Step, alone: Result, props: Props | None) -> Step:
+    """The step with its verdicts, without props and with them."""
     certificate = alone.certificate or {}
-    return Step(
-        block,
-        int(plan.layer[block]),
-        plan.rests_on[block],
-        plan.free[number],
-        plan.blocked_by[number],
-        plan.frames[number],
-        alone.verdict,
-        str(certificate.get("kind", "")),
-        str(certificate.get("seal", "")),
-        alone.reason,
-        alone.provenance.get("route") == CONTINUED,
-        () if props is None else props.blocks,
-        None if props is None else props.result.verdict,
-        props is not None and props.smallest,
-        alone.seconds["total"],
+    if props is not None:
+        step = replace(step, props=props.blocks, propped=props.result.verdict, smallest=props.smallest)
+    return replace(
+        step,
+        verdict=alone.verdict,
+        proof=str(certificate.get("kind", "")),
+        seal=str(certificate.get("seal", "")),
+        reason=alone.reason,
+        warm=alone.provenance.get("route") == CONTINUED,
+        seconds=alone.seconds["total"],
     )
 
 

@@ -248,10 +248,6 @@ def gradient(wall: FlatWall, bodies: Bodies, state: State, beside: Ints, width: 
         Neighbours of each site, see `diagram_neighbours`.
     width : (b,) float
         To which each stone's border is smoothed (m).
-
-    Returns
-    -------
-    Gradient
     """
     lines = _lines(wall, bodies, state, beside)
     normal, offset = _planes(wall, lines)

@@ -105,10 +105,6 @@ def rank(problem: Problem, axes: Floats, allowed: Bools, starts: int) -> Ranking
         Rotations that may be used.
     starts : int
         How many of the best rotations are kept.
-
-    Returns
-    -------
-    Ranking
     """
     points, cells = problem.points[:, :POINTS], problem.cells
     starts = min(starts, int(allowed.sum()))

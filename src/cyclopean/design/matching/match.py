@@ -173,10 +173,6 @@ def match_stones(
         moved towards their stones would else keep them, and others, towards which they could move too, have no chance.
         Where it is above 0 a climb of the cells is to follow, and volumes of new pairs are by counted points only.
 
-    Returns
-    -------
-    Match
-
     Raises
     ------
     InputError

@@ -22,11 +22,11 @@ from functools import cache
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints, sealed
-from cyclopean.design.stones.stone import Stone, in_body_frame, stone_of
+from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, pack
 
-__all__ = ["DETAIL", "VOLUME", "laid_out", "quarry", "stand_in"]
+__all__ = ["DETAIL", "VOLUME", "laid_out", "quarry"]
 
 VOLUME = (0.03, 0.2)  # m3: 80 to 500 kg, what is set with a small crane
 DETAIL = (1, 6)  # subdivisions of the icosahedron: 42 to 40,962 vertices
@@ -43,7 +43,6 @@ MIDDLE = (0.76, 0.12)  # mean and deviation of b/a
 SHORT = (0.535, 0.125)  # of c/a, a little more as what goes beyond b/a is cut off
 SLIMMEST = (0.5, 0.25)  # least b/a and c/a
 APART = 0.97  # largest ratio of two semi-axes: a stone with two equal ones has no axes of its own
-STRETCH = (0.8, 1.2)
 GANGWAY = 1.25  # distance of stones that are laid out, over the width of the widest
 
 
@@ -72,57 +71,21 @@ def quarry(count: int, seed: int = 0, volume: tuple[float, float] = VOLUME, *, d
     InputError
         No stones asked for, a band of volumes that is none, a seed below 0, or a detail out of bounds.
     """
-    _refuse(count, seed, volume)
+    low, high = volume
+    if count < 1:
+        raise InputError(f"stones: {count} of them; ask for at least 1")
+    if seed < 0:
+        raise InputError(f"seed: {seed} is negative; give a whole number from 0 on")
+    if not 0.0 < low <= high < math.inf:
+        raise InputError(f"volume: from {low:g} to {high:g} m3 is no band; give the smaller one first, above 0")
     if not DETAIL[0] <= detail <= DETAIL[1]:
         raise InputError(f"detail: {detail} subdivisions; give {DETAIL[0]} to {DETAIL[1]}")
     direction, triangles = _icosphere(detail)
     found = []
     for k in range(count):
-        draw = _draw(seed, k)
-        size = _log_uniform(draw, volume)
-        found.append(stone_of(_name(k), _shape(draw, direction, triangles, size), triangles))
-    return tuple(found)
-
-
-def stand_in(
-    stones: Sequence[Stone], count: int, seed: int = 0, volume: tuple[float, float] = VOLUME
-) -> tuple[Stone, ...]:
-    """Make an inventory of the size wanted out of a few real stones: stretched, turned and scaled at random.
-
-    Parameters
-    ----------
-    stones : sequence of Stone
-        Their order and their frames do not count.
-    count : int
-        Stones to make.
-    seed : int
-        Another seed, other stones.
-    volume : (float, float)
-        Least and largest volume (m3); log-uniform between.
-
-    Returns
-    -------
-    tuple of Stone
-        Each is one of the given ones, stretched by 0.8 to 1.2 along three random directions at right angles.
-
-    Raises
-    ------
-    InputError
-        Nothing to make them of, or as in `quarry`.
-    """
-    _refuse(count, seed, volume)
-    if not stones:
-        raise InputError("stand-in stones: there are no stones to make them of")
-    models = sorted(stones, key=lambda s: (s.volume, s.area, s.hull_volume))
-    found = []
-    for k in range(count):
-        draw = _draw(seed, k)
-        size = _log_uniform(draw, volume)
-        model = models[int(draw.integers(len(models)))]
-        axes, stretch = _rotation(draw), draw.uniform(*STRETCH, 3)
-        body = (in_body_frame(model) @ axes.T * stretch) @ axes @ _rotation(draw).T
-        body = _of_volume(body, float(model.volume * stretch.prod()), size)
-        found.append(stone_of(_name(k), body, model.triangles, model.density))
+        draw = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, k))))  # whatever else is made
+        size = float(np.clip(low * (high / low) ** draw.uniform(), low, high))
+        found.append(stone_of(f"stone-{k + 1:04d}", _shape(draw, direction, triangles, size), triangles))
     return tuple(found)
 
 
@@ -143,29 +106,6 @@ def laid_out(stones: Sequence[Stone]) -> tuple[Stone, ...]:
     return tuple(found)
 
 
-def _refuse(count: int, seed: int, volume: tuple[float, float]) -> None:
-    low, high = volume
-    if count < 1:
-        raise InputError(f"stones: {count} of them; ask for at least 1")
-    if seed < 0:
-        raise InputError(f"seed: {seed} is negative; give a whole number from 0 on")
-    if not 0.0 < low <= high < math.inf:
-        raise InputError(f"volume: from {low:g} to {high:g} m3 is no band; give the smaller one first, above 0")
-
-
-def _draw(seed: int, k: int) -> np.random.Generator:
-    """Random numbers of one stone, the same whatever else is made."""
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, k))))
-
-
-def _name(k: int) -> str:
-    return f"stone-{k + 1:04d}"
-
-
-def _log_uniform(draw: np.random.Generator, band: tuple[float, float]) -> float:
-    return float(np.clip(band[0] * (band[1] / band[0]) ** draw.uniform(), *band))
-
-
 def _shape(draw: np.random.Generator, direction: Floats, triangles: Ints, size: float) -> Floats:
     """Vertices (v, 3) of a stone of the volume `size` (m3), its principal axes along x, y and z."""
     normal = _far_apart(draw, int(draw.integers(FACETS[0], FACETS[1] + 1)))
@@ -182,7 +122,7 @@ def _shape(draw: np.random.Generator, direction: Floats, triangles: Ints, size: 
     axes[2] = np.cross(axes[0], axes[1])  # a mirror image would be inside out
     stretch = np.array([1.0, middle, short]) / np.sqrt(value[::-1])
     body = (direction * radius[:, None] - mass.centroid[0]) @ axes.T * stretch
-    return _of_volume(body, float(mass.volume[0] * stretch.prod()), size)
+    return np.asarray(body * (size / float(mass.volume[0] * stretch.prod())) ** (1.0 / 3.0))
 
 
 def _far_apart(draw: np.random.Generator, count: int) -> Floats:
@@ -203,24 +143,6 @@ def _waves(draw: np.random.Generator, direction: Floats) -> Floats:
     way *= (draw.uniform(*WAVE_NUMBER, WAVES) / np.linalg.norm(way, axis=1))[:, None]
     height = np.cos(direction @ way.T + draw.uniform(0.0, 2.0 * math.pi, WAVES)).sum(axis=1)
     return np.asarray(LEVEL * np.tanh(height / (math.sqrt(WAVES / 2.0) * LEVEL)))
-
-
-def _of_volume(body: Floats, volume: float, size: float) -> Floats:
-    """Scale a body from one volume (m3) to another, about the origin."""
-    return np.asarray(body * (size / volume) ** (1.0 / 3.0))
-
-
-def _rotation(draw: np.random.Generator) -> Floats:
-    """A rotation matrix, all equally likely: of a unit quaternion (Shoemake 1992)."""
-    w, x, y, z = draw.normal(size=4)
-    n = 2.0 / (w * w + x * x + y * y + z * z)
-    return np.array(
-        [
-            [1.0 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)],
-            [n * (x * y + w * z), 1.0 - n * (x * x + z * z), n * (y * z - w * x)],
-            [n * (x * z - w * y), n * (y * z + w * x), 1.0 - n * (x * x + y * y)],
-        ]
-    )
 
 
 @cache

@@ -27,6 +27,7 @@ By hand: the overlap of two corner stones is the square of the depth, 0.2 x 0.2 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -53,9 +54,7 @@ LONG = 2.0  # times the depth: default length of the long quoins, unless that of
 class CornerWall:
     """Two walls and their corner as one model, and what they were drawn from."""
 
-    assembly: (
-        Assembly  # block 0 is the fixed ground; then the first wall's stones, then what the second has beside them
-    )
+    assembly: Assembly  # block 0: the fixed ground; the first wall's stones, then what the second has beside them
     patterns: tuple[Pattern, Pattern]
     block: tuple[tuple[int, ...], tuple[int, ...]]  # of each cell of each pattern; the two share the corner stones
     thickness: Thickness
@@ -113,16 +112,10 @@ def corner_wall(
         Of the second wall, along its outer face from the corner (m).
     depth : float
         Thickness of both (m).
-    density : float, optional
-        kg/m3; None = not said.
-    mu : float, optional
-        Friction coefficient of every joint; None = not said.
+    density, mu : float, optional
+        kg/m3 of every block, and friction coefficient of every joint; None = not said.
     improve : bool
         As for `polygonal_wall`; both patterns.
-
-    Returns
-    -------
-    CornerWall
 
     Raises
     ------
@@ -197,19 +190,13 @@ def _both(settings: PatternSettings, length: float, depth: float) -> tuple[Patte
     )
 
 
-def _corner_cells(pattern: Pattern) -> list[int]:
-    """Cells at the corner, from the foot up."""
-    cells, quoins = pattern.subdivision, pattern.settings.quoins
-    at = pattern.settings.width if quoins is not None and quoins.corner == "right" else 0.0
-    here = np.unique(cells.cell()[cells.vertex[cells.index, 0] == at])
-    return [int(k) for k in here[np.argsort(cells.centroids()[here, 1])]]
-
-
 def _long(pattern: Pattern) -> dict[int, bool]:
     """Cells at the corner, from the foot up, and whether they are longer than the end of a wall."""
     cells, quoins = pattern.subdivision, pattern.settings.quoins
-    short = quoins.short if quoins is not None else 0.0
-    return {k: float(np.ptp(cells.ring(k)[:, 0])) > short * (1.0 + 1e-9) for k in _corner_cells(pattern)}
+    at, short = (pattern.settings.width if quoins.corner == "right" else 0.0, quoins.short) if quoins else (0.0, 0.0)
+    here = np.unique(cells.cell()[cells.vertex[cells.index, 0] == at])
+    here = here[np.argsort(cells.centroids()[here, 1])]
+    return {k: float(np.ptp(cells.ring(k)[:, 0])) > short * (1.0 + 1e-9) for k in here.tolist()}
 
 
 def _is_box(pattern: Pattern, cell: int) -> bool:
@@ -227,16 +214,14 @@ def _pairs(patterns: tuple[Pattern, Pattern]) -> dict[int, int]:
         Corner stones that do not lie at the same heights, long in one wall and short in the other.
     """
     one, two = (_long(pattern) for pattern in patterns)
-    bed = [
-        [(float(ring[:, 1].min()), float(ring[:, 1].max())) for ring in map(pattern.subdivision.ring, long)]
-        for pattern, long in zip(patterns, (one, two), strict=True)
-    ]
-    kinds = {pattern.kind[k] for pattern, long in zip(patterns, (one, two), strict=True) for k in long}
-    alternate = all(a != b for a, b in zip(one.values(), two.values(), strict=False))
-    whole = all(_is_box(pattern, k) for pattern, long in zip(patterns, (one, two), strict=True) for k in long)
-    if not whole:
+    at_corner = [(pattern, k) for pattern, long in zip(patterns, (one, two), strict=True) for k in long]
+    if not all(_is_box(pattern, k) for pattern, k in at_corner):
         raise InputError("corner: a joint of the field would cut into a quoin; choose another seed")
-    if bed[0] != bed[1] or not alternate or not kinds <= {"quoin", "coping"}:
+    height = [pattern.subdivision.ring(k)[:, 1] for pattern, k in at_corner]
+    bed = [(float(v.min()), float(v.max())) for v in height]
+    alternate = all(a != b for a, b in zip(one.values(), two.values(), strict=False))
+    kinds = {pattern.kind[k] for pattern, k in at_corner}
+    if bed[: len(one)] != bed[len(one) :] or not alternate or not kinds <= {"quoin", "coping"}:
         raise InputError(
             "corner: its stones do not lie along one wall and the other in turn; "
             "make the coping's stones longer than the walls are deep"
@@ -281,9 +266,7 @@ def _contacts(
     """Contacts of both walls, from the lower block number to the higher."""
     found: list[tuple[tuple[int, int], Floats, float]] = []
     for wall, (pattern, assembly) in enumerate(zip(patterns, laid, strict=True)):
-        long, contacts = _long(pattern), assembly.contacts
-        if contacts is None:
-            continue
+        long, contacts = _long(pattern), cast("Contacts", assembly.contacts)
         for k, (a, b) in enumerate(zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)):
             short_on_ground = a == 0 and not long.get(b - 1, True)
             said_before = wall == 1 and a - 1 in long and b - 1 in long

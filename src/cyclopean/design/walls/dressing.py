@@ -74,10 +74,6 @@ def foot_line(foot: Foot, radius: float | None, width: float, facets: int) -> Fl
     facets : int
         Number of straight pieces in which a curve is drawn.
 
-    Returns
-    -------
-    (k, 2) float or None
-
     Raises
     ------
     InputError
@@ -140,10 +136,6 @@ def quoin_stones(
         Line on which the wall stands.
     taken : sequence of (k, 2) float
         Polygons in which no quoin can lie.
-
-    Returns
-    -------
-    list of (k, 2) float
     """
     import shapely
 

@@ -192,10 +192,6 @@ def standing(walls: Sequence[Wall], verdict: Callable[[Wall], str]) -> Chosen:
         The best first, and last the one that a search began with.
     verdict : callable
         "stable" for a wall that stands; asked as seldom as may be.
-
-    Returns
-    -------
-    Chosen
     """
     first = verdict(walls[0])
     if first == STABLE or len(walls) == 1:

@@ -114,10 +114,6 @@ def interlock(pattern: Pattern, *, tolerance: float | None = None, depth: float 
     depth : float, optional
         Thickness of the wall (m), for the through-stones.
 
-    Returns
-    -------
-    Interlock
-
     Raises
     ------
     InputError
@@ -156,10 +152,6 @@ def interlock_of(
         m.
     foot : (k, 2) float, optional
         Line on which the wall stands (m), where that is not level.
-
-    Returns
-    -------
-    Interlock
 
     Raises
     ------

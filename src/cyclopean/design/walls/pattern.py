@@ -209,10 +209,6 @@ def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
     settings : PatternSettings
         All that is not the seeds; `seed`, `jitter`, `lloyd` and `size_grade` have no say.
 
-    Returns
-    -------
-    Pattern
-
     Raises
     ------
     InputError

@@ -54,19 +54,13 @@ def polygonal_wall(
         Thickness along the normal (m), at the foot.
     batter : float
         By how much the front recedes (m a metre of height).
-    density : float, optional
-        kg/m3; None = not said.
-    mu : float, optional
-        Friction coefficient of every joint; None = not said.
+    density, mu : float, optional
+        kg/m3 of every block, and friction coefficient of every joint; None = not said.
     warped : {"auto", "triangles", "plane"}
         What a contact becomes whose corners lie in no plane, see `design.walls.joints`.
     improve : bool
         Move and weight the seeds until the stones interlock better, see `design.walls.improve`; a wall that stands is
         not given up for one of which coupled analysis cannot say so.
-
-    Returns
-    -------
-    PolygonalWall
 
     Raises
     ------
