@@ -23,8 +23,8 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.io import read_findings, read_model, result_dict, write_exchange, write_json
 from cyclopean.io.blocklist import blocklist_text, not_convex
-from cyclopean.io.exchange import FORMATS, exchange_format
 from cyclopean.io.findings import Findings
+from cyclopean.io.formats import FORMATS, exchange_format
 from cyclopean.io.model_json import model_dict
 from cyclopean.io.palette import linear, stone_colours
 from laws import examples

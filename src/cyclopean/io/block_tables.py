@@ -13,12 +13,18 @@ from cyclopean.io.csv_tables import csv_text
 from cyclopean.io.findings import Findings
 from cyclopean.io.round_trip import carried, shown, told
 
-__all__ = ["blocks_csv", "contacts_csv"]
+__all__ = ["tables_csv"]
 
 _UNITS = {"density": "density [kg/m3]", "volume": "volume [m3]"}
 
 
-def blocks_csv(assembly: Assembly, findings: Findings) -> str:
+def tables_csv(assembly: Assembly, findings: Findings) -> list[str]:
+    """Table of the blocks, and where the model lists contacts one of these."""
+    blocks = _blocks_csv(assembly, findings)
+    return [blocks] if assembly.contacts is None else [blocks, _contacts_csv(assembly, findings)]
+
+
+def _blocks_csv(assembly: Assembly, findings: Findings) -> str:
     """One row a block: id, what the model says of it, volume, centre of mass, mass, and what was found out."""
     _, rows, _ = carried(assembly)
     said = told(assembly, findings)
@@ -40,7 +46,7 @@ def blocks_csv(assembly: Assembly, findings: Findings) -> str:
     return csv_text(head, table)
 
 
-def contacts_csv(assembly: Assembly, findings: Findings) -> str:
+def _contacts_csv(assembly: Assembly, findings: Findings) -> str:
     """One row a contact: which blocks, area, centre, normal from a into b, and its forces where they are known."""
     contacts = assembly.contacts
     assert contacts is not None

@@ -1,7 +1,6 @@
-"""One door for what goes out to other programs: which formats there are, what each holds, and what is lost in it."""
+"""One door for what goes out to other programs, which says what is lost in it."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import PurePath
 from typing import Any
 
@@ -12,62 +11,14 @@ from cyclopean.errors import InputError
 from cyclopean.io.fields import label
 from cyclopean.io.files import PathLike, json_text, one_line, together, write_bytes
 from cyclopean.io.findings import Findings
+from cyclopean.io.formats import Format, exchange_format
+from cyclopean.io.model_json import model_dict
 from cyclopean.io.round_trip import refuse_unwritable
 
-__all__ = ["FORMATS", "Format", "exchange_format", "exchange_paths", "write_exchange"]
+__all__ = ["exchange_paths", "write_exchange"]
 
-
-@dataclass(frozen=True, slots=True)
-class Format:
-    """A format that models are written in, and what it holds of them."""
-
-    suffix: str
-    name: str
-    holds: frozenset[str] | None  # kinds of `_KINDS` beside ids and shapes; None = all that a model says
-    findings: bool  # forces, utilisation, lambda of a result
-    shapes: bool = True  # blocks as solids
-    reads: bool = True
-
-
-FORMATS = {
-    form.suffix: form
-    for form in (
-        Format(".json", "cyclopean.model/1", None, findings=False),
-        Format(".compas.json", "COMPAS JSON", None, findings=True),
-        Format(".3dm", "Rhino 3DM", None, findings=True),
-        Format(".ifc", "IFC4", None, findings=True),
-        Format(".glb", "GLB", None, findings=True),
-        Format(".obj", "OBJ", frozenset({"group"}), findings=False),
-        Format(".ply", "PLY", frozenset(), findings=False),
-        Format(".stl", "STL", frozenset(), findings=False),
-        Format(".3ddat", "3DEC", frozenset({"group", "density", "fixed"}), findings=False, reads=False),
-        Format(
-            ".csv",
-            "CSV",
-            frozenset({"group", "density", "fixed", "material", "contacts", "mu", "tension"}),
-            findings=True,
-            shapes=False,
-            reads=False,
-        ),
-    )
-}
 _PLURAL = {"density": "densities", "fixed": "supports", "group": "groups", "mu": "friction of contacts"}
 _PLURAL |= {"material": "materials", "held": "partial supports", "actions": "loads on faces and bodies"}
-
-
-def exchange_format(path: PathLike, option: str = "OUT") -> Format:
-    """Tell the format of a file that is to be written by its ending.
-
-    Raises
-    ------
-    InputError
-        The ending is not one of `FORMATS`.
-    """
-    name = PurePath(path).name.lower()
-    for suffix in sorted(FORMATS, key=len, reverse=True):
-        if name.endswith(suffix):
-            return FORMATS[suffix]
-    raise InputError(f"{option} {one_line(path)}: unknown ending; use {', '.join(FORMATS)}")
 
 
 def exchange_paths(path: PathLike) -> tuple[PurePath, ...]:
@@ -95,7 +46,7 @@ def write_exchange(
     Parameters
     ----------
     path : path
-        Its ending is one of `FORMATS`.
+        Its ending is one of `formats.FORMATS`.
     assembly : Assembly
         The model.
     findings : Findings, optional
@@ -120,7 +71,10 @@ def write_exchange(
         refuse_unwritable(shown, assembly)
     places = exchange_paths(path)
     try:
-        contents = _json(assembly, drawing) if form.suffix == ".json" else _WRITERS[form.suffix](assembly, known)
+        if form.suffix == ".json":
+            contents = [json_text(model_dict(assembly, drawing=drawing)).encode()]
+        else:
+            contents = form.written(assembly, known)
     except InputError as error:
         raise InputError(f"{shown}: {error}") from None
     with together():
@@ -177,77 +131,3 @@ def _kinds(assembly: Assembly) -> list[str]:
 
 def _names(kind: type, *passed: str) -> list[str]:
     return [item.name for item in fields(kind) if item.init and item.name not in passed]
-
-
-def _json(assembly: Assembly, drawing: dict[str, Any] | None) -> list[bytes]:
-    from cyclopean.io.model_json import model_dict
-
-    return [json_text(model_dict(assembly, drawing=drawing)).encode()]
-
-
-def _compas(assembly: Assembly, findings: Findings) -> list[bytes]:
-    from cyclopean.io.compas_json import compas_dict
-
-    return [json_text(compas_dict(assembly, findings)).encode()]
-
-
-def _rhino(assembly: Assembly, findings: Findings) -> list[bytes]:
-    from cyclopean.io.rhino import rhino_bytes
-
-    return [rhino_bytes(assembly, findings)]
-
-
-def _ifc(assembly: Assembly, findings: Findings) -> list[bytes]:
-    from cyclopean.io.ifc import ifc_bytes
-
-    return [ifc_bytes(assembly, findings)]
-
-
-def _glb(assembly: Assembly, findings: Findings) -> list[bytes]:
-    from cyclopean.io.glb import glb_bytes
-
-    return [glb_bytes(assembly, findings)]
-
-
-def _obj(assembly: Assembly, _: Findings) -> list[bytes]:
-    from cyclopean.io.obj import obj_text
-
-    return [obj_text(assembly).encode()]
-
-
-def _ply(assembly: Assembly, _: Findings) -> list[bytes]:
-    from cyclopean.io.ply import ply_bytes
-
-    return [ply_bytes(assembly)]
-
-
-def _stl(assembly: Assembly, _: Findings) -> list[bytes]:
-    from cyclopean.io.stl import stl_text
-
-    return [stl_text(assembly).encode()]
-
-
-def _blocklist(assembly: Assembly, _: Findings) -> list[bytes]:
-    from cyclopean.io.blocklist import blocklist_text
-
-    return [blocklist_text(assembly).encode()]
-
-
-def _tables(assembly: Assembly, findings: Findings) -> list[bytes]:
-    from cyclopean.io.block_tables import blocks_csv, contacts_csv
-
-    blocks = blocks_csv(assembly, findings).encode()
-    return [blocks] if assembly.contacts is None else [blocks, contacts_csv(assembly, findings).encode()]
-
-
-_WRITERS: dict[str, Callable[[Assembly, Findings], list[bytes]]] = {
-    ".compas.json": _compas,
-    ".3dm": _rhino,
-    ".ifc": _ifc,
-    ".glb": _glb,
-    ".obj": _obj,
-    ".ply": _ply,
-    ".stl": _stl,
-    ".3ddat": _blocklist,
-    ".csv": _tables,
-}

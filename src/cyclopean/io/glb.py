@@ -42,8 +42,8 @@ def read_glb(path: str, data: bytes) -> list[Body]:
     return [body for _, body in _opened(path, data).bodies()]
 
 
-def read_glb_model(path: str, stem: str, data: bytes) -> tuple[Assembly, tuple[str, ...]]:
-    """Read a model of one block for each such node.
+def read_glb_model(path: str, stem: str, data: bytes, _: str | None = None) -> tuple[Assembly, tuple[str, ...]]:
+    """Read a model of one block for each such node; glTF is in metres whatever is said of units.
 
     A file that we wrote comes back as the model it was, but for the rounding to single precision. One that another
     program has changed since keeps what its nodes say; its contacts are left to be found.

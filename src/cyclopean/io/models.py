@@ -1,38 +1,21 @@
 """One door for every model file: what it is, is told by its suffix and its content."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import PurePath
 from typing import Any
 
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.errors import InputError
-from cyclopean.io.bodies import Body, assembly_of
+from cyclopean.io.bodies import assembly_of
 from cyclopean.io.compas_json import is_compas, is_dump, is_ours, read_compas, read_dump
 from cyclopean.io.fields import label, parsed
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes, write_bytes, write_json
-from cyclopean.io.glb import glb_bytes, read_glb_model
+from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
-from cyclopean.io.obj import obj_text, read_obj
-from cyclopean.io.ply import ply_bytes, read_ply
-from cyclopean.io.stl import read_stl, stl_text
 from cyclopean.io.units import check_units
 
-__all__ = ["MESH_SUFFIXES", "file_format", "read_model", "write_mesh", "write_model"]
-
-_READERS: dict[str, Callable[[str, bytes], list[Body]]] = {
-    ".obj": read_obj,
-    ".ply": read_ply,
-    ".stl": read_stl,
-}
-_WRITERS: dict[str, Callable[[Assembly], bytes]] = {
-    ".glb": glb_bytes,
-    ".obj": lambda assembly: obj_text(assembly).encode(),
-    ".ply": ply_bytes,
-    ".stl": lambda assembly: stl_text(assembly).encode(),
-}
-MESH_SUFFIXES = tuple(sorted(_WRITERS))
-_KNOWN = frozenset({".json", ".3dm", ".ifc", *MESH_SUFFIXES})  # what is read
+__all__ = ["file_format", "read_json", "read_model", "write_mesh", "write_model"]
 
 
 def read_model(path: PathLike, units: str | None = None) -> tuple[Assembly, tuple[str, ...]]:
@@ -62,38 +45,38 @@ def read_model(path: PathLike, units: str | None = None) -> tuple[Assembly, tupl
     if units is not None:
         check_units(units, "`units`")
     data = read_bytes(path)
-    stem = _stem(path)
+    stem = PurePath(os.fspath(path)).stem
+    stem = stem if stem.isprintable() and stem else "model"
     suffix = _kind(path, data)
-    if suffix in _READERS:
-        assembly, warnings = assembly_of(shown, stem, _READERS[suffix](shown, data), units or "m")
-        return assembly, (*warnings, *_assumed(shown, units))
-    if suffix == ".glb":  # in metres, always
-        return read_glb_model(shown, stem, data)
-    if suffix == ".3dm":
-        from cyclopean.io.rhino import read_rhino
-
-        return read_rhino(shown, stem, data, units)
-    if suffix == ".ifc":
-        from cyclopean.io.ifc import read_ifc
-
-        return read_ifc(shown, stem, data, units)
-    if suffix != ".json":
-        raise InputError(
-            f"{shown}: '{one_line(suffix, 20)}' files cannot be read; use json, {_listed(_KNOWN - {'.json'})}"
-        )
-    return _read_json(shown, stem, data, units)
+    form = FORMATS.get(suffix)
+    if form is None or not form.reads:
+        known = _listed(other.suffix for other in FORMATS.values() if other.reads and "json" not in other.suffix)
+        raise InputError(f"{shown}: '{one_line(suffix, 20)}' files cannot be read; use json, {known}")
+    if form.reader:
+        found: tuple[Assembly, tuple[str, ...]] = loaded(form.reader)(shown, stem, data, units)
+        return found
+    assembly, warnings = assembly_of(shown, stem, loaded(form.bodies)(shown, data), units or "m")
+    return assembly, (*warnings, *_assumed(shown, units))
 
 
 def file_format(path: PathLike) -> str:
     """Name the format of a model file, as `read_model` takes it; an ending in capitals where it does not know it."""
     data = read_bytes(path)
     suffix = _kind(path, data)
-    if suffix == ".json":
-        return SCHEMA if SCHEMA.encode() in data[:4096] else "COMPAS JSON"
-    return {".3dm": "Rhino 3DM", ".ifc": "IFC"}.get(suffix, suffix[1:].upper())
+    form = FORMATS.get(suffix)
+    if form is None or not form.reads:
+        return suffix[1:].upper()
+    return "COMPAS JSON" if suffix == ".json" and SCHEMA.encode() not in data[:4096] else form.name.removesuffix("4")
 
 
-def _read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[Assembly, tuple[str, ...]]:
+def read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[Assembly, tuple[str, ...]]:
+    """Read a `cyclopean.model/1`, a COMPAS assembly or a dump of blocks and interfaces.
+
+    Raises
+    ------
+    InputError
+        It is none of these, or something in it is wrong.
+    """
     document = parsed(shown, decoded(shown, data))
     if isinstance(document, dict) and "schema" in document:
         if document["schema"] == SCHEMA:
@@ -123,22 +106,13 @@ def _listed(suffixes: Iterable[str]) -> str:
     return f"{', '.join(names[:-1])} or {names[-1]}"
 
 
-def _stem(path: PathLike) -> str:
-    stem = PurePath(os.fspath(path)).stem
-    return stem if stem.isprintable() and stem else "model"
-
-
 def _kind(path: PathLike, data: bytes) -> str:
-    """The suffix where it is known; else what the first bytes look like."""
+    """The suffix; where that says nothing, that of what the first bytes look like."""
     suffix = PurePath(os.fspath(path)).suffix.lower()
-    if suffix in _KNOWN:
+    if suffix not in ("", ".tmp", ".txt"):
         return suffix
     start = data[:64].lstrip(b"\xef\xbb\xbf \t\r\n")
-    looks = {b"{": ".json", b"[": ".json", b"glTF": ".glb", b"ply": ".ply", b"solid": ".stl"}
-    looks |= {b"3D Geometry File Format": ".3dm", b"ISO-10303-21": ".ifc"}
-    if suffix in ("", ".tmp", ".txt"):
-        return next((kind for first, kind in looks.items() if start.startswith(first)), suffix)
-    return suffix
+    return next((form.suffix for form in FORMATS.values() if start.startswith(form.begins or (b"\0",))), suffix)
 
 
 def write_model(
@@ -165,7 +139,7 @@ def write_model(
     suffix = PurePath(os.fspath(path)).suffix.lower()
     if suffix in MESH_SUFFIXES:
         raise InputError(f"{one_line(path)}: a model file ends in .json; a mesh holds no contacts (use convert)")
-    if suffix in _KNOWN - {".json"}:
+    if suffix in FORMATS and FORMATS[suffix].reads and suffix != ".json":
         raise InputError(f"{one_line(path)}: a model file ends in .json; use convert for other programs")
     write_json(path, model_dict(assembly, contacts, drawing))
 
@@ -182,9 +156,9 @@ def write_mesh(path: PathLike, assembly: Assembly) -> None:
         The place cannot be written, the suffix is not one of these, or a block has no faces.
     """
     suffix = PurePath(os.fspath(path)).suffix.lower()
-    if suffix not in _WRITERS:
+    if suffix not in MESH_SUFFIXES:
         raise InputError(f"{one_line(path)}: '{one_line(suffix, 20)}' is not a mesh file; use {_listed(MESH_SUFFIXES)}")
     for block in assembly.blocks:
         if not block.faces:
             raise InputError(f"{one_line(path)}: block {label(block.id)} has no faces to write")
-    write_bytes(path, _WRITERS[suffix](assembly))
+    write_bytes(path, FORMATS[suffix].written(assembly)[0])

@@ -13,6 +13,7 @@ from cyclopean.assembly import Assembly, Block, Contacts, supports
 from cyclopean.errors import InputError
 from cyclopean.io.fields import array, faces, found, label, mapping, number, parsed, points, text, vector
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.formats import MESH_SUFFIXES
 from cyclopean.io.models import read_model
 
 if TYPE_CHECKING:
@@ -168,7 +169,7 @@ def _beside(place: Path, path: str, data: dict[str, Any]) -> list[Path]:
     """Model files that a result of this name may be of."""
     stem = PurePath(path).stem
     stems = [stem.removesuffix(".result"), "model", _title(data)]
-    endings = (".json", ".obj", ".glb", ".ply", ".stl")
+    endings = (".json", *MESH_SUFFIXES)
     names = dict.fromkeys(f"{s}{e}" for s in stems if s.isprintable() and os.sep not in s for e in endings)
     return [place / name for name in names]
 

@@ -21,11 +21,9 @@ from cyclopean.geometry.mesh_repair import Piece, ears_of, repair, weld
 from cyclopean.io.bodies import Body, pieces
 from cyclopean.io.fields import REACH, first_repeat, label
 from cyclopean.io.files import PathLike, one_line, read_bytes, together, write_bytes
-from cyclopean.io.glb import read_glb
-from cyclopean.io.models import MESH_SUFFIXES, read_model, write_mesh
-from cyclopean.io.obj import obj_text, read_obj
-from cyclopean.io.ply import read_ply
-from cyclopean.io.stl import read_stl
+from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
+from cyclopean.io.models import read_model, write_mesh
+from cyclopean.io.obj import obj_text
 from cyclopean.io.stone_cache import Reading, cache_folder, pack_path, read_pack, write_pack
 from cyclopean.io.units import UNITS, check_units, metres
 
@@ -34,7 +32,6 @@ __all__ = ["inventory_dict", "read_stones", "write_stones"]
 SIZES = 0.02, 5.0  # m: diameters of pebbles and of megaliths; half of an inventory outside them is a slip of units
 USUAL = 0.4  # m: what two people lift; of the units that would explain a slip, the one that comes nearest is named
 _LONG = {"m": "metres", "cm": "centimetres", "mm": "millimetres"}  # inches are told from centimetres by nobody
-_READERS = {".glb": read_glb, ".obj": read_obj, ".ply": read_ply, ".stl": read_stl}
 _UNSHARED = (".glb", ".stl")  # formats whose faces do not share vertices: welding is no repair there
 
 
@@ -229,7 +226,7 @@ def _bodies(file: Path, data: bytes, units: str) -> list[_Mesh]:
     plain = _plain_obj(data) if suffix == ".obj" else None
     if plain is not None:
         return [_Mesh(None, metres(plain[0], units), plain[1])]
-    found = [_mesh(shown, suffix, body, units) for body in _READERS[suffix](shown, data) if body.faces]
+    found = [_mesh(shown, suffix, body, units) for body in loaded(FORMATS[suffix].bodies)(shown, data) if body.faces]
     if not found:
         raise InputError(f"{shown}: has no faces; a stone is a closed mesh")
     return found
