@@ -4,9 +4,8 @@ import typing
 
 from cyclopean.io.files import json_text, together, write_json, write_text
 from cyclopean.io.formats import MESH_SUFFIXES
-from cyclopean.io.limits import limit_dict
 from cyclopean.io.models import file_format, read_model, write_mesh, write_model
-from cyclopean.io.results import margins_dict, result_dict, sensitivity_dict, subsidence_dict
+from cyclopean.io.results import limit_dict, margins_dict, result_dict, sensitivity_dict, subsidence_dict
 from cyclopean.io.sequences import sequence_dict
 
 if typing.TYPE_CHECKING:

@@ -19,20 +19,19 @@ node, interfaces with frames on the edges. Nodes and interfaces carry what the m
 
 import ast
 import uuid
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from cyclopean.arrays import Floats
-from cyclopean.assembly import Assembly, Block, Contacts
+from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.geometry import newell_normals
 from cyclopean.io.fields import Faces, array, face_fault, faces, found, label, mapping, number, points, text, vector
 from cyclopean.io.findings import ContactState, Findings
-from cyclopean.io.round_trip import TOLD, carried, model_rest, rebuilt, told
-from cyclopean.io.units import metres
+from cyclopean.io.round_trip import TOLD, carried, model_rest, rebuilt, shaped, told
 
 __all__ = ["compas_dict", "is_compas", "is_dump", "is_ours", "read_compas", "read_dump"]
 
@@ -86,17 +85,16 @@ def read_compas(path: str, stem: str, data: Any, units: str) -> tuple[Assembly, 
         rows = [_row(f"{path}: block {label(key)}", key, meshes[key], nodes[key]) for key in meshes]
         assembly, more = rebuilt(path, stem, rest, rows, _contact_rows(path, edges))
         return assembly, list(more)
-    blocks = []
+    rows = []
     for key, mesh in meshes.items():
         vertices, corners = _mesh(f"{path}: block {label(key)}", mesh)
-        fixed = key in support if support else None
-        blocks.append(Block(key, metres(vertices, units), corners, fixed=fixed))
+        rows.append(shaped({"id": key, "fixed": key in support if support else None}, vertices, corners))
     interfaces = [i for u, v, edge in edges for i in _interfaces(path, u, v, edge)]
-    warnings: list[str] = []
-    contacts = _contacts(path, interfaces, list(meshes), None, units, warnings) if interfaces else None
+    contacts, warnings = _joints(interfaces, None)
     if not support:
         warnings.append(f"{path}: no block is marked as a support")
-    return Assembly(tuple(blocks), contacts, name=stem), warnings
+    assembly, more = rebuilt(path, stem, {"contacts": bool(interfaces)}, rows, contacts, units)
+    return assembly, [*warnings, *more]
 
 
 def _unwrapped(value: Any) -> Any:
@@ -234,12 +232,9 @@ def _frame_normal(where: str, row: dict[str, Any]) -> Floats | None:
     return np.cross(x, y)
 
 
-def _contacts(
-    path: str, interfaces: list[_Interface], ids: list[str], mu: float | None, units: str, warnings: list[str]
-) -> Contacts:
-    """Turn every polygon to wind about its normal, keeping its first point; leave out what has no area."""
-    index = {name: i for i, name in enumerate(ids)}
-    pairs, polygons, empty = [], [], []
+def _joints(interfaces: list[_Interface], mu: float | None) -> tuple[list[dict[str, Any]], list[str]]:
+    """Rows of the model document, polygons turned to wind about their normals; and a line on those without area."""
+    rows, empty = [], []
     for item in interfaces:
         polygon = item.polygon
         double = newell_normals(polygon, np.array([0, len(polygon)]))[0] if len(polygon) >= 3 else np.zeros(3)
@@ -248,22 +243,19 @@ def _contacts(
             empty.append(item.where)
             continue
         if item.normal is not None and double @ item.normal < 0.0:
-            polygon = np.concatenate([polygon[:1], polygon[:0:-1]])
-        pairs.append((index[item.a], index[item.b]))
-        polygons.append(metres(polygon, units))
-    if empty:
-        more = f", and {len(empty) - 1} more," if len(empty) > 1 else ""
-        warnings.append(f"{empty[0]}{more} has no area and was left out")
-    return Contacts.of(pairs, polygons, [mu] * len(pairs))
+            polygon = np.concatenate([polygon[:1], polygon[:0:-1]])  # the first point stays
+        rows.append({"a": item.a, "b": item.b, "polygon": polygon.tolist(), "mu": mu})
+    more = f", and {len(empty) - 1} more," if len(empty) > 1 else ""
+    return rows, [f"{empty[0]}{more} has no area and was left out"] if empty else []
 
 
 def _row(where: str, key: str, mesh: Any, node: Mapping[str, Any]) -> dict[str, Any]:
     """Row of the model document for a node that we wrote; whether it is a support is what COMPAS says now."""
     vertices, corners = _mesh(where, mesh)
-    row = {name: value for name, value in node.items() if name not in _NODE | TOLD}
+    row = {name: value for name, value in node.items() if name not in _NODE} | {"id": key}
     if isinstance(node.get("is_support"), bool) and node["is_support"] != (row.get("fixed") is True):
         row["fixed"] = node["is_support"]
-    return row | {"id": key, "vertices": vertices.tolist(), "faces": [list(face) for face in corners]}
+    return shaped(row, vertices, corners)
 
 
 def _contact_rows(path: str, edges: list[tuple[str, str, Any]]) -> list[dict[str, Any]]:
@@ -370,43 +362,29 @@ def read_dump(path: str, stem: str, data: dict[str, Any], units: str) -> tuple[A
     mu = None if data.get("mu") is None else number(data["mu"], f"{path}: mu")
     if mu is not None and not mu >= 0.0:
         raise InputError(f"{path}: mu {mu:g} must not be negative")
-    blocks: dict[str, Block] = {}
+    rows: dict[str, dict[str, Any]] = {}
     for k, value in enumerate(array(data["blocks"], f"{path}: blocks")):
-        block = _dump_block(path, mapping(value, f"{path}: blocks[{k}]"), f"{path}: blocks[{k}]", shared, units)
-        if block.id in blocks:
-            raise InputError(f"{path}: block {label(block.id)}: the id stands twice; ids must be unique")
-        blocks[block.id] = block
-    if not blocks:
+        row = mapping(value, f"{path}: blocks[{k}]")
+        block_id = _dump_id(row.get("id"), f"{path}: blocks[{k}].id")
+        if block_id in rows:
+            raise InputError(f"{path}: block {label(block_id)}: the id stands twice; ids must be unique")
+        rows[block_id] = {key: row.get(key) for key in ("vertices", "faces", "density", "fixed")} | {"id": block_id}
+        rows[block_id]["density"] = shared if row.get("density") is None else row["density"]
+    if not rows:
         raise InputError(f"{path}: has no blocks; a model needs at least one")
-    rows = array(data["interfaces"], f"{path}: interfaces")
-    interfaces = [_dump_interface(f"{path}: interface {k}", row, blocks) for k, row in enumerate(rows)]
-    warnings: list[str] = []
-    contacts = _contacts(path, interfaces, list(blocks), mu, units, warnings)
-    name = stem if data.get("name") is None else text(data["name"], f"{path}: name")
-    return Assembly(tuple(blocks.values()), contacts, name=name), warnings
+    listed = array(data["interfaces"], f"{path}: interfaces")
+    interfaces = [_dump_interface(f"{path}: interface {k}", row, rows) for k, row in enumerate(listed)]
+    contacts, warnings = _joints(interfaces, mu)
+    rest = {"contacts": True, "name": data.get("name")}
+    assembly, more = rebuilt(path, stem, rest, list(rows.values()), contacts, units)
+    return assembly, [*warnings, *more]
 
 
 def _dump_id(value: Any, where: str) -> str:
-    if type(value) is int:
-        return str(value)
-    return text(value, where)
+    return str(value) if type(value) is int else text(value, where)
 
 
-def _dump_block(path: str, row: dict[str, Any], place: str, shared: float | None, units: str) -> Block:
-    block_id = _dump_id(row.get("id"), f"{place}.id")
-    where = f"{path}: block {label(block_id)}"
-    vertices = points(row.get("vertices"), f"{where}: vertices")
-    density = shared if row.get("density") is None else number(row["density"], f"{where}: density")
-    if density is not None and not density > 0.0:
-        raise InputError(f"{where}: density {density:g} must be a positive number of kg/m3")
-    fixed = row.get("fixed")
-    if fixed is not None and not isinstance(fixed, bool):
-        raise InputError(f"{where}: fixed must be true or false, found {found(fixed)}")
-    corners = faces(row.get("faces"), f"{where}: faces", len(vertices))
-    return Block(block_id, metres(vertices, units), corners, density, fixed)
-
-
-def _dump_interface(where: str, value: Any, blocks: dict[str, Block]) -> _Interface:
+def _dump_interface(where: str, value: Any, blocks: Container[str]) -> _Interface:
     row = mapping(value, where)
     a, b = (_dump_id(row.get(key), f"{where}: {key}") for key in "ab")
     for key in (a, b):

@@ -13,6 +13,7 @@ import numpy as np
 from cyclopean import __version__
 from cyclopean.assembly import Assembly, Block
 from cyclopean.io.csv_tables import csv_number, csv_text
+from cyclopean.io.files import picked, plain
 
 if TYPE_CHECKING:  # only names here
     from cyclopean.design.carving.carve import Carved, Total
@@ -121,10 +122,8 @@ def carving_dict(
     return {
         "schema": CARVING,
         "Lambda": whole.imposition,
-        "gap": whole.gap,
         "volumes": {"stones": whole.stone_volume, "cells": whole.cell_volume, "carved": whole.volume},
-        "dressing": whole.dressing,
-        "imbalance": whole.imbalance,
+        **picked(whole, "gap", "dressing", "imbalance"),
         "least_cut": least,
         "check": check,
         "joints": {
@@ -142,27 +141,11 @@ def carving_dict(
 
 def _stone_dict(c: "Carved") -> dict[str, Any]:
     return {
-        "stone": c.stone,
-        "cell": c.cell,
+        **picked(c, "stone", "cell", "stone_volume", "cell_volume", "volume"),
         "lambda": c.carved_share,
         "gap": c.gap_share,
-        "stone_volume": c.stone_volume,
-        "cell_volume": c.cell_volume,
-        "volume": c.volume,
-        "offcuts": [{"volume": p.volume, "reach": p.reach, "dressing": p.dressing, "lost": p.lost} for p in c.offcuts],
-        "cuts": [
-            {
-                "normal": cut.normal.tolist(),
-                "offset": cut.offset,
-                "area": cut.area,
-                "depth": cut.depth,
-                "dressing": cut.dressing,
-                "to_axis": cut.to_axis,
-                "to_flat": cut.to_flat,
-                "beside": [[other, angle] for other, angle in cut.beside],
-            }
-            for cut in c.cuts
-        ],
+        "offcuts": [picked(piece, "volume", "reach", "dressing", "lost") for piece in c.offcuts],
+        "cuts": [plain(cut) for cut in c.cuts],
         "transform": _transform(c),
     }
 

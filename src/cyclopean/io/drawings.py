@@ -19,7 +19,7 @@ The drawing describes the blocks beside it. Where it does not any more, because 
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from typing import Any, TypeVar, get_args
 
 import numpy as np
@@ -42,8 +42,8 @@ from cyclopean.design.walls.surfaces import (
     refuse_folds,
 )
 from cyclopean.errors import InputError
-from cyclopean.io.fields import array, found, label, mapping, number, parsed, text
-from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.fields import array, found, label, mapping, number, read_json, text
+from cyclopean.io.files import PathLike, one_line, picked, plain
 from cyclopean.io.model_json import SCHEMA, read_document
 
 __all__ = ["DRAWING", "drawing_dict", "read_drawing", "wall_of"]
@@ -80,9 +80,9 @@ def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
         base = None if ground is None else ground.tolist()
     return {
         "schema": DRAWING,
-        "settings": _plain(settings) | {"base": _plain(base)},
+        "settings": _fields(settings) | {"base": plain(base)},
         "seeds": {"point": seeds.point.tolist(), "weight": seeds.weight.tolist()},
-        "surface": {"kind": kind, **_plain(wall.surface)},
+        "surface": {"kind": kind, **_fields(wall.surface)},
         "depth": float(wall.thickness.depth),
         "batter": float(wall.thickness.batter),
         "density": wall.assembly.blocks[0].density,
@@ -114,7 +114,7 @@ def read_drawing(path: PathLike) -> tuple[PolygonalWall | None, tuple[str, ...]]
     shown = one_line(path)
     if os.path.splitext(os.fspath(path))[1].lower() not in ("", ".json", ".tmp", ".txt"):
         return None, ()
-    document = parsed(shown, decoded(shown, read_bytes(path)))
+    document = read_json(path)
     if not isinstance(document, dict) or document.get("schema") != SCHEMA or document.get("drawing") is None:
         return None, ()
     model, _ = read_document(shown, "model", document, None if "units" in document else "m")
@@ -156,14 +156,9 @@ def wall_of(value: Any, where: str = "drawing") -> PolygonalWall:
         raise InputError(f"{where}: {error}") from None
 
 
-def _plain(value: Any) -> Any:
-    """Dataclasses as objects, arrays and tuples as lists, numbers as Python's own; functions are left out."""
-    if is_dataclass(value) and not isinstance(value, type):
-        named = {f.name: getattr(value, f.name) for f in fields(value) if f.init}
-        return {name: _plain(part) for name, part in named.items() if not callable(part)}
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return [_plain(part) for part in value] if isinstance(value, tuple | list) else value
+def _fields(thing: Any) -> dict[str, Any]:
+    """What a dataclass is made from, ready for JSON; functions are left out."""
+    return picked(thing, *(f.name for f in fields(thing) if f.init and not callable(getattr(thing, f.name))))
 
 
 def _known(row: dict[str, Any], names: tuple[str, ...], where: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
-from cyclopean.io.files import one_line
+from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
 
 __all__ = [
     "REACH",
@@ -26,6 +26,7 @@ __all__ = [
     "number",
     "parsed",
     "points",
+    "read_json",
     "refuse_unfolded",
     "text",
     "vector",
@@ -68,6 +69,12 @@ def parsed(path: str, content: str) -> Any:
         raise InputError(f"{path}: is nested too deeply to be a model") from None
     except ValueError:  # Python refuses whole numbers of more than 4,300 digits
         raise InputError(f"{path}: holds a whole number of thousands of digits; coordinates are metres") from None
+
+
+def read_json(path: PathLike) -> Any:
+    """Parse a JSON file; errors as `read_bytes`, `decoded` and `parsed`."""
+    shown = one_line(path)
+    return parsed(shown, decoded(shown, read_bytes(path)))
 
 
 def first_repeat(items: Iterable[_Item]) -> _Item | None:

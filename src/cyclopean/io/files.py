@@ -1,13 +1,14 @@
 """Files, whole or not at all: every failure of the operating system becomes one line that names the path."""
 
 import json
+import math
 import os
 import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ __all__ = [
     "decoded",
     "json_text",
     "one_line",
+    "picked",
+    "plain",
     "read_bytes",
     "together",
     "write_bytes",
@@ -299,14 +302,43 @@ def _sealed_lines(value: Any) -> str:
 
 
 def _sealed(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, sort_keys=True, separators=(",", ":"), default=_plain)
+    return json.dumps(value, allow_nan=False, sort_keys=True, separators=(",", ":"), default=_default)
 
 
 def _compact(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, ensure_ascii=False, default=_plain)
+    return json.dumps(value, allow_nan=False, ensure_ascii=False, default=_default)
 
 
-def _plain(value: object) -> object:
+def _default(value: object) -> object:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} is not JSON")
+
+
+def plain(value: Any) -> Any:
+    """Lists, dicts, text and finite numbers for JSON.
+
+    Arrays and numpy scalars become those, dataclasses dicts of their fields, what is not finite null, the rest text.
+    """
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if is_dataclass(value):
+        return picked(value, *(part.name for part in fields(value)))
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int | str) else str(value)
+
+
+def picked(thing: Any, *names: str) -> dict[str, Any]:
+    """Some attributes of a thing by their names, ready for JSON.
+
+    Examples
+    --------
+    >>> picked(np.zeros((2, 3)), "shape", "size")
+    {'shape': [2, 3], 'size': 6}
+    """
+    return {name: plain(getattr(thing, name)) for name in names}

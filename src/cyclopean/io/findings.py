@@ -3,7 +3,7 @@
 These files name blocks by id and contacts by order, so a file of another model is found out and refused.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -12,10 +12,10 @@ import numpy as np
 from cyclopean.arrays import Floats, sealed
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.errors import InputError
-from cyclopean.io.fields import array, found, label, mapping, number, parsed, points, text, vector
-from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.fields import array, found, label, mapping, number, points, read_json, text
+from cyclopean.io.files import PathLike, one_line
 
-__all__ = ["ContactState", "Findings", "read_findings"]
+__all__ = ["ContactState", "Findings", "ForceRow", "force_rows", "read_findings"]
 
 _RESULT, _SEQUENCE = "cyclopean.result/1", "cyclopean.sequence/1"
 _PLACED = {  # schema: where its rows stand, which key names the block, which keys are told of it
@@ -94,7 +94,7 @@ def read_findings(paths: Iterable[PathLike], assembly: Assembly) -> tuple[Assemb
 
 def _read(path: PathLike, assembly: Assembly) -> tuple[Assembly, Findings, tuple[str, ...]]:
     shown = one_line(path)
-    data = parsed(shown, decoded(shown, read_bytes(path)))
+    data = read_json(path)
     said = data.get("schema") if isinstance(data, dict) else None
     ids = {block.id for block in assembly.blocks}
     if said == _RESULT:
@@ -107,7 +107,7 @@ def _read(path: PathLike, assembly: Assembly) -> tuple[Assembly, Findings, tuple
     raise InputError(f"{shown}: its schema is {found(said)}; a file that tells of a model has one of {known}")
 
 
-def _known(where: str, value: Any, ids: set[str]) -> str:
+def _known(where: str, value: Any, ids: Container[str]) -> str:
     name = text(value, where)
     if name not in ids:
         raise InputError(f"{where} names block {label(name)}, which is not in the model; is the file of another one?")
@@ -138,49 +138,62 @@ def _placed(shown: str, data: dict[str, Any], schema: str, ids: set[str]) -> dic
     return told
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ForceRow:
+    """One row of the `forces` of a result."""
+
+    ends: tuple[int, int]  # blocks a and b of the model
+    polygon: Floats  # (m, 3) m
+    force: Floats | None  # (m, 3) N: fn, fu, fv on block b; None where no state was found
+    frame: Floats | None  # (3, 3) rows n, u, v
+    utilisation: float | None
+
+
+def force_rows(shown: str, data: Mapping[str, Any], index: Mapping[str, int]) -> list[ForceRow]:
+    """Read the `forces` of a result; `index` numbers the blocks of its model by their ids.
+
+    Raises
+    ------
+    InputError
+        Names the row and what is wrong with it.
+    """
+    rows = []
+    for k, value in enumerate(array(data.get("forces") or [], f"{shown}: forces")):
+        where = f"{shown}: forces[{k}]"
+        row = mapping(value, where)
+        a, b = (index[_known(f"{where}: {key}", row.get(key), index)] for key in "ab")
+        if a == b:
+            raise InputError(f"{where}: joins block {label(row['a'])} to itself")
+        polygon = points(row.get("polygon"), f"{where}: polygon")
+        force, frame = (
+            None if row.get(key) is None else points(row[key], f"{where}: {key}") for key in ("force", "frame")
+        )
+        if (force is not None and len(force) != len(polygon)) or (frame is not None and len(frame) != 3):
+            raise InputError(f"{where}: needs one force a corner of its polygon, and a frame of three vectors")
+        used = None if row.get("utilisation") is None else number(row["utilisation"], f"{where}: utilisation")
+        rows.append(ForceRow((a, b), polygon, force, frame, used))
+    return rows
+
+
 def _result(shown: str, data: dict[str, Any], assembly: Assembly) -> tuple[Assembly, Findings, tuple[str, ...]]:
     model = {key: text(data[key], f"{shown}: {key}") for key in ("verdict", "method") if data.get(key) is not None}
-    rows = array([] if data.get("forces") is None else data["forces"], f"{shown}: forces")
-    index = {block.id: i for i, block in enumerate(assembly.blocks)}
-    pairs, polygons, states = [], [], []
-    for where, row in _rows(shown, rows):
-        a, b = (_known(f"{where}: {key}", row.get(key), set(index)) for key in "ab")
-        if a == b:
-            raise InputError(f"{where}: joins block {label(a)} to itself")
-        pairs.append((index[a], index[b]))
-        polygons.append(points(row.get("polygon"), f"{where}: polygon"))
-        if row.get("force") is not None:
-            states.append(_state(where, row, polygons[-1]))
-    given = assembly.contacts
-    if rows:
-        if given is not None and pairs != list(zip(given.a.tolist(), given.b.tolist(), strict=True)):
-            raise InputError(f"{shown}: its contacts are not those of the model; check that model again")
-        if given is None:
-            assembly = replace(assembly, contacts=Contacts.of(pairs, polygons))
-    if len(states) < len(rows):
-        states = []  # all or none: files hold null where no state was found
-    told = _utilisation(assembly, pairs, states)
-    lacking = (
-        () if states else (f"{shown}: holds no forces, because its verdict is {model.get('verdict', 'not given')}",)
-    )
-    return assembly, Findings(model, told, tuple(states)), lacking
+    rows = force_rows(shown, data, {block.id: i for i, block in enumerate(assembly.blocks)})
+    pairs, given = [row.ends for row in rows], assembly.contacts
+    if rows and given is not None and pairs != list(zip(given.a.tolist(), given.b.tolist(), strict=True)):
+        raise InputError(f"{shown}: its contacts are not those of the model; check that model again")
+    if rows and given is None:
+        assembly = replace(assembly, contacts=Contacts.of(pairs, [row.polygon for row in rows]))
+    if not rows or any(row.force is None for row in rows):  # all or none: files hold null where no state was found
+        lacking = f"{shown}: holds no forces, because its verdict is {model.get('verdict', 'not given')}"
+        return assembly, Findings(model), (lacking,)
+    states = [_state(f"{shown}: forces[{k}]", row) for k, row in enumerate(rows)]
+    return assembly, Findings(model, _utilisation(assembly, pairs, states), tuple(states)), ()
 
 
-def _rows(shown: str, rows: list[Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    for k, value in enumerate(rows):
-        where = f"{shown}: forces[{k}]"
-        yield where, mapping(value, where)
-
-
-def _state(where: str, row: dict[str, Any], polygon: Floats) -> ContactState:
-    local = points(row["force"], f"{where}: force")
-    frame = points(row.get("frame"), f"{where}: frame")
-    if len(local) != len(polygon) or frame.shape != (3, 3):
+def _state(where: str, row: ForceRow) -> ContactState:
+    if row.force is None or row.frame is None:
         raise InputError(f"{where}: needs one force a corner of its polygon, and a frame of three vectors")
-    for k in range(3):
-        vector(row["frame"][k], f"{where}: frame[{k}]")
-    used = None if row.get("utilisation") is None else number(row["utilisation"], f"{where}: utilisation")
-    return ContactState(polygon, local, frame, used)
+    return ContactState(row.polygon, row.force, row.frame, row.utilisation)
 
 
 def _utilisation(
@@ -188,7 +201,7 @@ def _utilisation(
 ) -> dict[str, dict[str, float]]:
     """The most used contact of each block."""
     worst: dict[int, float] = {}
-    for pair, state in zip(pairs, states, strict=False):
+    for pair, state in zip(pairs, states, strict=True):
         for i in pair:
             if state.utilisation is not None:
                 worst[i] = max(worst.get(i, 0.0), state.utilisation)

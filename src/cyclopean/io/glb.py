@@ -19,7 +19,7 @@ from cyclopean.io.fields import REACH, array, label, mapping, number, parsed, re
 from cyclopean.io.files import decoded
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import linear, stone_colours
-from cyclopean.io.round_trip import TOLD, carried, fan, model_rest, polygons, rebuilt, told, written_fields
+from cyclopean.io.round_trip import carried, fan, model_rest, polygons, rebuilt, record_of, shaped, told, written_fields
 
 __all__ = ["glb_bytes", "read_glb", "read_glb_model"]
 
@@ -93,8 +93,7 @@ def _row(extras: dict[str, Any], body: Body) -> dict[str, Any] | None:
     faces = tuple(body.faces) if record is None else polygons(record, body.faces)
     if faces is None or body.name != extras.get("id") or len(body.vertices) != extras.get("vertices"):
         return None
-    row = {key: value for key, value in extras.items() if key not in TOLD}
-    return row | {"id": body.name, "vertices": body.vertices.tolist(), "faces": [list(face) for face in faces]}
+    return shaped(extras, body.vertices, faces)
 
 
 def _chunks(path: str, data: bytes) -> tuple[dict[str, Any], bytes]:
@@ -308,8 +307,7 @@ def glb_bytes(assembly: Assembly, findings: Findings | None = None) -> bytes:
     for block, row, said, beside, colour in zip(
         assembly.blocks, rows, told(assembly, known), touches, colours, strict=True
     ):
-        plain = all(len(face) == 3 for face in block.faces)
-        record = {} if plain else {"faces": json.dumps(block.faces, separators=(",", ":"))}
+        record = record_of(block.faces, all(len(face) == 3 for face in block.faces))
         extras = {"id": block.id, "vertices": len(block.vertices)} | row | said | {"touches": beside} | record
         writer.add(block, extras, colour)
     scene = {key: value for key, value in rest.items() if key != "contacts"}

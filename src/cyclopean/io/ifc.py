@@ -23,12 +23,24 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.io.blocklist import flat
-from cyclopean.io.bodies import Body, assembly_of, welded
-from cyclopean.io.fields import Faces, face_fault, label, parsed, refuse_unfolded
+from cyclopean.io.bodies import Body, assembly_of
+from cyclopean.io.fields import Faces, face_fault, parsed, refuse_unfolded
 from cyclopean.io.files import one_line
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import stone_colours
-from cyclopean.io.round_trip import TOLD, carried, fan, model_rest, polygons, rebuilt, shown, told, understood
+from cyclopean.io.round_trip import (
+    TOLD,
+    carried,
+    fan,
+    found_at,
+    model_rest,
+    rebuilt,
+    record_of,
+    shown,
+    stone_row,
+    told,
+    understood,
+)
 
 __all__ = ["ifc_bytes", "read_ifc"]
 
@@ -188,8 +200,7 @@ class _Writer:
         faces = [part for face, well in zip(block.faces, even, strict=True) for part in ([face] if well else fan(face))]
         points = self.make("IfcCartesianPointList3D", block.vertices.tolist())
         rows = [self.make("IfcIndexedPolygonalFace", [i + 1 for i in face]) for face in faces]
-        record = {} if even.all() else {"faces": json.dumps(block.faces, separators=(",", ":"))}
-        return self.make("IfcPolygonalFaceSet", points, closed, rows, None), record
+        return self.make("IfcPolygonalFaceSet", points, closed, rows, None), record_of(block.faces, bool(even.all()))
 
     def _style(self, colour: tuple[float, float, float]) -> Any:
         shade = self.make("IfcSurfaceStyleShading", self.make("IfcColourRgb", None, *colour), 0.0)
@@ -230,9 +241,7 @@ class _Writer:
             patch = self.make("IfcConnectedFaceSet", (self.make("IfcFace", (bound,)),))
             surface = self.make("IfcFaceBasedSurfaceModel", (patch,))
             words = {key: value for key, value in row.items() if key not in ("a", "b", "polygon")}
-            if findings.contact:
-                state = findings.contact[k]
-                words |= {"N": float(state.local[:, 0].sum()), "utilisation": state.utilisation}
+            words |= found_at(findings, k)
             self.root(
                 "IfcRelConnectsElements",
                 f"contact {k}",
@@ -288,7 +297,7 @@ def read_ifc(path: str, stem: str, data: bytes, units: str | None) -> tuple[Asse
         raise InputError(f"{path}: {_nothing(reader)}")
     warnings = [f"{path}: {_skipped(reader)} are passed over; only faces are read"] if reader.skipped else []
     if all("id" in row for _, row, _ in found):
-        rows = [_row(path, body, row) for body, row, _ in found]
+        rows = [stone_row(path, body, row, row.get("faces")) for body, row, _ in found]
         names = {number: row["id"] for row, (_, _, number) in zip(rows, found, strict=True)}
         try:
             rest, contacts = reader.rest(), reader.contacts(names)
@@ -308,16 +317,6 @@ def _nothing(reader: "_Reader") -> str:
 
 def _skipped(reader: "_Reader") -> str:
     return ", ".join(f"{count} {kind}" for kind, count in reader.skipped.most_common(4))
-
-
-def _row(path: str, body: Body, said: dict[str, Any]) -> dict[str, Any]:
-    """Row of the model document for an element."""
-    row = {key: value for key, value in said.items() if key not in TOLD}
-    faces = polygons(row.pop("faces", None), body.faces)
-    if faces is None:
-        body = welded(f"{path}: block {label(str(row['id']))}", body)
-        faces = tuple(body.faces)
-    return row | {"vertices": body.vertices.tolist(), "faces": [list(face) for face in faces]}
 
 
 class _Reader:

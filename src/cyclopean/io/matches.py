@@ -16,8 +16,8 @@ from cyclopean import __version__
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.io.fields import array, first_repeat, found, label, mapping, number, parsed, text
-from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.fields import array, first_repeat, found, label, mapping, number, read_json, text
+from cyclopean.io.files import PathLike, one_line
 from cyclopean.io.units import check_units
 
 if TYPE_CHECKING:  # only names here: reading a file must not load the matching
@@ -219,7 +219,7 @@ def read_match(path: PathLike) -> StoredMatch:
         if not file.exists():
             raise InputError(f"{one_line(path)}: the folder holds no {MATCH_FILE}; name one that 'match' has written")
     shown = one_line(file)
-    data = parsed(shown, decoded(shown, read_bytes(file)))
+    data = read_json(file)
     said = data.get("schema") if isinstance(data, dict) else None
     if said != SCHEMA:
         what = f"its schema is {found(said)}" if said is not None else "it has no schema"

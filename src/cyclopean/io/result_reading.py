@@ -11,9 +11,11 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Block, Contacts, supports
 from cyclopean.errors import InputError
-from cyclopean.io.fields import array, faces, found, label, mapping, number, parsed, points, text, vector
-from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.fields import array, found, label, mapping, number, read_json, text, vector
+from cyclopean.io.files import PathLike, one_line
+from cyclopean.io.findings import ForceRow, force_rows
 from cyclopean.io.formats import MESH_SUFFIXES
+from cyclopean.io.model_json import SCHEMA, read_document
 from cyclopean.io.models import read_model
 
 if TYPE_CHECKING:
@@ -47,7 +49,7 @@ def is_result(path: PathLike) -> bool:
     """
     if PurePath(os.fspath(path)).suffix.lower() != ".json":
         return False
-    document = parsed(one_line(path), decoded(one_line(path), read_bytes(path)))
+    document = read_json(path)
     return isinstance(document, dict) and document.get("schema") == RESULT
 
 
@@ -83,7 +85,7 @@ def read_result(
     from cyclopean.analysis import Result
 
     shown = one_line(path)
-    data = mapping(parsed(shown, decoded(shown, read_bytes(path))), shown)
+    data = mapping(read_json(path), shown)
     if data.get("schema") != RESULT:
         raise InputError(f'{shown}: its schema is {found(data.get("schema"))}; a result has "schema": "{RESULT}"')
     verdict = text(data.get("verdict"), f"{shown}: verdict")
@@ -92,9 +94,7 @@ def read_result(
     source, warnings = _source(path, shown, data, model, units)
     assembly = source.assembly
     index = {block.id: k for k, block in enumerate(assembly.blocks)}
-    rows = array(data.get("forces") or [], f"{shown}: forces")
-    contacts = _contacts(shown, rows, index, assembly, data)
-    force = _stacked(shown, rows, "force")
+    rows = force_rows(shown, data, index)
     motion = {name: _motion(shown, name, data.get(name), index) for name in ("mechanism", "displacement")}
     kind = data.get("certificate")
     known = {"kind": str(mapping(kind, f"{shown}: certificate").get("kind", ""))} if kind is not None else None
@@ -106,7 +106,7 @@ def read_result(
             warnings += (f"{shown}: does not say its gravity and no certificate is beside it; straight down is drawn",)
     result = Result(
         assembly=assembly,
-        contacts=contacts,
+        contacts=_contacts(shown, rows, assembly, assumed),
         fixed=_fixed(source, motion, index, data),
         method=text(data.get("method"), f"{shown}: method"),
         verdict=verdict,  # type: ignore[arg-type]
@@ -114,9 +114,9 @@ def read_result(
         assumed=assumed,
         gravity=gravity,
         residuals=_residuals(shown, data),
-        force=force,
-        frame=_frames(shown, rows),
-        utilisation=_utilisation(shown, rows),
+        force=None if (force := _given(rows, "force")) is None else np.concatenate(force),
+        frame=None if (frame := _given(rows, "frame")) is None else np.stack(frame),
+        utilisation=_utilisation(rows),
         mechanism=motion["mechanism"],
         displacement=motion["displacement"],
         certificate=source.certificate if source.certificate is not None else known,
@@ -196,77 +196,45 @@ def _differs(assembly: Assembly, names: list[str], data: dict[str, Any]) -> str 
 
 def _certified(path: Path, data: dict[str, Any]) -> _Model | None:
     """The model in a certificate; None where the file is something else."""
-    shown = one_line(path)
-    document = parsed(shown, decoded(shown, read_bytes(path)))
+    document = read_json(path)
     if not isinstance(document, dict) or document.get("schema") != CERTIFICATE:
         return None
-    blocks, held = [], []
-    for k, value in enumerate(array(document.get("blocks"), f"{shown}: blocks")):
-        where = f"{shown}: blocks[{k}]"
-        row = mapping(value, where)
-        vertices = points(row.get("vertices"), f"{where}.vertices")
-        corners = faces(row.get("faces"), f"{where}.faces", len(vertices))
-        density = number(row.get("density"), f"{where}.density")
-        held.append(row.get("fixed") is True)
-        blocks.append(Block(text(row.get("id"), f"{where}.id"), vertices, corners, density, held[-1]))
-    assembly = Assembly(tuple(blocks), name=_title(data))
-    index = {block.id: k for k, block in enumerate(blocks)}
-    rows = [mapping(row, f"{shown}: contacts") for row in array(document.get("contacts") or [], f"{shown}: contacts")]
-    contacts = Contacts.of(
-        [(_index(shown, row.get("a"), index), _index(shown, row.get("b"), index)) for row in rows],
-        [points(row.get("polygon"), f"{shown}: polygon") for row in rows],
-        [number(row.get("mu"), f"{shown}: mu") for row in rows],
-    )
+    shown = one_line(path)
+    rows = {
+        "schema": SCHEMA,
+        "units": "m",
+        "blocks": document.get("blocks"),
+        "contacts": document.get("contacts") or [],
+    }
+    assembly, _ = read_document(shown, _title(data), rows, None)  # its stones and joints are written as a model's
     gravity = vector(document.get("gravity"), f"{shown}: gravity")
-    return _Model(replace(assembly, contacts=contacts), np.array(held, bool), gravity, document, shown)
+    held = np.array([block.fixed is True for block in assembly.blocks], bool)
+    return _Model(assembly, held, gravity, document, shown)
 
 
-def _index(shown: str, name: Any, index: Mapping[str, int]) -> int:
-    if (known := index.get(text(name, f"{shown}: block"))) is None:
-        raise InputError(f"{shown}: names block {label(name)}, which is not in its model")
-    return known
-
-
-def _contacts(
-    shown: str, rows: list[Any], index: Mapping[str, int], assembly: Assembly, data: dict[str, Any]
-) -> Contacts:
+def _contacts(shown: str, rows: list[ForceRow], assembly: Assembly, assumed: dict[str, Any]) -> Contacts:
     """Those that the result lists, or those of the model; friction as far as it is known."""
-    if not rows:
-        return Contacts.of([], []) if assembly.contacts is None else assembly.contacts
-    pairs = [(_index(shown, row.get("a"), index), _index(shown, row.get("b"), index)) for row in rows]
-    polygons = [points(row.get("polygon"), f"{shown}: forces[{k}].polygon") for k, row in enumerate(rows)]
-    listed = Contacts.of(pairs, polygons)
     known = assembly.contacts
-    assumed = mapping(data.get("assumed") or {}, f"{shown}: assumed").get("mu")
+    if not rows:
+        return Contacts.of([], []) if known is None else known
+    listed = Contacts.of([row.ends for row in rows], [row.polygon for row in rows])
     if known is not None and np.array_equal(known.a, listed.a) and np.array_equal(known.b, listed.b):
         listed = replace(listed, mu=known.mu)
-    return listed if assumed is None else listed.with_mu(number(assumed, f"{shown}: assumed.mu"))
+    mu = assumed.get("mu")
+    return listed if mu is None else listed.with_mu(number(mu, f"{shown}: assumed.mu"))
 
 
-def _stacked(shown: str, rows: list[Any], key: str) -> Floats | None:
-    """(P, 3) of all rows; None where one has none."""
-    if not rows or any(row.get(key) is None for row in rows):
+def _given(rows: list[ForceRow], name: str) -> list[Floats] | None:
+    """An array of each row; None where one has none."""
+    found = [getattr(row, name) for row in rows]
+    return None if not rows or any(part is None for part in found) else found
+
+
+def _utilisation(rows: list[ForceRow]) -> Floats | None:
+    values = [row.utilisation for row in rows]
+    if all(value is None for value in values):
         return None
-    parts = [points(row[key], f"{shown}: forces[{k}].{key}") for k, row in enumerate(rows)]
-    for k, (part, row) in enumerate(zip(parts, rows, strict=True)):
-        if len(part) != len(row["polygon"]):
-            raise InputError(f"{shown}: forces[{k}] has {len(part)} forces for {len(row['polygon'])} points")
-    return np.concatenate(parts)
-
-
-def _frames(shown: str, rows: list[Any]) -> Floats | None:
-    if not rows or any(row.get("frame") is None for row in rows):
-        return None
-    return np.stack([points(row["frame"], f"{shown}: forces[{k}].frame") for k, row in enumerate(rows)])
-
-
-def _utilisation(shown: str, rows: list[Any]) -> Floats | None:
-    if not rows or all(row.get("utilisation") is None for row in rows):
-        return None
-    values = [row.get("utilisation") for row in rows]
-    return np.array(
-        [np.nan if v is None else number(v, f"{shown}: forces[{k}].utilisation") for k, v in enumerate(values)]
-    )
+    return np.array([np.nan if value is None else value for value in values])
 
 
 def _motion(shown: str, name: str, value: Any, index: Mapping[str, int]) -> Floats | None:
@@ -277,7 +245,9 @@ def _motion(shown: str, name: str, value: Any, index: Mapping[str, int]) -> Floa
         where = f"{shown}: {name}.{one_line(block, 40)}"
         if len(array(motion, where)) != 6:
             raise InputError(f"{where} must be six numbers, found {len(motion)}")
-        rows[_index(shown, block, index)] = [number(x, where) for x in motion]
+        if block not in index:
+            raise InputError(f"{shown}: names block {label(block)}, which is not in its model")
+        rows[index[block]] = [number(x, where) for x in motion]
     return rows
 
 

@@ -1,17 +1,28 @@
-"""The result file `cyclopean.result/1`."""
+"""What analyses found, as data: `cyclopean.result/1` and `cyclopean.limit/1`."""
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from cyclopean import __version__
+from cyclopean.arrays import Floats
+from cyclopean.assembly import Contacts
+from cyclopean.io.files import picked, plain
 
 if TYPE_CHECKING:  # only a name here: converting a file must not load the solvers
-    from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
+    from cyclopean.analysis import (
+        CoupledBracket,
+        LimitResult,
+        Margins,
+        Polar,
+        Pushover,
+        Result,
+        Sensitivity,
+        Subsidence,
+    )
     from cyclopean.analysis.safety_margins import Bracket
 
-__all__ = ["margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
+__all__ = ["limit_dict", "margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
 
-SCHEMA = "cyclopean.result/1"
+SCHEMA, LIMIT = "cyclopean.result/1", "cyclopean.limit/1"
 
 
 def result_dict(result: "Result", certificate_file: str | None = None) -> dict[str, Any]:
@@ -33,54 +44,138 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         virtual one of every free block: lengths in the unit of eps, rotations in that unit per metre). `loading`,
         `partly_held`, `joints_that_pull` and `settlement` only where the model or the command says such things.
     """
-    contacts, ids = result.contacts, [block.id for block in result.assembly.blocks]
-    free = [i for i, held in enumerate(result.fixed.tolist()) if not held]
-    document: dict[str, Any] = {
-        "schema": SCHEMA,
-        "model": result.assembly.name,
-        "method": result.method,
-        "verdict": result.verdict,
-        "reason": result.reason,
-        "blocks": len(ids),
-        "free": len(free),
-        "contacts": len(contacts),
-        "points": len(contacts.point),
-        "assumed": result.assumed,
-        "residuals": result.residuals,
-    }
+    ids = [block.id for block in result.assembly.blocks]
+    document = _head(SCHEMA, result, result.method)
+    document |= {"verdict": result.verdict, "reason": result.reason} | _counts(result) | {"residuals": result.residuals}
     if result.loading is not None:
         document["loading"] = {"combination": result.loading.name, "factors": result.loading.factors}
     if result.partly_held:
-        document["partly_held"] = list(result.partly_held)
+        document["partly_held"] = result.partly_held
     if result.strength > 0.0:
         pulling = result.contacts.strength > 0.0
         document["joints_that_pull"] = {"strength": result.strength, "contacts": int(pulling.sum())}
     if result.force is not None or result.tension is not None:
-        document["forces"] = _forces(result, ids)
+        document["forces"] = _pulled(result, _forces(result, ids))
     if result.verdict == "unstable" and result.mechanism is not None:
-        document["mechanism"] = {ids[i]: result.mechanism[i].tolist() for i in free}
+        document["mechanism"] = _motion(result, ids, result.mechanism)
     if result.verdict == "stable" and result.displacement is not None:
-        document["displacement"] = {ids[i]: result.displacement[i].tolist() for i in free}
+        document["displacement"] = _motion(result, ids, result.displacement)
     if result.settled is not None:
         document["settlement"] = _settlement(result, ids)
-    kind = None if result.certificate is None else result.certificate.get("kind")
-    document["certificate"] = None if result.certificate is None else {"kind": kind, "file": certificate_file}
-    document["provenance"] = {"cyclopean": __version__} | result.provenance
-    document["seconds"] = result.seconds
-    return {key: _plain(value) for key, value in document.items()}
+    return {key: plain(value) for key, value in (document | _tail(result, certificate_file)).items()}
+
+
+def limit_dict(
+    result: "LimitResult",
+    certificate_file: str | None = None,
+    *,
+    coupled: "CoupledBracket | None" = None,
+    polar: "Polar | None" = None,
+    pushover: "Pushover | None" = None,
+) -> dict[str, Any]:
+    """Return bounds, mechanism and forces of limit analysis as plain lists, numbers and text, ready for JSON.
+
+    Parameters
+    ----------
+    result : LimitResult
+        The bounds.
+    certificate_file : str, optional
+        Where the certificate was written.
+    coupled : CoupledBracket, optional
+        What coupled analysis said.
+    polar : Polar, optional
+        Tilts in other directions.
+    pushover : Pushover, optional
+        The curve on displaced geometry.
+
+    Returns
+    -------
+    dict
+        `multiplier` {lower, upper, gap} (null where not proved; of a tilt the tangent of the angle), `angle` in degrees
+        when tilted, `mechanism` (m/s and rad/s of every free block, largest 1), `forces` at the lower multiplier as in
+        a result file, `joints` that move (hinge, slide, part), and `governing` among them.
+    """
+    ids = [block.id for block in result.assembly.blocks]
+    document = _head(LIMIT, result, "rbe" if coupled is None else "cra")
+    document |= {"word": result.word, "reason": result.reason, "live": _live(result)}
+    document["multiplier"] = picked(result, "lower", "upper", "gap")
+    for key, names, pair in (
+        ("angle", ("lower", "upper"), result.angle),
+        ("window", ("least", "largest"), result.window),
+    ):
+        if pair is not None:
+            document[key] = dict(zip(names, pair, strict=True))
+    document |= _counts(result)
+    if result.mechanism is not None:
+        from cyclopean.analysis import moving_joints
+
+        document["mechanism"] = _motion(result, ids, result.mechanism)
+        document["joints"] = [
+            _ends(result, ids, joint.contact) | picked(joint, "kind", "speed", "point")
+            for joint in moving_joints(result)
+        ]
+        document["governing"] = None if result.governing is None else _ends(result, ids, result.governing)
+    if result.force is not None:
+        document["forces"] = _forces(result, ids)
+    if coupled is not None:
+        document["coupled"] = {
+            "stands": coupled.stands,
+            "not_certified": coupled.not_yet,
+            "verdict": coupled.word,
+            "trials": [{"multiplier": t, "verdict": word} for t, word in coupled.trials],
+        }
+    if polar is not None:
+        document["polar"] = [
+            {"azimuth": azimuth, "angle": {"lower": low, "upper": high}} for azimuth, low, high in polar.table
+        ]
+    if pushover is not None:
+        document["pushover"] = picked(pushover, "control", "ended", "steps")
+    return {key: plain(value) for key, value in (document | _tail(result, certificate_file)).items()}
+
+
+def _head(schema: str, result: "Result | LimitResult", method: str) -> dict[str, Any]:
+    return {"schema": schema, "model": result.assembly.name, "method": method}
+
+
+def _counts(result: "Result | LimitResult") -> dict[str, Any]:
+    sizes = {"blocks": len(result.assembly), "free": int((~result.fixed).sum())}
+    return sizes | {"contacts": len(result.contacts), "points": len(result.contacts.point), "assumed": result.assumed}
+
+
+def _tail(result: "Result | LimitResult", file: str | None) -> dict[str, Any]:
+    proof = result.certificate
+    return {
+        "certificate": None if proof is None else {"kind": proof.get("kind"), "file": file},
+        "provenance": {"cyclopean": __version__} | result.provenance,
+        "seconds": result.seconds,
+    }
+
+
+def _motion(result: "Result | LimitResult", ids: list[str], motion: Floats) -> dict[str, Any]:
+    """Rows (6,) of the free blocks."""
+    return {ids[i]: motion[i] for i, held in enumerate(result.fixed.tolist()) if not held}
+
+
+def _live(result: "LimitResult") -> dict[str, Any]:
+    live = result.live
+    if live.push is not None or live.tilt is not None:
+        return picked(live, "tilt" if live.push is None else "push")
+    rows = [picked(load, "block", "force", "point") for load in live.loads]
+    return {"loads": [{key: value for key, value in row.items() if value is not None} for row in rows]}
+
+
+def _ends(result: "Result | LimitResult", ids: list[str], contact: int) -> dict[str, Any]:
+    return {"contact": contact, "a": ids[result.contacts.a[contact]], "b": ids[result.contacts.b[contact]]}
 
 
 def margins_dict(found: "Margins", result: "Result") -> dict[str, Any]:
     """What a model has to spare, ready for JSON: the part `margins` of a result file; null what was not found."""
     mu = result.contacts.mu
-    ids = [block.id for block in result.assembly.blocks]
 
     def side(bracket: "Bracket | None") -> dict[str, Any] | None:
         if bracket is None:
             return None
-        k = bracket.governing
-        joint = None if k is None else [ids[int(result.contacts.a[k])], ids[int(result.contacts.b[k])]]
-        return {"stands": bracket.stands, "falls": bracket.falls, "governing": joint}
+        return picked(bracket, "stands", "falls") | {"governing": _joint(result, result.contacts, bracket.governing)}
 
     friction, tilt = side(found.friction), side(found.tilt)
     if friction is not None and found.friction is not None and len(mu) and float(mu.min()) == float(mu.max()):
@@ -112,74 +207,58 @@ def sensitivity_dict(found: "Sensitivity") -> dict[str, Any]:
         "verdicts": list(found.words),
         "seconds": found.seconds,
     }
-    return {key: _plain(value) for key, value in document.items()}
+    return {key: plain(value) for key, value in document.items()}
 
 
 def subsidence_dict(found: "Subsidence", result: "Result") -> dict[str, Any]:
     """The path of a settlement that is not small (m): the part `path` of a result file."""
-    ids, a, b = [block.id for block in result.assembly.blocks], found.contacts.a, found.contacts.b
-    return {
-        "reached": found.reached,
-        "share": found.share,
-        "ended": found.ended,
-        "proved": found.proved,
-        "steps": [
-            {
-                "share": step.share,
-                "settlement": step.settlement,
-                "word": step.word,
-                "opening": step.opening,
-                "joint": None if step.joint < 0 else [ids[a[step.joint]], ids[b[step.joint]]],
-                "touching": step.touching,
-            }
-            for step in found.steps
-        ],
-    }
+    document = picked(found, "reached", "share", "ended", "proved", "steps")
+    for row in document["steps"]:
+        row["joint"] = _joint(result, found.contacts, None if row["joint"] < 0 else row["joint"])
+    return document
+
+
+def _joint(result: "Result", contacts: Contacts, k: int | None) -> list[str] | None:
+    """Ids of the two blocks at a contact."""
+    return None if k is None else [result.assembly.blocks[end[k]].id for end in (contacts.a, contacts.b)]
 
 
 def _settlement(result: "Result", ids: list[str]) -> dict[str, Any]:
     """What the ground does (m, rad), how the blocks follow, and which joints open by how much (m), corner by corner."""
     assert result.settled is not None
-    contacts, ground = result.contacts, result.settled.ground
-    opens, first = result.settled.gap[:, 0], contacts.start
+    ground, opens, first = result.settled.ground, result.settled.gap[:, 0], result.contacts.start
     least = 1e-6 * float(abs(result.settled.displacement[:, :3]).max())
+    wide = [opens[first[k] : first[k + 1]] for k in range(len(result.contacts))]
     return {
-        "ground": {ids[i]: ground[i].tolist() for i in range(len(ids)) if ground[i].any()},
-        "displacement": {name: row.tolist() for name, row in zip(ids, result.settled.displacement, strict=True)},
-        "openings": [
-            {"contact": k, "a": ids[contacts.a[k]], "b": ids[contacts.b[k]], "opening": opens[first[k] : first[k + 1]]}
-            for k in range(len(contacts))
-            if opens[first[k] : first[k + 1]].max() > least
-        ],
+        "ground": {name: row for name, row in zip(ids, ground, strict=True) if row.any()},
+        "displacement": dict(zip(ids, result.settled.displacement, strict=True)),
+        "openings": [_ends(result, ids, k) | {"opening": w} for k, w in enumerate(wide) if w.max() > least],
     }
 
 
-def _forces(result: "Result", ids: list[str]) -> list[dict[str, Any]]:
-    contacts, force = result.contacts, result.force
+def _forces(result: "Result | LimitResult", ids: list[str]) -> list[dict[str, Any]]:
+    """Polygon, forces, frame and share of friction of each contact; `force` is null where no state was found."""
+    contacts, force, used = result.contacts, result.force, result.utilisation
     frame = contacts.frame if result.frame is None else result.frame
-    rows, strength = [], contacts.strength
-    for k, (a, b) in enumerate(zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)):
-        row: dict[str, Any] = {"a": ids[a], "b": ids[b], "polygon": contacts.polygon(k).tolist()}
-        here = slice(contacts.start[k], contacts.start[k + 1])
-        row["force"] = None if force is None else force[here].tolist()
-        row["frame"] = frame[k].tolist()
-        row["utilisation"] = None if result.utilisation is None else float(result.utilisation[k])
+    return [
+        {
+            "a": ids[a],
+            "b": ids[b],
+            "polygon": contacts.polygon(k),
+            "force": None if force is None else force[contacts.start[k] : contacts.start[k + 1]],
+            "frame": frame[k],
+            "utilisation": None if used is None else used[k],
+        }
+        for k, (a, b) in enumerate(zip(contacts.a.tolist(), contacts.b.tolist(), strict=True))
+    ]
+
+
+def _pulled(result: "Result", rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The same rows with the strength of joints that pull, and the tension found at their points."""
+    start, strength = result.contacts.start, result.contacts.strength
+    for k, row in enumerate(rows):
         if result.strength > 0.0:
-            row["strength"] = float(strength[k])
+            row["strength"] = strength[k]
         if result.tension is not None:
-            row["tension"] = result.tension[here].tolist()
-        rows.append(row)
+            row["tension"] = result.tension[start[k] : start[k + 1]]
     return rows
-
-
-def _plain(value: Any) -> Any:
-    """Lists, dicts, text and finite numbers; arrays and numpy scalars become those, the rest text."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int | str) else str(value)

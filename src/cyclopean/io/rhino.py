@@ -22,18 +22,21 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
 from cyclopean.io.archives import refuse_damaged
-from cyclopean.io.bodies import Body, assembly_of, welded
-from cyclopean.io.fields import Faces, array, label, parsed
+from cyclopean.io.bodies import Body, assembly_of
+from cyclopean.io.fields import array, label, parsed
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import stone_colours
+from cyclopean.io.rhino_json import mesh_shape, rhino_mesh
 from cyclopean.io.round_trip import (
     TOLD,
     carried,
     fan,
+    found_at,
     model_rest,
-    polygons,
     rebuilt,
+    record_of,
     shown,
+    stone_row,
     told,
     understood,
     written_fields,
@@ -126,22 +129,21 @@ class _Writer:
             colour = tuple(round(255 * x) for x in colours[k])
             if block.group not in self.layers:
                 self.layers[block.group] = self._layer(_layer_name(block.group or ""), (150, 145, 135), self.top)
-            record = _record(block.faces)
+            record = record_of(block.faces, all(len(face) <= 4 for face in block.faces))
             row = {"id": block.id} | rows[k] | said[k] | record
             attributes = self._attributes("stone", k, self.layers[block.group], row)
             attributes.Name = block.id
             attributes.ObjectColor = (*colour, 255)
             attributes.ColorSource = self.rhino.ObjectColorSource.ColorFromObject
-            self.file.Objects.AddMesh(_mesh(self.rhino, block.vertices, block.faces), attributes)
+            rings = [ring for face in block.faces for ring in ([face] if len(face) == 4 else fan(face))]
+            self.file.Objects.AddMesh(rhino_mesh(block.vertices, rings), attributes)
 
     def contacts(self, contacts: list[dict[str, Any]], findings: Findings) -> None:
         """One closed polyline a contact."""
         layer = self._layer(CONTACTS, (30, 90, 160))
         for k, row in enumerate(contacts):
             words = {key: value for key, value in row.items() if key != "polygon"}
-            if findings.contact:
-                state = findings.contact[k]
-                words |= {"N": float(state.local[:, 0].sum()), "utilisation": state.utilisation}
+            words |= found_at(findings, k)
             corners = [*row["polygon"], row["polygon"][0]]
             attributes = self._attributes("contact", k, layer, words)
             self.file.Objects.AddPolyline([self.rhino.Point3d(*p) for p in corners], attributes)
@@ -183,24 +185,6 @@ class _Writer:
         if not np.linalg.norm(along) > 0.0:  # a line needs a length; its user text says the force
             end[2] += 1e-3
         self.file.Objects.AddLine(self.rhino.Point3d(*point), self.rhino.Point3d(*end.tolist()), attributes)
-
-
-def _record(faces: Faces) -> dict[str, str]:
-    """Polygons that Rhino's meshes cannot hold, as JSON text."""
-    plain = all(len(face) <= 4 for face in faces)
-    return {} if plain else {"faces": json.dumps(faces, separators=(",", ":"))}
-
-
-def _mesh(rhino: Any, vertices: Floats, faces: Faces) -> Any:
-    mesh = rhino.Mesh()
-    for x, y, z in vertices.tolist():
-        mesh.Vertices.Add(x, y, z)
-    for k, (x, y, z) in enumerate(vertices.tolist()):  # the call above rounds to single precision
-        mesh.Vertices.SetPoint3dAt(k, rhino.Point3d(x, y, z))
-    for face in faces:
-        for drawn in [face] if len(face) == 4 else fan(face):
-            mesh.Faces.AddFace(*drawn)
-    return mesh
 
 
 def _layer_name(group: str) -> str:
@@ -308,7 +292,7 @@ def _found(file: Any, unit: str) -> _Found:
         kind = str(geometry.ObjectType).rpartition(".")[2]
         found.ours |= text.get(KIND) in ("stone", "contact", "load")
         if kind == "Mesh":
-            vertices, faces = _shape(geometry)
+            vertices, faces = mesh_shape(geometry)
             whole = bool(attributes.Name or text.get("id"))
             body = Body(attributes.Name or None, metres(vertices, unit), faces, whole)
             found.stones.append((body, text | {"layer": name, "path": full}))
@@ -340,13 +324,6 @@ def _corners(curve: Any) -> Floats:
     return np.array(corners[:-1] if count > 1 and corners[0] == corners[-1] else corners).reshape(-1, 3)
 
 
-def _shape(mesh: Any) -> tuple[Floats, list[tuple[int, ...]]]:
-    at = mesh.Vertices.Point3dAt
-    vertices = np.array([(p.X, p.Y, p.Z) for p in map(at, range(len(mesh.Vertices)))], np.float64).reshape(-1, 3)
-    faces = [tuple(mesh.Faces[k]) for k in range(mesh.Faces.Count)]
-    return vertices, [face[:3] if face[2] == face[3] else face for face in faces]
-
-
 def _group(text: Mapping[str, str]) -> str | None:
     """Group of a stone: its user text while it lies on the layer of that name, else the layer."""
     layer, said = text["layer"], text.get("group")
@@ -367,12 +344,7 @@ def _rows(path: str, found: _Found) -> list[dict[str, Any]] | None:
 
 
 def _row(path: str, body: Body, text: Mapping[str, str]) -> dict[str, Any]:
-    record = text.get("faces")
-    faces = polygons(record, body.faces) if record else None
-    if faces is None:  # the mesh may have been made anew, along its edges unjoined
-        body = welded(f"{path}: block {label(text['id'])}", body)
-        faces = tuple(body.faces)
-    row = _words(text) | {"vertices": body.vertices.tolist(), "faces": [list(face) for face in faces]}
+    row = stone_row(path, body, _words(text), text.get("faces"))
     row.pop("group", None)
     group = _group(text)
     return row if group is None else row | {"group": group}

@@ -5,7 +5,7 @@ and planes are plain numbers: {"X", "Y", "Z"}, and {"Origin", "XAxis", "YAxis"}.
 where a plane is wanted, if it is rigid. Lengths are in the units of Rhino's document, which the request names.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,8 @@ from cyclopean.geometry.mesh_repair import ears_of
 from cyclopean.io.bodies import Body
 from cyclopean.io.fields import REACH
 from cyclopean.io.files import one_line
+from cyclopean.io.round_trip import fan
+from cyclopean.io.units import Units, metres
 
 __all__ = [
     "RHINO_UNITS",
@@ -24,18 +26,19 @@ __all__ = [
     "Units",
     "mesh_body",
     "mesh_json",
+    "mesh_shape",
     "mesh_triangles",
     "plane_json",
     "plane_of",
     "point_json",
     "point_of",
     "polyline_json",
+    "rhino_mesh",
     "units_of",
     "vector_json",
     "vector_of",
 ]
 
-Units = tuple[int, int]  # metres = value * first / second: whole numbers, so that 300 mm is 0.3 m to the last digit
 Pose = tuple[Floats, Floats]  # (3, 3) rotation and (3,) shift, m: from a stone's frame to the world
 
 RHINO_UNITS: dict[str, Units] = {
@@ -103,8 +106,7 @@ def mesh_body(where: str, data: object, units: Units) -> Body:
     if not isinstance(mesh, library.Mesh):
         what = "cannot be read; is it cut off?" if mesh is None else f"is a {type(mesh).__name__}, not a mesh"
         raise InputError(f"{where}: {what}")
-    corner = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
-    faces = [_ring(mesh.Faces[k]) for k in range(len(mesh.Faces))]
+    corner, faces = mesh_shape(mesh)
     if not faces:
         raise InputError(f"{where}: has no faces; a stone is a closed mesh")
     return Body(None, _metres(where, corner, units), faces)
@@ -124,15 +126,29 @@ def _archive(where: str, data: object) -> dict[str, str | int]:
     return {**dict(zip(keys, numbers, strict=True)), "data": data["data"]}
 
 
-def _ring(face: Sequence[int]) -> tuple[int, ...]:
-    """Corners of a face of Rhino's, in which a triangle has its third corner twice."""
-    a, b, c, d = (int(i) for i in face)
-    return (a, b, c) if c == d else (a, b, c, d)
+def mesh_shape(mesh: Any) -> tuple[Floats, list[tuple[int, ...]]]:
+    """Vertices (v, 3), in the mesh's units, and faces; Rhino's triangles have their third corner twice."""
+    corner = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
+    faces = [tuple(mesh.Faces[k]) for k in range(len(mesh.Faces))]
+    return corner, [face[:3] if face[2] == face[3] else face for face in faces]
+
+
+def rhino_mesh(vertices: Floats, rings: Iterable[Sequence[int]]) -> Any:
+    """A mesh of double precision: vertices (v, 3) in its own units, triangles and quads."""
+    import rhino3dm
+
+    library: Any = rhino3dm
+    mesh = library.Mesh()
+    mesh.Vertices.UseDoublePrecisionVertices = True
+    for x, y, z in vertices.tolist():
+        mesh.Vertices.AddPoint3d(x, y, z)
+    for ring in rings:
+        mesh.Faces.AddFace(*ring)
+    return mesh
 
 
 def _metres(where: str, values: Floats, units: Units) -> Floats:
-    times, over = units
-    found = values if times == over else values * times / over
+    found = metres(values, units)
     if not (np.abs(found) <= REACH).all():
         raise InputError(f"{where}: a coordinate is not a finite number below 1e12 m; check the units")
     return found
@@ -156,17 +172,8 @@ def mesh_json(vertices: Floats, faces: Sequence[Sequence[int]], units: Units) ->
     units : Units
         Of the document.
     """
-    import rhino3dm
-
-    library: Any = rhino3dm
-    mesh = library.Mesh()
-    mesh.Vertices.UseDoublePrecisionVertices = True
-    for x, y, z in _lengths(np.asarray(vertices, float), units).tolist():
-        mesh.Vertices.AddPoint3d(x, y, z)
-    for face in faces:
-        for ring in _rings(vertices, face):
-            mesh.Faces.AddFace(*ring)
-    return dict(mesh.Encode())
+    rings = (ring for face in faces for ring in _rings(vertices, face))
+    return dict(rhino_mesh(_lengths(np.asarray(vertices, float), units), rings).Encode())
 
 
 def _rings(vertices: Floats, face: Sequence[int]) -> list[tuple[int, ...]]:
@@ -180,7 +187,7 @@ def _rings(vertices: Floats, face: Sequence[int]) -> list[tuple[int, ...]]:
         return [tuple(face)]
     ears = None if convex else ears_of(point)
     if ears is None:
-        return [(face[0], face[k], face[k + 1]) for k in range(1, len(face) - 1)]
+        return list(fan(face))
     return [(face[a], face[b], face[c]) for a, b, c in ears.tolist()]
 
 

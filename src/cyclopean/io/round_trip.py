@@ -12,8 +12,10 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
+from cyclopean.io.bodies import Body, welded
 from cyclopean.io.fields import found, label, number
 from cyclopean.io.findings import Findings
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
@@ -22,11 +24,15 @@ __all__ = [
     "TOLD",
     "carried",
     "fan",
+    "found_at",
     "model_rest",
     "polygons",
     "rebuilt",
+    "record_of",
     "refuse_unwritable",
+    "shaped",
     "shown",
+    "stone_row",
     "told",
     "understood",
     "written_fields",
@@ -92,6 +98,29 @@ def rebuilt(
     if contacts or listed:
         document["contacts"] = contacts
     return read_document(path, stem, document, None)
+
+
+def shaped(said: Mapping[str, Any], vertices: Floats, faces: Sequence[Sequence[int]]) -> dict[str, Any]:
+    """Row of the model document for a stone: what a file says of it, but for results, and its shape ((v, 3) m)."""
+    row = {key: value for key, value in said.items() if key not in TOLD}
+    return row | {"vertices": vertices.tolist(), "faces": [list(face) for face in faces]}
+
+
+def stone_row(path: str, body: Body, said: Mapping[str, Any], record: Any) -> dict[str, Any]:
+    """The same for a mesh that may have been made anew since, along its edges unjoined; `record` as in `polygons`."""
+    faces = polygons(record, body.faces)
+    if faces is None:
+        body = welded(f"{path}: block {label(str(said['id']))}", body)
+        faces = tuple(body.faces)
+    return shaped(said, body.vertices, faces)
+
+
+def found_at(findings: Findings, contact: int) -> dict[str, Any]:
+    """What files tell of a contact of which forces are known: their normal resultant (N), and the share of friction."""
+    if not findings.contact:
+        return {}
+    state = findings.contact[contact]
+    return {"N": float(state.local[:, 0].sum()), "utilisation": state.utilisation}
 
 
 def refuse_unwritable(path: str, assembly: Assembly) -> None:
@@ -176,6 +205,11 @@ def written_fields(where: str, row: Mapping[str, Any]) -> dict[str, Any]:
 def fan(face: Sequence[int]) -> list[tuple[int, int, int]]:
     """Triangles of a polygon, from its first corner."""
     return [(face[0], face[k], face[k + 1]) for k in range(1, len(face) - 1)]
+
+
+def record_of(faces: Sequence[Sequence[int]], drawn: bool) -> dict[str, str]:
+    """The record of the polygons of a block, unless all of them are `drawn` as they are."""
+    return {} if drawn else {"faces": json.dumps(faces, separators=(",", ":"))}
 
 
 def polygons(record: Any, drawn: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...] | None:

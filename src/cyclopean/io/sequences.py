@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from cyclopean import __version__
+from cyclopean.io.files import picked
 
 if TYPE_CHECKING:  # only a name here: converting a file must not load the solvers
     from cyclopean.design.construction.ordering import Cycle, Edge
@@ -11,7 +12,6 @@ if TYPE_CHECKING:  # only a name here: converting a file must not load the solve
 __all__ = ["sequence_dict"]
 
 SCHEMA = "cyclopean.sequence/1"
-FRAMES = ("yard", "lift", "approach", "place", "retract")
 
 
 def sequence_dict(sequence: "BuildSequence", dot: str) -> dict[str, Any]:
@@ -32,58 +32,44 @@ def sequence_dict(sequence: "BuildSequence", dot: str) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "model": sequence.assembly.name,
-        "method": sequence.method,
+        **picked(sequence, "method", "assumed", "lean"),
         "blocks": len(ids),
         "free": len(sequence.steps),
-        "assumed": sequence.assumed,
-        "lean": sequence.lean,
         "order": [ids[i] for i in sequence.order],
         "supports": [name for name, held in zip(ids, sequence.fixed.tolist(), strict=True) if held],
         "layers": [[ids[i] for i in sequence.order if sequence.layer[i] == level] for level in range(1, top + 1)],
         "stages": {word: words.count(word) for word in ("stable", "unstable", "undecided")},
-        "first_unstable": None if first is None else _first(sequence.steps[first], first, ids),
+        "first_unstable": None if first is None else _stage(sequence.steps[first], first + 1, ids),
         "trapped": [ids[step.block] for step in sequence.steps if step.free is None],
         "steps": [_step(step, number, sequence, ids) for number, step in enumerate(sequence.steps, 1)],
         "graph": [{**_edge(e, ids), "broken": (e.upper, e.lower) not in kept} for e in sequence.graph.edges],
         "cycles": [_cycle(cycle, ids) for cycle in sequence.graph.cycles],
         "dot": dot,
-        "colours": {name: colour for name, colour in zip(ids, sequence.colour.tolist(), strict=True)},
-        "along": sequence.along.tolist(),
-        "up": sequence.up.tolist(),
+        "colours": dict(zip(ids, sequence.colour.tolist(), strict=True)),
+        **picked(sequence, "along", "up", "seconds"),
         "provenance": {"cyclopean": __version__},
-        "seconds": sequence.seconds,
+    }
+
+
+def _stage(step: "Step", number: int, ids: list[str]) -> dict[str, Any]:
+    return {
+        "step": number,
+        "block": ids[step.block],
+        "verdict": step.verdict,
+        "props": [ids[i] for i in step.props],
+        "with_props": step.propped,
+        "smallest": step.smallest if step.props else None,
     }
 
 
 def _step(step: "Step", number: int, sequence: "BuildSequence", ids: list[str]) -> dict[str, Any]:
-    return {
-        "step": number,
-        "block": ids[step.block],
-        "layer": step.layer,
+    return _stage(step, number, ids) | {
+        **picked(step, "layer", "free", "reason", "seconds", "frames"),
         "rests_on": [ids[i] for i in step.rests_on],
-        "free": None if step.free is None else step.free.tolist(),
         "blocked_by": [ids[i] for i in step.blocked_by],
-        "verdict": step.verdict,
-        "reason": step.reason,
         "proof": {"kind": step.proof, "seal": step.seal} if step.proof else None,
         "continued": step.warm,
-        "props": [ids[i] for i in step.props],
-        "with_props": step.propped,
-        "smallest": step.smallest if step.props else None,
         "colour": int(sequence.colour[step.block]),
-        "frames": {name: getattr(step.frames, name).tolist() for name in FRAMES},
-        "seconds": step.seconds,
-    }
-
-
-def _first(step: "Step", index: int, ids: list[str]) -> dict[str, Any]:
-    return {
-        "step": index + 1,
-        "block": ids[step.block],
-        "verdict": step.verdict,
-        "props": [ids[i] for i in step.props],
-        "with_props": step.propped,
-        "smallest": step.smallest if step.props else None,
     }
 
 

@@ -1,10 +1,9 @@
 """A settled rubble wall as JSON: `cyclopean.settle/1`."""
 
-from collections.abc import Mapping
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from cyclopean import __version__
+from cyclopean.io.files import picked
 
 if TYPE_CHECKING:
     from cyclopean.design.rubble.settle import RubbleWall
@@ -32,7 +31,7 @@ def settled_dict(
     units : str, optional
         Units the stones were read in, where the command said so.
     """
-    stones = inventory.stones
+    stones, ids = inventory.stones, [block.id for block in wall.assembly.blocks]
     return {
         "schema": SCHEMA,
         "stones": stones_path,
@@ -41,28 +40,16 @@ def settled_dict(
         "placements": [
             {
                 "stone": stones[laid.stone].id,
-                "transform": laid.transform.tolist(),
-                "course": laid.course,
+                **picked(laid, "transform", "course", "stable", "support"),
                 "wythe": WYTHES[laid.wythe],
                 "margin": laid.margin if laid.margin > -1e300 else None,  # None: nothing bears it
-                "stable": laid.stable,
-                "support": laid.support,
             }
             for laid in wall.laid
         ],
         "left_over": [stones[k].id for k in wall.left_over.tolist()],
-        "wedges": wall.wedges,
-        "contacts": _contacts(wall),
-        "measures": asdict(wall.measures),
-        "settings": asdict(wall.settings),
+        **picked(wall, "wedges", "measures", "settings"),
+        "contacts": [
+            {"a": ids[p.a], "b": ids[p.b], **picked(p, "kind", "area", "touching", "misfit")} for p in wall.patches
+        ],
         "provenance": {"cyclopean": __version__},
     }
-
-
-def _contacts(wall: "RubbleWall") -> list[Mapping[str, Any]]:
-    """Patches by the ids of their blocks."""
-    ids = [block.id for block in wall.assembly.blocks]
-    return [
-        {"a": ids[p.a], "b": ids[p.b], "kind": p.kind, "area": p.area, "touching": p.touching, "misfit": p.misfit}
-        for p in wall.patches
-    ]

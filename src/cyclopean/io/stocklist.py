@@ -9,7 +9,6 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from cyclopean.design.ashlar.stock import Slab
 from cyclopean.errors import InputError
 from cyclopean.io.csv_tables import cell_text, csv_number, csv_text
 from cyclopean.io.fields import REACH, label
-from cyclopean.io.files import PathLike, decoded, one_line, read_bytes
+from cyclopean.io.files import PathLike, decoded, one_line, picked, plain, read_bytes
 
 if TYPE_CHECKING:  # only names here
     from cyclopean.design.ashlar.planning import LaidStone
@@ -156,22 +155,18 @@ def ashlar_dict(wall: "AshlarWall", asked: dict[str, Any]) -> dict[str, Any]:
     asked : dict
         What the settings do not say of how it was made, such as the method.
     """
-    readout = asdict(wall.readout)
-    readout["least_lap"] = readout["least_lap"] if math.isfinite(readout["least_lap"]) else None
     stock = wall.stock
     return {
         "schema": SCHEMA,
-        "settings": asdict(wall.settings) | asked,
-        "readout": readout,
+        "settings": plain(wall.settings) | asked,
+        **picked(wall, "readout", "gaps", "notes"),
         "placements": [_placement(wall, name, stone) for name, stone in _named(wall)],
-        "gaps": [asdict(gap) for gap in wall.gaps],
         "left": [
             {"slab": stock.slabs[k].id, "whole": whole, "low": low, "high": high}
             for k, whole, low, high in zip(
                 stock.slab.tolist(), stock.whole().tolist(), stock.low.tolist(), stock.high.tolist(), strict=True
             )
         ],
-        "notes": list(wall.notes),
         "provenance": {"cyclopean": __version__},
     }
 
@@ -180,11 +175,7 @@ def _placement(wall: "AshlarWall", name: str, stone: "LaidStone") -> dict[str, A
     return {
         "block": name,
         "slab": wall.stock.slabs[stone.sawn.slab].id,
-        "course": stone.slot.course,
-        "kind": stone.slot.kind,
-        "leaf": stone.slot.leaf,
-        "low": list(stone.slot.low),
-        "high": list(stone.slot.high),
+        **picked(stone.slot, "course", "kind", "leaf", "low", "high"),
         "sawn_low": stone.sawn.low.tolist(),
         "sawn_high": stone.sawn.high.tolist(),
         "cuts": stone.sawn.cuts,

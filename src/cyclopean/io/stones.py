@@ -20,7 +20,7 @@ from cyclopean.geometry import face_normals, pack, triangles
 from cyclopean.geometry.mesh_repair import Piece, ears_of, repair, weld
 from cyclopean.io.bodies import Body, pieces
 from cyclopean.io.fields import REACH, first_repeat, label
-from cyclopean.io.files import PathLike, one_line, read_bytes, together, write_bytes
+from cyclopean.io.files import PathLike, one_line, picked, read_bytes, together, write_bytes
 from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
 from cyclopean.io.models import read_model, write_mesh
 from cyclopean.io.obj import obj_text
@@ -405,20 +405,10 @@ _RATIOS = ("elongation", "flatness", "thinness", "solidity", "sphericity")
 
 def _stone_dict(stone: Stone, shape: Shape) -> dict[str, Any]:
     return {
-        "id": stone.id,
-        "volume": stone.volume,
-        "centroid": stone.centroid.tolist(),
-        "axes": stone.axes.tolist(),
-        "half": stone.half.tolist(),
-        "hull_volume": stone.hull_volume,
-        "area": stone.area,
-        "density": stone.density,
+        **picked(stone, "id", "volume", "centroid", "axes", "half", "hull_volume", "area", "density"),
         "class": shape.aspect,
-        **{name: getattr(shape, name) for name in _RATIOS},
-        "flat_faces": [
-            {"area": f.area, "normal": f.normal.tolist(), "point": f.point.tolist(), "misfit": f.misfit}
-            for f in flat_faces(stone)
-        ],
+        **picked(shape, *_RATIOS),
+        "flat_faces": [picked(face, "area", "normal", "point", "misfit") for face in flat_faces(stone)],
     }
 
 

@@ -4,10 +4,10 @@ from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
 from cyclopean.io.files import one_line
 
-__all__ = ["UNITS", "check_units", "metres"]
+__all__ = ["UNITS", "Units", "check_units", "metres"]
 
-# metres = value * first / second: whole numbers, so that 300 mm is 0.3 m to the last digit
-UNITS = {"m": (1, 1), "cm": (1, 100), "mm": (1, 1000), "in": (127, 5000), "ft": (381, 1250)}
+Units = tuple[int, int]  # metres = value * first / second: whole numbers, so that 300 mm is 0.3 m to the last digit
+UNITS: dict[str, Units] = {"m": (1, 1), "cm": (1, 100), "mm": (1, 1000), "in": (127, 5000), "ft": (381, 1250)}
 
 
 def check_units(units: str, where: str) -> str:
@@ -23,8 +23,8 @@ def check_units(units: str, where: str) -> str:
     return units
 
 
-def metres(values: Floats, units: str) -> Floats:
-    """Convert `values` in `units` to metres.
+def metres(values: Floats, units: str | Units) -> Floats:
+    """Convert `values` in `units`, or the unit of that name, to metres.
 
     Examples
     --------
@@ -32,5 +32,5 @@ def metres(values: Floats, units: str) -> Floats:
     >>> float(metres(np.array(300.0), "mm")), float(metres(np.array(10.0), "ft"))
     (0.3, 3.048)
     """
-    times, over = UNITS[units]
+    times, over = UNITS[units] if isinstance(units, str) else units
     return values if times == over else values * times / over
