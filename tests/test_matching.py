@@ -390,7 +390,7 @@ def test_refining_pays_and_more_stones_do_too():
     def cost(match):
         return sum(stones[p.stone].volume - 2.0 * p.shared for p in match.placements)
 
-    plain = match_stones(stones, cells, MatchSettings(refine=False))
+    plain = match_stones(stones, cells, MatchSettings(climbs=0, points=64, shortlist=1, starts=1))
     fine = match_stones(stones, cells, MatchSettings(climbs=0))
     finest = match_stones(stones, cells)
     few = match_stones(stones[:9], cells)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from cyclopean.assembly import Assembly, detect
 from cyclopean.design.matching import ascent, negotiation
-from cyclopean.design.matching.ascent import Bodies, Climb, State, climbed, diagram_neighbours, gradient
+from cyclopean.design.matching.ascent import Bodies, Climb, Variables, climbed, diagram_neighbours, gradient
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.flattening import flat_wall, frames_at
 from cyclopean.design.matching.match import MatchSettings, match_stones
@@ -80,7 +80,7 @@ def posed(wall, count=64, seed=0):
         pattern.subdivision.site[field],
         np.zeros(len(field), bool),
     )
-    return bodies, State(
+    return bodies, Variables(
         pattern.seeds.point, pattern.seeds.weight, rotation, shift + 0.05 * draw.normal(size=shift.shape)
     )
 

@@ -1,10 +1,12 @@
-"""Numbers given as options: each check returns the number, or names the option and says what would do."""
+"""Numbers and words given as options: each check returns them, or names the option and says what would do."""
+
+from typing import Any, get_args
 
 import numpy as np
 
 from cyclopean.errors import InputError
 
-__all__ = ["at_least", "finite", "not_negative", "positive", "within"]
+__all__ = ["at_least", "finite", "not_negative", "one_of", "positive", "within"]
 
 
 def at_least(name: str, value: int, least: int) -> int:
@@ -19,6 +21,14 @@ def finite(name: str, value: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
         raise InputError(f"{name}: expected a finite number, got {value!r}")
     return float(value)
+
+
+def one_of(name: str, value: str, words: Any) -> str:
+    """One of the words of a `Literal`."""
+    *most, last = get_args(words)
+    if value not in (*most, last):
+        raise InputError(f"{name}: expected {', '.join(most)} or {last}, got {value!r}")
+    return value
 
 
 def positive(name: str, value: float) -> float:

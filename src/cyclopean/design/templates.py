@@ -25,12 +25,14 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly, Block, Contacts
-from cyclopean.design.options import at_least, finite, not_negative, positive
+from cyclopean.design.options import at_least, finite, not_negative, one_of, positive
 from cyclopean.errors import InputError
 
 __all__ = ["arch", "dome", "stack", "vault", "wall"]
 
 Faces = tuple[tuple[int, ...], ...]
+Ground = Literal["slab", "course"]
+Springers = Literal["wedges", "fixed"]
 
 SPRINGER = np.radians(6.0)  # a springer is a wedge of at most this angle: enough to see and to bear on
 SUPPORTS = ("ground", "springer-left", "springer-right", "ring")  # courses that are held
@@ -118,7 +120,7 @@ def wall(
     length: float = 0.4,
     depth: float = 0.2,
     height: float = 0.2,
-    ground: Literal["slab", "course"] = "slab",
+    ground: Ground = "slab",
     density: float | None = None,
     mu: float | None = None,
 ) -> Assembly:
@@ -150,9 +152,7 @@ def wall(
     at_least("columns", columns, 1)
     at_least("courses", courses, 1)
     length, depth, height = positive("length", length), positive("depth", depth), positive("height", height)
-    if ground not in {"slab", "course"}:
-        raise InputError(f"ground: expected slab or course, got '{ground}'")
-    own = ground == "course"
+    own = one_of("ground", ground, Ground) == "course"
     u = np.arange(2 * columns + 1) * (length / 2.0)
     z = np.arange(-1 if own else 0, courses + 1) * height
     lattice = np.zeros((len(z), len(u), 2, 3))
@@ -178,7 +178,7 @@ def arch(
     radius: float | None = None,
     thickness: float = 0.8,
     depth: float = 1.0,
-    springers: Literal["wedges", "fixed"] = "wedges",
+    springers: Springers = "wedges",
     facets: int = 1,
     density: float | None = None,
     mu: float | None = None,
@@ -221,8 +221,7 @@ def arch(
     at_least("voussoirs", voussoirs, 3 if springers == "fixed" else 1)
     at_least("facets", facets, 1)
     thickness, depth = positive("thickness", thickness), positive("depth", depth)
-    if springers not in {"wedges", "fixed"}:
-        raise InputError(f"springers: expected wedges or fixed, got '{springers}'")
+    one_of("springers", springers, Springers)
     inner, half = _circle(span, rise, radius, thickness)
     if not 2.0 * half / (voussoirs * facets) < 0.9 * np.pi:
         raise InputError(

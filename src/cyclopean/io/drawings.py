@@ -20,13 +20,13 @@ The drawing describes the blocks beside it. Where it does not any more, because 
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar
 
 import numpy as np
 
 from cyclopean.assembly import Assembly
 from cyclopean.design.walls.dressing import Coping, Quoins, foot_line
-from cyclopean.design.walls.joints import Masonry, Warped
+from cyclopean.design.walls.joints import Masonry
 from cyclopean.design.walls.openings import Opening
 from cyclopean.design.walls.pattern import PatternSettings, Seeds, draw_from
 from cyclopean.design.walls.polygonal import PolygonalWall, laid_wall
@@ -139,9 +139,6 @@ def wall_of(value: Any, where: str = "drawing") -> PolygonalWall:
     for key in ("settings", "seeds", "surface"):
         if key not in row:
             raise InputError(f'{where}: has no "{key}"')
-    warped = row.get("warped", "auto")
-    if warped not in get_args(Warped):
-        raise InputError(f"{where}: warped: expected {', '.join(get_args(Warped))}, found {found(warped)}")
     density, mu = (None if row.get(key) is None else number(row[key], f"{where}: {key}") for key in ("density", "mu"))
     if density is not None and not density > 0.0:
         raise InputError(f"{where}: density {density:g} must be a positive number of kg/m3")
@@ -151,7 +148,9 @@ def wall_of(value: Any, where: str = "drawing") -> PolygonalWall:
     try:
         thickness = Thickness(depth, batter)
         refuse_folds(surface, thickness, settings.width, settings.height)
-        return laid_wall(draw_from(seeds, settings), surface, thickness, Masonry(density, mu, warped))
+        return laid_wall(
+            draw_from(seeds, settings), surface, thickness, Masonry(density, mu, row.get("warped", "auto"))
+        )
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

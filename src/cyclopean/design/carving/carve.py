@@ -46,7 +46,7 @@ from cyclopean.assembly import Block
 from cyclopean.design.carving.cuts import (
     CellPlanes,
     Cut,
-    Piece,
+    CutPiece,
     cuts_of,
     labelled,
     pieces_with_cavities,
@@ -281,7 +281,7 @@ def _pose(stone: Stone, rotation: ArrayLike, shift: ArrayLike) -> tuple[Floats, 
 
 def _split(
     stone: Stone, cell: Block, planes: CellPlanes, placed: Floats
-) -> tuple[Piece, list[Piece], list[Piece], tuple[float, float]]:
+) -> tuple[CutPiece, list[CutPiece], list[CutPiece], tuple[float, float]]:
     """What is kept, what lies in the cell but is lost, what lies outside; the cell's volume (m3), and the imbalance."""
     rock = solid_of(placed, stone.triangles, f"stone '{stone.id}'")
     room = solid_of(planes.vertices, planes.triangles, f"cell '{cell.id}'")
@@ -298,12 +298,12 @@ def _split(
             f"stone '{stone.id}' in cell '{cell.id}': the parts differ from the whole by {worst:.2g} of its volume;"
             " does a mesh cross itself?"
         )
-    nothing = Piece(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64), 0.0)
+    nothing = CutPiece(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64), 0.0)
     kept, *lost = inside or [nothing]
     return kept, lost, outside, (capacity, worst)
 
 
-def _offcut(piece: Piece, origin: Floats, reach: float, least: float, *, lost: bool = False) -> Offcut:
+def _offcut(piece: CutPiece, origin: Floats, reach: float, least: float, *, lost: bool = False) -> Offcut:
     return Offcut(
         sealed("vertices", piece.vertices + origin, None, 3),
         sealed("triangles", piece.triangles, None, 3, dtype=np.int64),
@@ -314,7 +314,7 @@ def _offcut(piece: Piece, origin: Floats, reach: float, least: float, *, lost: b
     )
 
 
-def _notes(stone: Stone, cell: Block, kept: Piece, lost: Sequence[Piece]) -> tuple[str, ...]:
+def _notes(stone: Stone, cell: Block, kept: CutPiece, lost: Sequence[CutPiece]) -> tuple[str, ...]:
     """What a person should be told."""
     if not kept.volume > 0.0:
         return (f"stone '{stone.id}' does not reach cell '{cell.id}': nothing of it is left there",)

@@ -22,7 +22,7 @@ __all__ = [
     "OWN",
     "CellPlanes",
     "Cut",
-    "Piece",
+    "CutPiece",
     "cuts_of",
     "labelled",
     "pieces_with_cavities",
@@ -48,7 +48,7 @@ class CellPlanes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class CutPiece:
     """A connected solid that came out of stone and cell, each triangle with the plane of the cell that it lies on."""
 
     vertices: Floats  # (v, 3) m, about the cell's origin
@@ -139,7 +139,7 @@ def pieces_with_cavities(solid: Solid) -> list[list[Solid]]:
     return [found[k] for k in outer[::-1]]
 
 
-def labelled(shells: Sequence[Solid], room: Solid, planes: CellPlanes) -> Piece:
+def labelled(shells: Sequence[Solid], room: Solid, planes: CellPlanes) -> CutPiece:
     """One mesh of shells that belong together, each triangle with the plane of the cell that it comes from.
 
     Parameters
@@ -165,10 +165,10 @@ def labelled(shells: Sequence[Solid], room: Solid, planes: CellPlanes) -> Piece:
         labels.append(np.where(of_cell, planes.plane[face], OWN))
         before += len(point)
     vertices, triangles = np.concatenate(points), np.concatenate(corners)
-    return Piece(vertices, triangles, np.concatenate(labels), mesh_volume(vertices, triangles))
+    return CutPiece(vertices, triangles, np.concatenate(labels), mesh_volume(vertices, triangles))
 
 
-def reaches(piece: Piece, planes: CellPlanes) -> Floats:
+def reaches(piece: CutPiece, planes: CellPlanes) -> Floats:
     """(k,) how far (m) an offcut reaches beyond each plane that it was cut off by; -1 for planes that it is not at."""
     found = np.full(len(planes.normal), -1.0)
     for k in np.unique(piece.plane[piece.plane != OWN]).tolist():
@@ -178,7 +178,7 @@ def reaches(piece: Piece, planes: CellPlanes) -> Floats:
 
 def cuts_of(
     stone: Stone,
-    kept: Piece,
+    kept: CutPiece,
     planes: CellPlanes,
     depth: Floats,
     turn: Floats,
@@ -192,7 +192,7 @@ def cuts_of(
     ----------
     stone : Stone
         As it is in its own frame.
-    kept : Piece
+    kept : CutPiece
         What is left of it.
     planes : CellPlanes
         Of its cell.
@@ -248,7 +248,7 @@ def _angles(normals: Floats, normal: Floats) -> Floats:
     return np.asarray(2.0 * np.arcsin(np.clip(np.linalg.norm(normals - normal, axis=1) / 2.0, 0.0, 1.0)))
 
 
-def _neighbours(kept: Piece, label: Ints, normal: Floats, offset: Floats) -> list[tuple[tuple[int, float], ...]]:
+def _neighbours(kept: CutPiece, label: Ints, normal: Floats, offset: Floats) -> list[tuple[tuple[int, float], ...]]:
     """Cuts that share an edge with each cut, and the angle of the stone between the two (degrees).
 
     Below 180 where the stone is convex there; what is told by the side of the other plane on which a face lies. An

@@ -26,7 +26,7 @@ class Stage:
     point: Ints  # (q,) index of each of its contact points in the whole
 
 
-def stage_of(whole: PreparedModel, standing: Bools, props: Sequence[int] = ()) -> Stage:
+def stage_of(whole: PreparedModel, standing: Bools) -> Stage:
     """Cut a stage out of the whole.
 
     Parameters
@@ -35,18 +35,14 @@ def stage_of(whole: PreparedModel, standing: Bools, props: Sequence[int] = ()) -
         The finished structure, n blocks.
     standing : (n,) bool
         What has been laid; supports always stand.
-    props : sequence of int
-        Blocks of the whole that are held fixed for the time being.
     """
-    held = whole.fixed.copy()
-    held[list(props)] = True
     block = np.flatnonzero(standing | whole.fixed)
     place = np.full(len(standing), -1)
     place[block] = np.arange(len(block))
     contacts, point = _within(whole.contacts, place)
     loads = tuple(replace(x, block=int(place[x.block])) for x in whole.assembly.loads if place[x.block] >= 0)
     assembly = Assembly(tuple(whole.assembly.blocks[i] for i in block), contacts, loads, whole.assembly.name)
-    fixed = held[block]
+    fixed = whole.fixed[block]
     touched = np.array([bool(b.held) for b in assembly.blocks], bool)  # what is partly held hangs on something
     touched[contacts.a] = touched[contacts.b] = True
     model = PreparedModel(

@@ -34,7 +34,17 @@ from cyclopean.design.matching.problem import Bonds, Singles
 from cyclopean.design.matching.refine import bonded, turned_by, wrench
 from cyclopean.geometry import power_diagram
 
-__all__ = ["Bodies", "Climb", "FlatWall", "Gradient", "Obstacles", "State", "climbed", "diagram_neighbours", "gradient"]
+__all__ = [
+    "Bodies",
+    "Climb",
+    "FlatWall",
+    "Gradient",
+    "Obstacles",
+    "Variables",
+    "climbed",
+    "diagram_neighbours",
+    "gradient",
+]
 
 BATCH = 1 << 18  # points times planes at a time
 FAR = 1e3  # m: offset of a plane that everything is before
@@ -88,7 +98,7 @@ class Bodies:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class State:
+class Variables:
     """What moves."""
 
     point: Floats  # (s, 2) sites, in spacings
@@ -123,10 +133,10 @@ class Gradient:
 def climbed(
     wall: FlatWall,
     bodies: Bodies,
-    state: State,
+    state: Variables,
     climb: Climb,
     progress: Callable[[str], None] = lambda _: None,
-) -> tuple[State, float]:
+) -> tuple[Variables, float]:
     """Climb, and return the best state met at which the diagram was fresh, with the volume it shares by counting (m3).
 
     The volume is less what the tether costs; the state given is among those compared.
@@ -175,11 +185,11 @@ def _scaled(first: Floats, second: Floats, count: int, blocks: tuple[int, ...]) 
     return np.asarray(first / (1.0 - MOMENTS[0] ** count) / corrected)
 
 
-def _moved(wall: FlatWall, bodies: Bodies, state: State, moves: list[Floats], reach: Floats) -> State:
+def _moved(wall: FlatWall, bodies: Bodies, state: Variables, moves: list[Floats], reach: Floats) -> Variables:
     poses, sites = moves
     point = np.clip(state.point + sites[:, :2], EDGE, wall.grid - EDGE)
     weight = state.weight + sites[:, 2]
-    return State(
+    return Variables(
         point,
         weight - (weight.mean() - state.weight.mean()),  # a common weight moves no line
         bonded(turned_by(poses[:, 3:]) @ state.rotation, bodies.bonds),
@@ -187,7 +197,7 @@ def _moved(wall: FlatWall, bodies: Bodies, state: State, moves: list[Floats], re
     )
 
 
-def diagram_neighbours(wall: FlatWall, state: State) -> Ints:
+def diagram_neighbours(wall: FlatWall, state: Variables) -> Ints:
     """(s, k) sites whose cells border on that of each, filled up with -1.
 
     A site that has no cell is bounded by those nearest to it, so that its stone lies outside.
@@ -212,7 +222,7 @@ def diagram_neighbours(wall: FlatWall, state: State) -> Ints:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Lines:
+class _Bisectors:
     """Bisectors of each body's site and its neighbours."""
 
     other: Ints  # (b, k) site beyond the line, -1 = none
@@ -221,7 +231,7 @@ class _Lines:
     length: Floats  # (b, k) L, 1/m
 
 
-def _lines(wall: FlatWall, bodies: Bodies, state: State, beside: Ints) -> _Lines:
+def _bisectors(wall: FlatWall, bodies: Bodies, state: Variables, beside: Ints) -> _Bisectors:
     other = beside[bodies.site]
     some = other >= 0
     own, far = bodies.site[:, None], np.where(some, other, 0)
@@ -230,10 +240,10 @@ def _lines(wall: FlatWall, bodies: Bodies, state: State, beside: Ints) -> _Lines
     normal = np.where(some[..., None], across / length[..., None], 0.0)
     lifted = (state.point**2).sum(axis=1) - state.weight
     offset = (lifted[far] - lifted[own]) / (2.0 * length) + normal @ wall.origin
-    return _Lines(other, normal, np.where(some, offset, FAR), length)
+    return _Bisectors(other, normal, np.where(some, offset, FAR), length)
 
 
-def gradient(wall: FlatWall, bodies: Bodies, state: State, beside: Ints, width: Floats) -> Gradient:
+def gradient(wall: FlatWall, bodies: Bodies, state: Variables, beside: Ints, width: Floats) -> Gradient:
     """Shared volume and its gradient, for given neighbours.
 
     Parameters
@@ -242,14 +252,14 @@ def gradient(wall: FlatWall, bodies: Bodies, state: State, beside: Ints, width: 
         What stays.
     bodies : Bodies
         The stones.
-    state : State
+    state : Variables
         What moves.
     beside : (s, k) int
         Neighbours of each site, see `diagram_neighbours`.
     width : (b,) float
         To which each stone's border is smoothed (m).
     """
-    lines = _lines(wall, bodies, state, beside)
+    lines = _bisectors(wall, bodies, state, beside)
     normal, offset = _planes(wall, lines)
     # about the stone's own centroid, which keeps single precision precise
     offset = offset - np.einsum("bpk,bk->bp", normal, state.shift)
@@ -290,7 +300,7 @@ def _within_reach(bodies: Bodies, offset: Floats, width: Floats) -> tuple[Ints, 
     return np.argsort(offset, axis=1, kind="stable"), np.maximum(within, 1)
 
 
-def _planes(wall: FlatWall, lines: _Lines) -> tuple[Floats, Floats]:
+def _planes(wall: FlatWall, lines: _Bisectors) -> tuple[Floats, Floats]:
     """Normals (b, k + 6, 3) and offsets (b, k + 6) of the lines, the ends, the top, the foot, and the faces."""
     count, k = lines.other.shape
     slope = float(np.hypot(1.0, wall.batter))
@@ -303,7 +313,7 @@ def _planes(wall: FlatWall, lines: _Lines) -> tuple[Floats, Floats]:
     return normal, np.concatenate([lines.offset, np.broadcast_to(ends, (count, len(ends)))], axis=1)
 
 
-def _near(wall: FlatWall, bodies: Bodies, state: State) -> list[Ints]:
+def _near(wall: FlatWall, bodies: Bodies, state: Variables) -> list[Ints]:
     """Obstacles within reach of each stone."""
     if not len(wall.obstacles):
         return [np.zeros(0, np.int64)] * len(bodies.site)
@@ -382,7 +392,7 @@ def _obstructed(side: Singles, body: Singles, outermost: Singles) -> tuple[Bools
 
 
 def _site_gradient(
-    wall: FlatWall, bodies: Bodies, state: State, lines: _Lines, moment: Floats
+    wall: FlatWall, bodies: Bodies, state: Variables, lines: _Bisectors, moment: Floats
 ) -> tuple[Floats, Floats]:
     """Gradient by sites (s, 2) and weights (s,), from the moments (b, k, 5) of the points that push each line."""
     some = lines.other >= 0

@@ -107,7 +107,7 @@ def cells_of(assembly: Assembly, fixed: ArrayLike | None = None) -> Cells:
         if not held[body]:
             raise InputError(f"block '{assembly.blocks[body].id}': {fault}; a cell must be a closed solid")
     centre, volume = assembly.mass.centroid[block], assembly.mass.volume[block]
-    bodies = [_Body(assembly, int(b), c) for b, c in zip(block, centre, strict=True)]
+    bodies = [_CentredBlock(assembly, int(b), c) for b, c in zip(block, centre, strict=True)]
     through = _through(bodies, centre)
     frame = np.stack([_frame(t) for t in through])
     shapes = [_shape(body, turn) for body, turn in zip(bodies, frame, strict=True)]
@@ -132,7 +132,7 @@ def cells_of(assembly: Assembly, fixed: ArrayLike | None = None) -> Cells:
 Plane = tuple[Floats, float]  # unit normal (3,), offset (m)
 
 
-class _Body:
+class _CentredBlock:
     """One block about its centroid: corners, faces, and the directed areas of its triangles."""
 
     def __init__(self, assembly: Assembly, block: int, centre: Floats) -> None:
@@ -155,7 +155,7 @@ class _Body:
         return np.asarray(total @ way / np.maximum(np.linalg.norm(total, axis=1), 1e-300))
 
 
-def _through(bodies: Sequence[_Body], centre: Floats) -> Floats:
+def _through(bodies: Sequence[_CentredBlock], centre: Floats) -> Floats:
     """Direction (m, 3) through the wall at each cell.
 
     A wall is a sheet: the centres of a cell and its neighbours lie about a plane, and the block's own faces that look
@@ -180,7 +180,7 @@ def _through(bodies: Sequence[_Body], centre: Floats) -> Floats:
     return found
 
 
-def _thinnest(body: _Body) -> Floats:
+def _thinnest(body: _CentredBlock) -> Floats:
     """Normal of a face along which a block reaches least; of a level one, if there is any."""
     solid = body.normal[body.area > SPECK * body.size**2]  # a fan of a face with a straight corner has empty triangles
     level = np.abs(solid[:, 2]) < CAP
@@ -207,7 +207,7 @@ def _principal(inertia: Floats, frame: Floats) -> Floats:
     return np.stack([long, np.cross(frame[:, 2], long), frame[:, 2]], axis=1)
 
 
-def _shape(body: _Body, frame: Floats) -> tuple[Form, list[list[Plane]]]:
+def _shape(body: _CentredBlock, frame: Floats) -> tuple[Form, list[list[Plane]]]:
     """How a cell is put together, and the planes of each convex part."""
     own = _distinct(list(zip(body.normal, np.einsum("ti,ti->t", body.normal, body.middle), strict=True)), body.size)
     beyond = np.stack([n for n, _ in own]) @ body.vertices.T - np.array([d for _, d in own])[:, None]
@@ -228,7 +228,7 @@ def _distinct(planes: list[Plane], size: float) -> list[Plane]:
     return kept
 
 
-def _rails(body: _Body, frame: Floats) -> tuple[Ints, Ints] | None:
+def _rails(body: _CentredBlock, frame: Floats) -> tuple[Ints, Ints] | None:
     """Rings of the front cap and of the back cap, corner by corner; None where the block is no prism."""
     facing = body.facing(frame[2])
     front = _ring([body.faces[k] for k in np.flatnonzero(facing > CAP)])
@@ -257,7 +257,7 @@ def _ring(faces: Sequence[Sequence[int]]) -> list[int] | None:
     return ring if len(ring) == len(ahead) else None
 
 
-def _prism(body: _Body, frame: Floats, front: Ints, back: Ints) -> list[list[Plane]]:
+def _prism(body: _CentredBlock, frame: Floats, front: Ints, back: Ints) -> list[list[Plane]]:
     """Planes of the convex pieces of a block with a front, a back and sides between."""
     f, b = body.vertices[front], body.vertices[back]
     facing = body.facing(frame[2])[body.face]
@@ -275,7 +275,7 @@ def _prism(body: _Body, frame: Floats, front: Ints, back: Ints) -> list[list[Pla
     return parts
 
 
-def _cap(body: _Body, side: Bools) -> Plane:
+def _cap(body: _CentredBlock, side: Bools) -> Plane:
     """Mean plane of the triangles of a cap; a fan of a concave face has some that count against it."""
     directed = body.area[side, None] * body.normal[side]
     normal = directed.sum(axis=0)
@@ -284,7 +284,7 @@ def _cap(body: _Body, side: Bools) -> Plane:
     return normal, float(area @ (body.middle[side] @ normal) / area.sum())
 
 
-def _hull(body: _Body) -> list[Plane]:
+def _hull(body: _CentredBlock) -> list[Plane]:
     """Planes of the convex hull; coarser, and so a little larger, where these are too many."""
     from scipy.spatial import ConvexHull
 

@@ -16,13 +16,13 @@ from cyclopean.design.walls.polygonal import PolygonalWall
 from cyclopean.design.walls.surfaces import Surface
 from cyclopean.geometry.convex_pieces import convex_pieces
 
-__all__ = ["Frames", "flat_wall", "frames_at"]
+__all__ = ["TangentPlanes", "flat_wall", "frames_at"]
 
 STEP = 1e-4  # of the wall's size, to tell which way is up
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Frames:
+class TangentPlanes:
     """Tangent planes of a surface."""
 
     uv: Floats  # (n, 2) m
@@ -43,14 +43,14 @@ class Frames:
         return back @ rotation, self.point + np.einsum("nij,nj->ni", back, about)
 
 
-def frames_at(surface: Surface, uv: Floats) -> Frames:
+def frames_at(surface: Surface, uv: Floats) -> TangentPlanes:
     """Tangent planes at points (n, 2) m of a surface."""
     step = np.array([0.0, STEP * float(np.ptp(uv, axis=0).max(initial=1.0))])
     point, normal = surface.at(uv)
     up = surface.at(uv + step)[0] - surface.at(uv - step)[0]
     up = up - (up * normal).sum(axis=1)[:, None] * normal
     up = up / np.linalg.norm(up, axis=1)[:, None]
-    return Frames(uv, point, np.stack([np.cross(up, normal), up, normal], axis=1))
+    return TangentPlanes(uv, point, np.stack([np.cross(up, normal), up, normal], axis=1))
 
 
 def flat_wall(wall: PolygonalWall) -> FlatWall:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Literal, Self, get_args
+from typing import Literal, Self
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from cyclopean.design.matching.candidates import EXACT, POLISH, POLISHED, REFINE
 from cyclopean.design.matching.cells import Cells
 from cyclopean.design.matching.coarse import POINTS, rank, rotations
 from cyclopean.design.matching.problem import Bonds, Problem, Singles
-from cyclopean.design.options import at_least, positive, within
+from cyclopean.design.options import at_least, one_of, positive, within
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.sampling import body_points
 from cyclopean.design.stones.stone import Stone
@@ -43,7 +43,6 @@ class MatchSettings:
     bond: Bond = "free"  # where the longest axis of a stone lies: anywhere, into the wall, or along it
     bond_angle: float = 30.0  # degrees by which it may be off
     climbs: int = 120  # pairs whose poses may climb by exact volumes, shared out evenly among the cells
-    refine: bool = True  # False = poses as ranked, about the centroids; for comparison
 
     def __post_init__(self) -> None:
         positive("weight", self.weight)
@@ -52,8 +51,7 @@ class MatchSettings:
         for name, least in (("points", 64), ("shortlist", 1), ("starts", 1), ("climbs", 0)):
             at_least(name, getattr(self, name), least)
         within("bond_angle", self.bond_angle, 0.0, 90.0)
-        if self.bond not in get_args(Bond):
-            raise InputError(f"bond: expected free, into or along, got {self.bond!r}")
+        one_of("bond", self.bond, Bond)
 
     def bonds(self, cells: Cells) -> Bonds | None:
         """Along what the longest axis of a stone in each cell lies."""
@@ -226,15 +224,13 @@ def _incumbents(start: Match, stock: Sequence[Stone], order: Ints, cells: Cells)
 def _assigned(work: Candidates, settings: MatchSettings, rough: bool) -> tuple[float, Ints]:
     """Weight and stone of each cell, all of whose pairs are measured, or polished only."""
     polish = replace(POLISH, points=settings.points)
-    levels = (POLISHED, EXACT)[0 if settings.refine else 1 : 1 if rough else 2]
     each = settings.climbs // len(work.cells)  # a wall of many cells has its choice of stones instead
-    work.climbs = settings.climbs if each and settings.refine else 0
+    work.climbs = settings.climbs if each else 0
     weight, chosen = _chosen(work, settings)
-    if settings.refine:
-        if not rough:
-            work.improve(*work.twins(TWINS), EXACT, polish)
-        work.improve(*_unique(work, *_shortlist(work, weight, chosen, settings.shortlist)), REFINED)
-    for level in levels:
+    if not rough:
+        work.improve(*work.twins(TWINS), EXACT, polish)
+    work.improve(*_unique(work, *_shortlist(work, weight, chosen, settings.shortlist)), REFINED)
+    for level in (POLISHED,) if rough else (POLISHED, EXACT):
         for turn in range(ROUNDS):
             weight, chosen = _chosen(work, settings, weight)
             stone, cell = chosen[chosen >= 0], np.flatnonzero(chosen >= 0)

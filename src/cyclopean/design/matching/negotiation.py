@@ -24,7 +24,7 @@ from time import perf_counter
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.design.matching.ascent import Bodies, Climb, State, climbed
+from cyclopean.design.matching.ascent import Bodies, Climb, Variables, climbed
 from cyclopean.design.matching.candidates import CLIMB, POLISH
 from cyclopean.design.matching.cells import Cells, cells_of
 from cyclopean.design.matching.exact import FLIPS, Solids
@@ -316,7 +316,7 @@ def _climbed(talk: _Talk, turn: _Turn) -> _Turn | None:
     return _Turn(wall, seeds, cells, _polished(talk, turn.match, cells, poses))
 
 
-def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, State]:
+def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, Variables]:
     """What lies in some cells, in the flat wall; a cell without a stone is filled with its own body, which stays."""
     placed = {p.cell: p for p in turn.match.placements}
     bodies, poses, points = [], [], []
@@ -339,7 +339,7 @@ def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, State]:
     volume = np.array([stone.volume for stone in bodies])
     return (
         Bodies(np.stack(points), volume, turn.site[cell], held, bonds),
-        State(turn.seeds.point, turn.seeds.weight, *frames.flat(rotation, shift)),
+        Variables(turn.seeds.point, turn.seeds.weight, *frames.flat(rotation, shift)),
     )
 
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
-from typing import Any, Self, TypeVar
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cyclopean.arrays import Floats, Ints
+from cyclopean.arrays import Floats
 from cyclopean.design.matching.cells import Cells
 from cyclopean.design.stones.stone import Stone
 
@@ -25,10 +25,6 @@ class Bonds:
 
     way: NDArray[Any]  # (b, 3) unit, without sign
     angle: float  # radians
-
-    def of(self, rows: Ints) -> Self:
-        """Those of some, in this order."""
-        return replace(self, way=self.way[rows])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

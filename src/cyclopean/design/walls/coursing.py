@@ -115,7 +115,7 @@ def coursed(subdivision: Subdivision, lines: Floats, coursing: float, dressed: B
     point = np.stack([subdivision.vertex[:, 0], v], 1)
     if coursing < 1.0:
         return Subdivision(point, subdivision.start, subdivision.index, subdivision.site)
-    return _settled(subdivision, point, lines, free)
+    return _levelled(subdivision, point, lines, free)
 
 
 def _heights(subdivision: Subdivision) -> _Heights:
@@ -194,7 +194,7 @@ def _moved(heights: _Heights, start: Floats, aim: Floats, coursing: float, free:
     raise AssertionError("unreachable: corners that stay where they were violate nothing")
 
 
-def _settled(subdivision: Subdivision, point: Floats, lines: Floats, free: Bools) -> Subdivision:
+def _levelled(subdivision: Subdivision, point: Floats, lines: Floats, free: Bools) -> Subdivision:
     """Rings after corners have come to lie on lines: shared corners put in, edges walked both ways taken out."""
     same = _met(point, lines, free)
     order, rank = _on_lines(point, same, lines)

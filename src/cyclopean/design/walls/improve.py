@@ -56,7 +56,7 @@ Wall = TypeVar("Wall")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _State:
+class _Scored:
     """A pattern, its score, and where what is wrong with it lies."""
 
     pattern: Pattern
@@ -162,7 +162,7 @@ def improvements(
     origin, spacing = seed_grid(pattern.settings)
     thinnest = THIN * float(pattern.subdivision.inradii().min())
     start = _Start(pattern.settings, tolerance, pattern.seeds, pattern.readout, origin, spacing, thinnest)
-    state = _state(pattern, pattern.seeds, start)
+    state = _scored(pattern, pattern.seeds, start)
     better = [state]
     draw = np.random.Generator(np.random.PCG64([pattern.settings.seed, 1]))
     since = 0
@@ -205,7 +205,7 @@ def standing(walls: Sequence[Wall], verdict: Callable[[Wall], str]) -> Chosen:
     return Chosen(len(walls) - 1, before, before)
 
 
-def _round(state: _State, start: _Start, draw: np.random.Generator) -> _State | None:
+def _round(state: _Scored, start: _Start, draw: np.random.Generator) -> _Scored | None:
     """Shake some seeds, take back those that made things worse nearby; None where nothing valid came out."""
     old = state.seeds
     chosen = _chosen(state, draw)
@@ -228,7 +228,7 @@ def _round(state: _State, start: _Start, draw: np.random.Generator) -> _State | 
     return _drawn(Seeds(point, weight), start)
 
 
-def _chosen(state: _State, draw: np.random.Generator) -> Ints:
+def _chosen(state: _Scored, draw: np.random.Generator) -> Ints:
     """Seeds to shake: one of those nearest to each offending place, in random order, as many as are far apart."""
     from scipy.spatial import cKDTree
 
@@ -246,7 +246,7 @@ def _chosen(state: _State, draw: np.random.Generator) -> Ints:
     return np.array(taken, np.int64)
 
 
-def _nearby(state: _State, point: Floats) -> Floats:
+def _nearby(state: _Scored, point: Floats) -> Floats:
     """Offence within reach of each point, (m,)."""
     if not len(state.place):
         return np.zeros(len(point))
@@ -255,7 +255,7 @@ def _nearby(state: _State, point: Floats) -> Floats:
     return total
 
 
-def _drawn(seeds: Seeds, start: _Start) -> _State | None:
+def _drawn(seeds: Seeds, start: _Start) -> _Scored | None:
     """The pattern of these seeds, if it is as sound as the one that the search began with."""
     was = start.readout
     try:
@@ -269,10 +269,10 @@ def _drawn(seeds: Seeds, start: _Start) -> _State | None:
     whole = abs(now.coverage - 1.0) <= 1e-9
     if not (sound and even and whole and now.crossings <= was.crossings):
         return None
-    return _state(pattern, seeds, start)
+    return _scored(pattern, seeds, start)
 
 
-def _state(pattern: Pattern, seeds: Seeds, start: _Start) -> _State:
+def _scored(pattern: Pattern, seeds: Seeds, start: _Start) -> _Scored:
     """Score, and what takes from it: head joints by their nearest fellow in the next course, and crossings."""
     cells, found = pattern.subdivision, interlock(pattern, tolerance=start.tolerance)
     tolerance, reach = found.tolerance, MARGIN * found.tolerance
@@ -291,4 +291,4 @@ def _state(pattern: Pattern, seeds: Seeds, start: _Start) -> _State:
     middle = cells.vertex[cells.edge[found.head[joint]]].mean(axis=1)
     place = (np.concatenate([middle, cells.vertex[found.crossings]]) - start.origin) / start.spacing
     offence = np.concatenate([cost[joint] * share, np.full(len(found.crossings), 0.5 / len(cells))])
-    return _State(pattern, seeds, found, place, offence)
+    return _Scored(pattern, seeds, found, place, offence)

@@ -25,13 +25,13 @@ chapter that this program was created from.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Block, Contacts
-from cyclopean.design.options import not_negative
+from cyclopean.design.options import not_negative, one_of
 from cyclopean.design.walls.pattern import Pattern
 from cyclopean.design.walls.surfaces import Surface, Thickness
 from cyclopean.errors import InputError
@@ -62,8 +62,7 @@ class Masonry:
     def __post_init__(self) -> None:
         if self.mu is not None:
             object.__setattr__(self, "mu", not_negative("mu", self.mu))
-        if self.warped not in get_args(Warped):
-            raise InputError(f"warped: expected {', '.join(get_args(Warped))}, got {self.warped!r}")
+        one_of("warped", self.warped, Warped)
 
 
 @dataclass(frozen=True, slots=True)

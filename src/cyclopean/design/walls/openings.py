@@ -20,12 +20,13 @@ from typing import Literal
 import numpy as np
 
 from cyclopean.arrays import Floats
-from cyclopean.design.options import at_least, not_negative, positive
+from cyclopean.design.options import at_least, not_negative, one_of, positive
 from cyclopean.errors import InputError
 
 __all__ = ["Kind", "Opening", "clear_shape", "fitting", "head_stones"]
 
 Kind = Literal["stone", "lintel", "voussoir", "keystone", "quoin", "coping"]  # what a cell of a wall is
+Head = Literal["lintel", "arch"]
 
 SHARE = 0.2  # of the clear width: default thickness of a lintel or ring, and default bearing
 WEDGE = 0.75  # default width of a voussoir at mid-ring, as a share of the ring's thickness
@@ -39,7 +40,7 @@ class Opening:
     width: float
     height: float  # clear, from the sill to the soffit or its crown
     sill: float = 0.0  # 0 = a door that reaches the ground
-    head: Literal["lintel", "arch"] = "lintel"
+    head: Head = "lintel"
     thickness: float | None = None  # of the lintel or ring; None = a fifth of the width
     bearing: float | None = None  # of the lintel on each side; None = a fifth of the width
     rise: float | None = None  # of the arch; None = half the width, a semicircle
@@ -53,8 +54,7 @@ class Opening:
         for name in ("thickness", "bearing", "rise"):
             if (value := getattr(self, name)) is not None:
                 positive(f"opening {name}", value)
-        if self.head not in ("lintel", "arch"):
-            raise InputError(f"opening head: expected lintel or arch, got {self.head!r}")
+        one_of("opening head", self.head, Head)
         if self.head == "arch" and not self.arch_rise <= min(self.width / 2.0, self.height):
             raise InputError(
                 f"opening rise: {self.arch_rise:g} m is more than half the width or the height; give a smaller rise"
