@@ -13,6 +13,7 @@ told with shifted walls as fallen, too. "undecided" counts as disagreement.
 """
 
 import sys
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -23,7 +24,10 @@ from cyclopean.design.rubble.settle import SettleSettings, settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import Stone, in_body_frame, stone_of
-from cyclopean.geometry.solids import hull_of, mesh_of
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))  # hulls are shared with the tests
+
+from geometry_rules import hull_mesh
 
 WALLS = 40
 STONES = (4, 25)
@@ -51,7 +55,7 @@ XML = """
 
 def hull_stone(stone: Stone) -> Stone:
     """The convex hull of a stone, as a stone."""
-    return stone_of(stone.id, *mesh_of(hull_of(in_body_frame(stone))), DENSITY)
+    return stone_of(stone.id, *hull_mesh(in_body_frame(stone)), DENSITY)
 
 
 def drawn(seed: int) -> tuple[Assembly, float, str]:

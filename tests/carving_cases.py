@@ -5,7 +5,8 @@ import numpy as np
 from cyclopean.assembly import Block
 from cyclopean.design.carving.cuts import planes_of
 from cyclopean.design.stones.stone import Stone, stone_of
-from cyclopean.geometry.solids import CUBE, hull_of, mesh_of
+from cyclopean.geometry.solids import CUBE
+from geometry_rules import hull_mesh
 
 CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 
@@ -46,4 +47,4 @@ def rotation(rng: np.random.Generator) -> np.ndarray:
 
 def pebble(rng: np.random.Generator, count: int = 30, size: float = 1.0) -> Stone:
     """A convex stone: the hull of random points, somewhere off its origin."""
-    return stone_of("pebble", *mesh_of(hull_of(size * rng.normal(size=(count, 3)) / 2.0 + rng.normal(size=3))))
+    return stone_of("pebble", *hull_mesh(size * rng.normal(size=(count, 3)) / 2.0 + rng.normal(size=3)))

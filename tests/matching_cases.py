@@ -6,6 +6,7 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.design.matching.cells import Cells
 from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.geometry.solids import mesh_of, solid_of
+from geometry_rules import hull_mesh
 
 BOX = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
@@ -55,14 +56,12 @@ def stones_of(cells: Cells, scale=1.0, seed=0):
 
 def rubble(count, seed=0, size=0.5):
     """Convex stones of a dozen corners, of no symmetry."""
-    from cyclopean.geometry.solids import hull_of
-
     found = []
     for k in range(count):
         draw = np.random.Generator(np.random.PCG64([seed, k]))
         point = draw.normal(size=(14, 3))
         point *= size / 2.0 * draw.uniform(0.8, 1.2) / np.linalg.norm(point, axis=1)[:, None] * [1.3, 1.0, 0.7]
-        found.append(stone_of(f"r{k}", *mesh_of(hull_of(point))))
+        found.append(stone_of(f"r{k}", *hull_mesh(point)))
     return found
 
 

@@ -20,8 +20,8 @@ from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.errors import InputError
-from cyclopean.geometry.solids import hull_of, mesh_of
 from cyclopean.proof import verify
+from geometry_rules import hull_mesh
 from laws import examples
 
 STAY = np.eye(3), np.zeros(3)
@@ -149,7 +149,7 @@ def test_friction_and_density_come_through():
     joint = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     drawn = Assembly((GROUND, cell), Contacts.of([(0, 1)], [joint], [0.3]))
     plain = carved_wall(drawn, [carve(stone_like(box((2.0, 1.0, 1.0))), cell, *STAY)]).assembly
-    heavy = stone_of("heavy", *mesh_of(hull_of(cell.vertices)), 3000.0)
+    heavy = stone_of("heavy", *hull_mesh(cell.vertices), 3000.0)
     dense = carved_wall(drawn, [carve(heavy, cell, *STAY)]).assembly
     assert (plain.blocks[1].density, dense.blocks[1].density) == (2000.0, 3000.0)
     assert plain.contacts.mu.tolist() == [0.3]

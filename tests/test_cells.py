@@ -20,7 +20,7 @@ from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder, Sphere
 from cyclopean.errors import InputError
-from cyclopean.geometry.convex_pieces import convex_pieces
+from cyclopean.geometry.polygon import convex_pieces
 from laws import examples
 from matching_cases import box, model, prism, rotation
 

@@ -25,8 +25,9 @@ from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_from, 
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.short_joints import SHORT, without_short_joints
 from cyclopean.errors import InputError
-from cyclopean.geometry import Subdivision, faults, subdivide
+from cyclopean.geometry import Subdivision, subdivide
 from cyclopean.view.wall_drawing import wall_svg
+from geometry_rules import faults
 from laws import examples
 
 DRESSED = PatternSettings(

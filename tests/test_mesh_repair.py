@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from cyclopean.geometry import mass_properties, mesh_faults, pack
 from cyclopean.geometry.crossing import crossing
-from cyclopean.geometry.mesh_repair import clean, ears_of, mend, repair, solid_angle, weld
+from cyclopean.geometry.mesh_repair import clean, mend, repair, solid_angle, weld
+from cyclopean.geometry.polygon import triangulated
 from cyclopean.io import read_model
 from fixtures_stones import (
     NAMES,
@@ -343,12 +344,12 @@ def test_winding_numbers():
 
 def test_ears():
     hook = np.array([[0.0, 0, 0], [4, 0, 0], [4, 3, 0], [3, 3, 0], [3, 1, 0], [0, 1, 0]])
-    ears = ears_of(hook)
+    ears = triangulated(hook)
     corner = hook[ears]
     area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] / 2.0
     assert (area > 0.0).all()
     assert area.sum() == pytest.approx(6.0, rel=1e-14)
-    assert ears_of(np.array([[0.0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0]])) is None
+    assert triangulated(np.array([[0.0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0]])) is None
 
 
 def test_clean_drops_vertices_without_faces():

@@ -22,7 +22,7 @@ from cyclopean.design.rubble.settle import SettleSettings, settle
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import in_body_frame, stone_of
-from cyclopean.geometry.solids import hull_of, mesh_of
+from geometry_rules import hull_mesh
 from near_limit import limit_multiplier, posed, random_assembly
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (extra `check`)")
@@ -193,9 +193,7 @@ def test_a_beam_on_friction_alone_falls() -> None:
 
 def rubble(seed: int) -> Assembly:
     """A wall of the convex hulls of six quarry stones, laid dry."""
-    stones = (
-        stone_of(s.id, *mesh_of(hull_of(in_body_frame(s))), DENSITY) for s in quarry(6, seed=100 + seed, detail=1)
-    )
+    stones = (stone_of(s.id, *hull_mesh(in_body_frame(s)), DENSITY) for s in quarry(6, seed=100 + seed, detail=1))
     return settle(Inventory(tuple(stones)), SettleSettings(yaws=4, look_ahead=4, band=5e-4)).assembly
 
 

@@ -24,7 +24,8 @@ from cyclopean.design.walls.dressing import Coping, Quoins, coping_stones, foot_
 from cyclopean.design.walls.openings import Opening, clear_shape, head_stones
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.errors import InputError
-from cyclopean.geometry import faults, power_diagram, subdivide
+from cyclopean.geometry import power_diagram, subdivide
+from geometry_rules import faults
 from laws import examples
 
 DOOR = Opening(0.9, 0.7, 1.0)

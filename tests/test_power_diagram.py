@@ -15,7 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.errors import InputError
-from cyclopean.geometry import arrangement, dissolved, faults, hidden_sites, merged, power_diagram, subdivide
+from cyclopean.geometry import arrangement, dissolved, merged, power_diagram, subdivide
+from geometry_rules import faults
 from laws import examples
 
 LOW, HIGH = np.array([-1.0, 2.0]), np.array([3.0, 4.5])
@@ -97,13 +98,11 @@ def test_degenerate_sites(site: np.ndarray, weight: np.ndarray, cells: int) -> N
     found = power_diagram(site, weight, LOW, HIGH)
     assert faults(found, AREA) == []
     assert len(found) == cells
-    assert len(hidden_sites(found, len(site))) == len(site) - cells
 
 
 def test_of_coincident_sites_the_heaviest_has_the_cell() -> None:
     found = power_diagram([[0.0, 3.0], [0.0, 3.0], [1.0, 3.0]], [0.0, 0.1, 0.0], LOW, HIGH)
     assert found.site.tolist() == [1, 2]
-    assert hidden_sites(found, 3).tolist() == [0]
 
 
 def test_a_site_too_light_to_matter_costs_no_digits() -> None:

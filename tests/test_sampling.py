@@ -15,7 +15,7 @@ from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.sampling import BITS, SHIFT, SIDE, _intervals, _sobol, body_points
 from cyclopean.design.stones.stone import in_body_frame, stone_of
 from cyclopean.errors import InputError
-from cyclopean.geometry.solids import difference, mesh_of, solid_of, solid_volume, split_by_plane
+from cyclopean.geometry.solids import difference, mesh_of, solid_of, solid_volume
 from laws import examples
 
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -84,7 +84,7 @@ def test_shares_of_half_spaces_are_those_of_the_solid(seed, where, way):
     normal = np.random.default_rng(way).normal(size=3)
     normal /= np.linalg.norm(normal)
     offset = float(np.quantile(points @ normal, where))
-    _, before = split_by_plane(solid_of(in_body_frame(one), one.triangles), normal, offset)
+    _, before = solid_of(in_body_frame(one), one.triangles).split_by_plane(tuple(normal), offset)
     assert np.mean(points @ normal <= offset) == pytest.approx(solid_volume(before) / one.volume, abs=SHARE)
 
 

@@ -16,17 +16,16 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, mesh_faults, pack
 from cyclopean.geometry.solids import (
     difference,
-    hull_of,
     intersection,
     mesh_of,
     mesh_volume,
     moved,
     solid_of,
     solid_volume,
-    split_by_plane,
 )
 from cyclopean.io import read_stones
 from fixtures_stones import NAMES, SCANS, boulder, box, needs_scans, rotation, subdivided
+from geometry_rules import hull_mesh
 from laws import examples
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -63,13 +62,6 @@ def test_cubes_apart_and_the_same():
 def test_polygons_are_cut_into_fans():
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     assert solid_volume(solid_of(box(2.0, 3.0, 4.0)[0], quads)) == pytest.approx(24.0)
-
-
-def test_a_corner_cut_off_by_hand():
-    beyond, before = split_by_plane(solid_of(*box()), [2.0, 2.0, 2.0], 4.0)  # x + y + z = 2, not a unit normal
-    assert solid_volume(beyond) == pytest.approx(1 / 6, rel=1e-12)
-    assert solid_volume(before) == pytest.approx(5 / 6, rel=1e-12)
-    assert mesh_of(beyond)[0].sum(axis=1).min() == pytest.approx(2.0)
 
 
 def test_volume_by_hand_wherever_it_lies():
@@ -112,18 +104,6 @@ def test_volumes_do_not_see_a_motion_of_both(seed):
     assert solid_volume(intersection(c, d)) == pytest.approx(solid_volume(intersection(a, b)), rel=1e-8, abs=1e-12)
 
 
-@settings(max_examples=examples(40), deadline=None)
-@given(seed=SEEDS, offset=st.floats(-0.4, 0.4))
-def test_both_sides_of_a_cut_make_the_whole(seed, offset):
-    solid = solid_of(*boulder(seed % 13))
-    normal = rotation(seed)[0]
-    beyond, before = split_by_plane(solid, normal, offset)
-    assert solid_volume(beyond) + solid_volume(before) == pytest.approx(solid_volume(solid), rel=RELATIVE)
-    for part, sign in ((beyond, 1.0), (before, -1.0)):
-        height = sign * (mesh_of(part)[0] @ normal - offset)
-        assert height.min(initial=0.0) > -1e-9
-
-
 @settings(max_examples=examples(30), deadline=None)
 @given(seed=SEEDS)
 def test_the_volume_is_that_of_the_mesh_and_does_not_depend_on_its_triangles(seed):
@@ -131,7 +111,7 @@ def test_the_volume_is_that_of_the_mesh_and_does_not_depend_on_its_triangles(see
     by_mesh = mass_properties(pack([(vertices, triangles)])).volume[0]
     assert solid_volume(solid_of(vertices, triangles)) == pytest.approx(by_mesh, rel=1e-12)
     assert solid_volume(solid_of(*subdivided(vertices, triangles))) == pytest.approx(by_mesh, rel=1e-12)
-    hull = hull_of(vertices)
+    hull = solid_of(*hull_mesh(vertices))
     assert solid_volume(hull) == pytest.approx(ConvexHull(vertices).volume, rel=1e-12)
     assert solid_volume(hull) >= by_mesh * (1.0 - 1e-12)
     assert solid_volume(difference(solid_of(vertices, triangles), hull)) == pytest.approx(0.0, abs=1e-6 * by_mesh)
@@ -151,12 +131,8 @@ def test_refusals():
         with pytest.raises(InputError, match=said):
             solid_of(*mesh, name="stone")
     cube = solid_of(vertices, triangles)
-    with pytest.raises(InputError, match="normal: has no length"):
-        split_by_plane(cube, [0.0, 0.0, 0.0], 1.0)
     with pytest.raises(InputError, match="rotation"):
         moved(cube, np.full((3, 3), np.nan), [0, 0, 0])
-    with pytest.raises(InputError, match="8 points that lie in a plane have no hull"):
-        hull_of(vertices * [1.0, 1.0, 0.0])
 
 
 @needs_scans

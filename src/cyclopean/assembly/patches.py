@@ -34,7 +34,7 @@ from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.errors import InputError
 from cyclopean.geometry import box_pairs, frames_from_normals, triangles
-from cyclopean.geometry.box_join import meeting_boxes
+from cyclopean.geometry.boxes import meeting_boxes
 
 __all__ = [
     "Meeting",

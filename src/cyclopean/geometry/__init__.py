@@ -1,9 +1,10 @@
 """Geometry that knows nothing of stone: frames, polygon meshes, mass properties, planar regions and their overlaps."""
 
 from cyclopean.geometry.arrangement import arrangement
+from cyclopean.geometry.boxes import box_pairs
 from cyclopean.geometry.coplanar import PlanarRegions, planar_regions
 from cyclopean.geometry.frames import crossed, frames_from_normals, newell_normals, rotations
-from cyclopean.geometry.overlap import Overlaps, box_pairs, facing_regions, region_overlaps
+from cyclopean.geometry.overlap import Overlaps, facing_regions, region_overlaps
 from cyclopean.geometry.packed import ragged, ragged_batches
 from cyclopean.geometry.penetration import convex_bodies, penetration_depths
 from cyclopean.geometry.polyhedra import (
@@ -15,9 +16,9 @@ from cyclopean.geometry.polyhedra import (
     pack,
     triangles,
 )
-from cyclopean.geometry.power_diagram import hidden_sites, power_diagram
+from cyclopean.geometry.power_diagram import power_diagram
 from cyclopean.geometry.shells import detached_pieces
-from cyclopean.geometry.subdivision import Subdivision, dissolved, faults, merged, subdivide
+from cyclopean.geometry.subdivision import Subdivision, dissolved, merged, subdivide
 
 __all__ = [
     "MassProperties",
@@ -33,9 +34,7 @@ __all__ = [
     "dissolved",
     "face_normals",
     "facing_regions",
-    "faults",
     "frames_from_normals",
-    "hidden_sites",
     "mass_properties",
     "merged",
     "mesh_faults",

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.geometry.frames import newell_normals
-from cyclopean.geometry.packed import ragged
+from cyclopean.geometry.frames import newell_normals, unit
+from cyclopean.geometry.packed import components, following, numbered, offsets, ragged
 from cyclopean.geometry.polyhedra import Polyhedra, face_normals, triangles
 
 __all__ = ["PlanarRegions", "flattened", "planar_regions", "twin_edges"]
@@ -45,9 +45,7 @@ class PlanarRegions:
     @property
     def next_corner(self) -> Ints:
         """(K,) position of the next corner round the ring."""
-        following = np.arange(1, len(self.corner) + 1)
-        following[self.corner_start[1:] - 1] = self.corner_start[:-1]
-        return following
+        return following(self.corner_start)
 
     @property
     def corner_region(self) -> Ints:
@@ -88,7 +86,7 @@ def planar_regions(mesh: Polyhedra, tolerance: float) -> PlanarRegions:
     normal, point = _planes(faces, label)
     length = np.linalg.norm(normal, axis=1)
     edges, size, region = _rings(faces, label)
-    corner_start = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+    corner_start = offsets(size)
     drawn = newell_normals(faces.mesh.vertex[faces.mesh.corner[edges]], corner_start)
     turning = np.einsum("gi,gi->g", drawn, normal[region])
     order = np.lexsort((-turning, region))  # the outer ring encloses most
@@ -99,20 +97,14 @@ def planar_regions(mesh: Polyhedra, tolerance: float) -> PlanarRegions:
         vertex=faces.mesh.vertex,
         body_start=np.searchsorted(body, np.arange(len(mesh) + 1)),
         body=body,
-        normal=_unit(normal),
+        normal=unit(normal),
         point=point,
         area=length / 2.0,
         ring_start=np.searchsorted(region[order], np.arange(len(body) + 1)),
-        corner_start=np.concatenate([[0], np.cumsum(size[order])]).astype(np.int64),
+        corner_start=offsets(size[order]),
         corner=faces.mesh.corner[edges],
         across=across,
     )
-
-
-def _unit(vector: Floats) -> Floats:
-    """Unit vectors; zero stays zero."""
-    length = np.linalg.norm(vector, axis=1)
-    return np.asarray(vector / np.where(length > 0.0, length, 1.0)[:, None])
 
 
 def _centres(mesh: Polyhedra) -> Floats:
@@ -134,7 +126,7 @@ def flattened(mesh: Polyhedra, tolerance: float) -> tuple[Polyhedra, Ints]:
     if not len(mesh.corner):
         return mesh, np.arange(len(mesh.corner_start) - 1)
     face = mesh.corner_face
-    height = np.einsum("ki,ki->k", mesh.vertex[mesh.corner] - _centres(mesh)[face], _unit(face_normals(mesh))[face])
+    height = np.einsum("ki,ki->k", mesh.vertex[mesh.corner] - _centres(mesh)[face], unit(face_normals(mesh))[face])
     bent = ~(np.maximum.reduceat(np.abs(height), mesh.corner_start[:-1]) <= tolerance / 2.0)
     if not bent.any():
         return mesh, np.arange(len(bent))
@@ -144,7 +136,7 @@ def flattened(mesh: Polyhedra, tolerance: float) -> tuple[Polyhedra, Ints]:
     whose = np.concatenate([kept, fan_face])
     size = np.concatenate([np.diff(mesh.corner_start)[kept], np.full(len(fan), 3)])
     corner = np.concatenate([mesh.corner[~bent[face]], fan.ravel()])
-    start = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+    start = offsets(size)
     order = np.argsort(whose, kind="stable")
     corner = corner[ragged(start, order)[1]]
     body = mesh.face_body[whose[order]]
@@ -152,7 +144,7 @@ def flattened(mesh: Polyhedra, tolerance: float) -> tuple[Polyhedra, Ints]:
         mesh.vertex,
         mesh.vertex_start,
         corner,
-        np.concatenate([[0], np.cumsum(size[order])]).astype(np.int64),
+        offsets(size[order]),
         np.searchsorted(body, np.arange(len(mesh) + 1)),
     )
     return flat, whose[order]
@@ -162,7 +154,7 @@ def _measured(mesh: Polyhedra, tolerance: float) -> _Faces:
     """Normals, centres and neighbours of all faces."""
     normal = face_normals(mesh)
     centre = _centres(mesh) if len(mesh.corner) else np.zeros((0, 3))
-    return _Faces(mesh, normal, _unit(normal), centre, twin_edges(mesh))
+    return _Faces(mesh, normal, unit(normal), centre, twin_edges(mesh))
 
 
 def twin_edges(mesh: Polyhedra) -> Ints:
@@ -185,25 +177,13 @@ def _merged(faces: _Faces, tolerance: float) -> Ints:
     one, other = _joins(faces, tolerance)
     if not len(one):
         return np.arange(count)
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(one), bool), (one, other)), shape=(count, count))
-    label = _numbered(connected_components(graph, directed=False)[1])
+    label = components(count, one, other)
     normal, point = _planes(faces, label)
     region = label[faces.mesh.corner_face]
-    height = np.einsum("ki,ki->k", faces.mesh.vertex[faces.mesh.corner] - point[region], _unit(normal)[region])
+    height = np.einsum("ki,ki->k", faces.mesh.vertex[faces.mesh.corner] - point[region], unit(normal)[region])
     crept = np.zeros(len(normal), bool)
     crept[region[~(np.abs(height) <= tolerance / 2.0)]] = True
-    return _numbered(np.where(crept[label], len(normal) + np.arange(count), label))
-
-
-def _numbered(label: Ints) -> Ints:
-    """The same classes, numbered in order of first appearance."""
-    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
-    rank = np.zeros(len(first), np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return np.asarray(rank[inverse])
+    return numbered(np.where(crept[label], len(normal) + np.arange(count), label))
 
 
 def _joins(faces: _Faces, tolerance: float) -> tuple[Ints, Ints]:
@@ -270,12 +250,12 @@ def _rings(faces: _Faces, label: Ints) -> tuple[Ints, Ints, Ints]:
     sizes = [np.diff(mesh.corner_start)[lone]]
     regions = [label[lone]]
     if merged.any():
-        following = mesh.next_corner
-        ahead = following.copy()
+        after = mesh.next_corner
+        ahead = after.copy()
         turn = np.flatnonzero(~inner & merged[region])
         turn = turn[inner[ahead[turn]]]
         while len(turn):
-            ahead[turn] = following[twin[ahead[turn]]]
+            ahead[turn] = after[twin[ahead[turn]]]
             turn = turn[inner[ahead[turn]]]
         walked, size = _cycles(np.flatnonzero(~inner & merged[region]), ahead)
         edges.append(walked)

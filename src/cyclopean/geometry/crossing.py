@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.geometry.overlap import box_pairs
+from cyclopean.geometry.boxes import box_pairs
+from cyclopean.geometry.frames import unit
 
 __all__ = ["crossing"]
 
@@ -71,7 +72,7 @@ class _Pairs:
         normal = np.cross(side[:, 0], side[:, 1])
         area = np.linalg.norm(normal, axis=1)
         flat = np.flatnonzero(area > NEEDLE * size * np.linalg.norm(side, axis=2).max(axis=1))
-        normal /= np.where(area > 0.0, area, 1.0)[:, None]
+        normal = unit(normal)
         i, j = box_pairs(corner[flat].min(axis=1), corner[flat].max(axis=1), 0.0)
         i, j = flat[i], flat[j]
         common = sum((triangles[i, m] == triangles[j, n]).astype(np.int64) for m in range(3) for n in range(3))
@@ -96,9 +97,7 @@ def _through(pairs: _Pairs) -> Bools:
     if not len(here):
         return found
     there = here + len(astride) // 2
-    along = np.cross(pairs.normal[pairs.a[here]], pairs.normal[pairs.b[here]])
-    length = np.linalg.norm(along, axis=1)
-    along /= np.where(length > 0.0, length, 1.0)[:, None]
+    along = unit(np.cross(pairs.normal[pairs.a[here]], pairs.normal[pairs.b[here]]))
     origin = pairs.corner[pairs.a[here], :1]
     low, high = _on_line(pairs, here, along, origin)
     least, most = _on_line(pairs, there, along, origin)

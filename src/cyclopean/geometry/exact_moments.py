@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
+from cyclopean.geometry.packed import following
 from cyclopean.geometry.polyhedra import Polyhedra, triangles
 
 __all__ = ["exact_area_vectors", "exact_moments", "expanded", "on_grid"]
@@ -81,9 +82,7 @@ def exact_area_vectors(point: Floats, start: Ints) -> tuple[Any, int]:
     if len(start) <= 1:
         return np.zeros((0, 3), object), k
     here = whole - whole[np.repeat(start[:-1], np.diff(start))]
-    following = np.arange(1, len(point) + 1)
-    following[start[1:] - 1] = start[:-1]
-    return np.add.reduceat(_cross(here, here[following]), start[:-1], axis=0), k
+    return np.add.reduceat(_cross(here, here[following(start)]), start[:-1], axis=0), k
 
 
 def _cross(a: Any, b: Any) -> Any:

@@ -1,10 +1,11 @@
-"""Right-handed orthonormal frames, rotations, cross products."""
+"""Right-handed orthonormal frames, rotations, unit vectors, cross products, solid angles."""
 
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
+from cyclopean.geometry.packed import following
 
-__all__ = ["crossed", "frames_from_normals", "newell_normals", "rotations"]
+__all__ = ["cross_2d", "crossed", "frames_from_normals", "newell_normals", "rotations", "solid_angles", "unit"]
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
@@ -25,18 +26,43 @@ def frames_from_normals(normal: Floats) -> Floats:
 
 
 def newell_normals(point: Floats, start: Ints) -> Floats:
-    """(c, 3) m2: Newell normals, twice the area long, of c polygons packed in (P, 3) `point` at offsets `start`."""
+    """(c, 3) m2: Newell normals, twice the area long, of c polygons packed in (P, 3) `point` at offsets `start`.
+
+    Taken about each polygon's own first corner, so that a model far from the origin loses nothing.
+    """
     if len(start) <= 1:
         return np.zeros((0, 3))
     here = point - point[np.repeat(start[:-1], np.diff(start))]
-    following = np.arange(1, len(point) + 1)
-    following[start[1:] - 1] = start[:-1]
-    return np.asarray(np.add.reduceat(np.cross(here, here[following]), start[:-1], axis=0))
+    return np.asarray(np.add.reduceat(np.cross(here, here[following(start)]), start[:-1], axis=0))
 
 
 def crossed(a: Floats, b: Floats) -> Floats:
     """(k, 3) cross products of (k, 3) vectors; on short arrays in a third of the time that numpy's takes."""
     return np.asarray(a.take(_NEXT, 1) * b.take(_LAST, 1) - a.take(_LAST, 1) * b.take(_NEXT, 1))
+
+
+def cross_2d(a: Floats, b: Floats) -> Floats:
+    """(...) cross products of (..., 2) vectors: twice the area of the triangle between them."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def unit(vector: Floats) -> Floats:
+    """(..., 3) vectors of length 1; of length 0 where they have none."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.asarray(vector / np.where(length > 0.0, length, 1.0))
+
+
+def solid_angles(corner: Floats) -> Floats:
+    """(t,) share of all directions in which triangles (t, 3, 3) are seen from the origin (Van Oosterom, Strackee 1983).
+
+    Positive where they are seen from behind: those of a closed, outward mesh add up to 1 inside it, and to 0 outside.
+    """
+    length = np.linalg.norm(corner, axis=2)
+    six = np.einsum("ti,ti->t", corner[:, 0], np.cross(corner[:, 1], corner[:, 2]))
+    below = length.prod(axis=1)
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        below += np.einsum("ti,ti->t", corner[:, a], corner[:, b]) * length[:, c]
+    return np.asarray(np.arctan2(six, below) / (2.0 * np.pi))
 
 
 def rotations(turn: Floats) -> Floats:

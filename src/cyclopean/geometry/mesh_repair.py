@@ -19,10 +19,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.geometry.boxes import box_pairs
 from cyclopean.geometry.crossing import crossing
+from cyclopean.geometry.frames import solid_angles
+from cyclopean.geometry.packed import components
+from cyclopean.geometry.polygon import triangulated
 from cyclopean.geometry.polyhedra import mass_properties, pack
 
-__all__ = ["Piece", "Repair", "clean", "connected", "ears_of", "mend", "repair", "solid_angle", "weld"]
+__all__ = ["Piece", "Repair", "clean", "connected", "mend", "repair", "solid_angle", "weld"]
 
 # A hole of a quarter of the diagonal round is 0.08 of it across: half a percent of the surface of a round stone.
 TINY_HOLE = 0.25
@@ -119,17 +123,10 @@ def weld(vertices: Floats, triangles: Ints) -> Ints:
 
 def connected(vertices: Floats, triangles: Ints) -> Ints:
     """(t,) number of the piece of each triangle, in order of appearance; pieces hang together by edges."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     edges = _Edges.of(triangles)
     order = np.argsort(edges.number, kind="stable")
     same = edges.number[order[1:]] == edges.number[order[:-1]]
-    a, b = edges.face[order[1:][same]], edges.face[order[:-1][same]]
-    n = len(triangles)
-    label = connected_components(coo_array((np.ones(len(a), np.int8), (a, b)), shape=(n, n)), directed=False)[1]
-    _, first, number = np.unique(label, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[number.reshape(-1)].astype(np.int64)
+    return components(len(triangles), edges.face[order[1:][same]], edges.face[order[:-1][same]])
 
 
 def mend(vertices: Floats, triangles: Ints, turn: bool = True) -> Piece:
@@ -241,14 +238,9 @@ def _turned_alike(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints, list
     cross = edges.tail[one] == edges.tail[two]
     if not cross.any():
         return vertices, triangles, [], ""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     n = len(triangles)
     a, b = edges.face[one], edges.face[two]
-    rows, columns = np.concatenate([a, a + n]), np.concatenate([b + n * cross, b + n * ~cross])
-    graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(2 * n, 2 * n))
-    label = connected_components(graph, directed=False)[1]
+    label = components(2 * n, np.concatenate([a, a + n]), np.concatenate([b + n * cross, b + n * ~cross]))
     if (label[:n] == label[n:]).any():
         return vertices, triangles, [], "has one side only: its faces cannot be oriented alike"
     turned = np.zeros(n, bool)
@@ -343,48 +335,12 @@ def _loops(rim: Ints) -> Iterator[Ints]:
 def _lid(vertices: Floats, loop: Ints) -> tuple[Floats, Ints]:
     """Fill a loop flat by its ears, or from its middle where it has none."""
     point = vertices[loop]
-    ears = ears_of(point)
-    if ears is not None:
-        return vertices, loop[ears]
+    triangles = triangulated(point)
+    if triangles is not None:
+        return vertices, loop[triangles]
     new = len(vertices)
     fan = np.stack([loop, np.roll(loop, -1), np.full(len(loop), new)], 1)
     return np.concatenate([vertices, point.mean(axis=0)[None]]), fan
-
-
-def ears_of(points: Floats) -> Ints | None:
-    """Cut a polygon (k, 3) that is about flat, seen along its normal, into triangles (k - 2, 3), ear by ear.
-
-    None where no ear is left, as in a polygon that crosses itself.
-    """
-    local = points - points[0]
-    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
-    axis = np.eye(3)[np.argmin(np.abs(normal))]
-    u = np.cross(axis, normal)
-    flat = np.stack([local @ u, local @ np.cross(normal, u)], 1)
-    left = list(range(len(points)))
-    found = []
-    while len(left) > 3:
-        ear = next((m for m in range(len(left)) if _is_ear(flat, left, m)), None)
-        if ear is None:
-            return None
-        found.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
-        del left[ear]
-    return np.array([*found, tuple(left)], np.int64)
-
-
-def _is_ear(flat: Floats, left: list[int], m: int) -> bool:
-    a, b, c = left[m - 1], left[m], left[(m + 1) % len(left)]
-    if not _twice(flat[a], flat[b], flat[c]) > 0.0:
-        return False
-    rest = flat[[k for k in left if k not in (a, b, c)]]
-    sides = [_twice(flat[p], flat[q], rest) >= 0.0 for p, q in ((a, b), (b, c), (c, a))]
-    return not bool(np.all(sides, axis=0).any())
-
-
-def _twice(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Twice the signed area of triangles a b c in the plane."""
-    ab, ac = b - a, c - a
-    return np.asarray(ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0])
 
 
 def _edge_fault(triangles: Ints) -> str:
@@ -412,12 +368,8 @@ def _star_shaped(vertices: Floats, triangles: Ints, centre: Floats) -> bool:
 
 
 def solid_angle(vertices: Floats, triangles: Ints, centre: Floats) -> float:
-    """How often a closed mesh winds round a point: 1 inside, 0 outside (Van Oosterom and Strackee 1983)."""
-    p = vertices[triangles] - centre
-    length = np.linalg.norm(p, axis=2)
-    six = np.einsum("ti,ti->t", p[:, 0], np.cross(p[:, 1], p[:, 2]))
-    dots = [np.einsum("ti,ti->t", p[:, a], p[:, b]) * length[:, c] for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]
-    return float(np.arctan2(six, length.prod(axis=1) + sum(dots)).sum() / (2.0 * np.pi))
+    """How often a closed mesh (v, 3), (t, 3) winds round a point (3,): 1 inside, 0 outside."""
+    return float(solid_angles(vertices[triangles] - centre).sum())
 
 
 def _without_inner(pieces: list[Piece]) -> tuple[list[Piece], list[str]]:
@@ -444,8 +396,6 @@ def _apart(pieces: list[Piece]) -> list[Piece]:
     """Refuse sound pieces that cross each other: they are one surface that was folded, not two stones."""
     if len(pieces) < 2:
         return pieces
-    from cyclopean.geometry.overlap import box_pairs
-
     low = np.array([p.vertices.min(axis=0) for p in pieces])
     high = np.array([p.vertices.max(axis=0) for p in pieces])
     fault = [piece.fault for piece in pieces]

@@ -8,10 +8,10 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry.common_area import common_areas
 from cyclopean.geometry.coplanar import PlanarRegions
-from cyclopean.geometry.frames import frames_from_normals
-from cyclopean.geometry.packed import ragged, ragged_batches
+from cyclopean.geometry.frames import cross_2d, frames_from_normals, unit
+from cyclopean.geometry.packed import following, offsets, ragged, ragged_batches
 
-__all__ = ["Overlaps", "box_pairs", "facing_regions", "region_overlaps"]
+__all__ = ["Overlaps", "facing_regions", "region_overlaps"]
 
 GRID = 1e-3  # tolerances: of the grid that decides where they differ
 MAX_ANGLE = 0.1  # rad; beyond it even an overlap ten tolerances wide gapes by more than the tolerance
@@ -24,26 +24,6 @@ class Overlaps:
     pair: Ints  # (m,) which pair of regions
     start: Ints  # (m + 1,) offsets into point
     point: Floats  # (P, 3) m, on the mid-plane, counter-clockwise about the first region's normal
-
-
-def box_pairs(low: Floats, high: Floats, tolerance: float) -> tuple[Ints, Ints]:
-    """Pairs (i < j, sorted) of the boxes `low`, `high`, both (n, 3) in m, that come within the tolerance of each other.
-
-    A packed tree over the two axes along which most boxes stand side by side; the third axis is compared directly.
-    """
-    if len(low) < 2:
-        return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    import shapely
-
-    spread = np.ptp(np.concatenate([low, high]), axis=0) / np.maximum((high - low).mean(axis=0), 1e-300)
-    x, y, z = np.argsort(-spread, kind="stable")
-    reach = tolerance / 2.0
-    box = shapely.box(low[:, x] - reach, low[:, y] - reach, high[:, x] + reach, high[:, y] + reach)
-    i, j = shapely.STRtree(box).query(box)
-    near = (i < j) & (low[i, z] <= high[j, z] + tolerance) & (low[j, z] <= high[i, z] + tolerance)
-    i, j = i[near], j[near]
-    order = np.lexsort((j, i))
-    return i[order].astype(np.int64), j[order].astype(np.int64)
 
 
 def facing_regions(regions: PlanarRegions, pairs: tuple[Ints, Ints], tolerance: float) -> tuple[Ints, Ints]:
@@ -101,7 +81,7 @@ def region_overlaps(regions: PlanarRegions, a: Ints, b: Ints, tolerance: float) 
     if not len(a):
         return Overlaps(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros((0, 3)))
     mean = regions.normal[a] - regions.normal[b]
-    frame = frames_from_normals(mean / np.linalg.norm(mean, axis=1)[:, None])
+    frame = frames_from_normals(unit(mean))
     smaller = np.where(regions.area[a] <= regions.area[b], a, b)
     origin = regions.point[smaller]
     one, two = (_flat_coordinates(regions, side, frame, origin) for side in (a, b))
@@ -113,7 +93,7 @@ def region_overlaps(regions: PlanarRegions, a: Ints, b: Ints, tolerance: float) 
     ring = shapely.get_exterior_ring(part)
     xy, whose = shapely.get_coordinates(ring, return_index=True)
     closing = np.concatenate([whose[1:] != whose[:-1], [True]])[: len(whose)]
-    start = np.concatenate([[0], np.cumsum(np.bincount(whose[~closing], minlength=len(part)))]).astype(np.int64)
+    start = offsets(np.bincount(whose[~closing], minlength=len(part)))
     xy, start = _without_collinear(_counter_clockwise(xy[~closing], start), start, tolerance / 2.0)
     return _lifted(regions, a, b, pair[index], xy, start, frame, origin, tolerance)
 
@@ -129,11 +109,8 @@ class _Drawing:
 
     def packed(self, count: int) -> tuple[Floats, Ints, Ints]:
         """As `common_areas` takes polygons."""
-        corner = np.arange(len(self.xy))
-        last = np.flatnonzero(np.diff(self.ring, append=-1))
-        following = corner + 1
-        following[last] = np.concatenate([[0], last[:-1] + 1])[: len(last)]
-        return self.xy, following, np.searchsorted(self.pair, np.arange(count + 1))
+        rings = np.append(0, np.flatnonzero(np.diff(self.ring, append=-1)) + 1)
+        return self.xy, following(rings), np.searchsorted(self.pair, np.arange(count + 1))
 
 
 def _flat_coordinates(regions: PlanarRegions, region: Ints, frame: Floats, origin: Floats) -> _Drawing:
@@ -256,8 +233,7 @@ def _first_cut(holes: list[Any]) -> tuple[Floats, Floats]:
     key = [np.round([np.sqrt(hole.area) / scale, *m / scale], 9) for hole, m in zip(holes, middle, strict=True)]
     largest = max(range(len(holes)), key=lambda k: tuple(key[k]))
     side = np.diff(shapely.get_coordinates(holes[largest].exterior), axis=0)
-    length = np.linalg.norm(side, axis=1)
-    along = side / np.where(length > 0.0, length, 1.0)[:, None]
+    length, along = np.linalg.norm(side, axis=1), unit(side)
     rank = np.round(np.column_stack([length / scale, np.abs(along[:, 0]), along[:, 0] * along[:, 1]]), 9)
     return middle[largest], along[np.lexsort(rank.T[::-1])[-1]]
 
@@ -269,10 +245,7 @@ def _counter_clockwise(xy: Floats, start: Ints) -> Floats:
     first = np.repeat(start[:-1], np.diff(start))
     last = np.repeat(start[1:], np.diff(start)) - 1
     here = xy - xy[first]
-    following = np.arange(1, len(xy) + 1)
-    following[start[1:] - 1] = start[:-1]
-    there = here[following]
-    twice = np.add.reduceat(here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0], start[:-1])
+    twice = np.add.reduceat(cross_2d(here, here[following(start)]), start[:-1])
     clockwise = np.repeat(twice < 0.0, np.diff(start))
     index = np.arange(len(xy))
     return np.asarray(xy[np.where(clockwise, first + last - index, index)])
@@ -285,13 +258,11 @@ def _without_collinear(xy: Floats, start: Ints, tolerance: float) -> tuple[Float
     tolerance; rounds go on until nothing moves. A triangle stays as it is.
     """
     while len(xy):
-        index = np.arange(len(xy))
-        following, before = index + 1, index - 1
-        following[start[1:] - 1] = start[:-1]
-        before[start[:-1]] = start[1:] - 1
-        chord, arm = xy[following] - xy[before], xy - xy[before]
+        index, after = np.arange(len(xy)), following(start)
+        before = np.argsort(after)
+        chord, arm = xy[after] - xy[before], xy - xy[before]
         length = np.linalg.norm(chord, axis=1)
-        cross = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
+        cross = np.abs(cross_2d(chord, arm))
         height = np.where(length > 0.0, cross / np.where(length > 0.0, length, 1.0), 0.0)
         ring = np.repeat(np.arange(len(start) - 1), np.diff(start))
         loose = (height <= tolerance) & (np.diff(start) > 3)[ring]
@@ -300,12 +271,12 @@ def _without_collinear(xy: Floats, start: Ints, tolerance: float) -> tuple[Float
         rank = np.zeros(len(xy), np.int64)
         rank[np.lexsort((index, height))] = index
         rank[~loose] = len(xy)
-        drop = loose & (rank < rank[before]) & (rank < rank[following])
+        drop = loose & (rank < rank[before]) & (rank < rank[after])
         left = np.diff(start) - np.bincount(ring[drop], minlength=len(start) - 1)
         drop &= (left >= 3)[ring]
         if not drop.any():
             break
-        start = np.concatenate([[0], np.cumsum(np.bincount(ring[~drop], minlength=len(start) - 1))]).astype(np.int64)
+        start = offsets(np.bincount(ring[~drop], minlength=len(start) - 1))
         xy = xy[~drop]
     return xy, start
 
@@ -339,6 +310,6 @@ def _lifted(
     point = flat + np.repeat(middle, count)[:, None] * up
     return Overlaps(
         pair[kept],
-        np.concatenate([[0], np.cumsum(count[kept])]).astype(np.int64),
+        offsets(count[kept]),
         point[ragged(start, kept)[1]],
     )

@@ -1,12 +1,12 @@
-"""Packed lists of lists: the one index trick that replaces nested loops."""
+"""Packed lists of lists, rings and classes: the index tricks that replace nested loops."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from cyclopean.arrays import Ints
 
-__all__ = ["ragged", "ragged_batches"]
+__all__ = ["components", "following", "numbered", "offsets", "ragged", "ragged_batches"]
 
 BATCH = 1 << 20  # rows expanded at a time: a few tens of megabytes
 
@@ -43,3 +43,40 @@ def ragged_batches(start: Ints, row: Ints) -> Iterator[tuple[Ints, Ints]]:
         entry, position = ragged(start, row[first:last])
         yield entry + first, position
         first = last
+
+
+def offsets(count: Sequence[int] | Ints) -> Ints:
+    """(n + 1,) where each of n lists begins that hold so many entries, and where the last one ends."""
+    start = np.zeros(len(count) + 1, np.int64)
+    np.cumsum(count, out=start[1:])
+    return start
+
+
+def following(start: Ints) -> Ints:
+    """(m,) for each entry of rings packed at offsets `start` (n + 1,), the position of the next one round its ring.
+
+    Examples
+    --------
+    >>> following(np.array([0, 3, 5])).tolist()
+    [1, 2, 0, 4, 3]
+    """
+    after = np.arange(1, int(start[-1]) + 1)
+    after[start[1:] - 1] = start[:-1]
+    return after
+
+
+def numbered(label: Ints) -> Ints:
+    """(n,) the same classes, numbered in order of first appearance."""
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    rank = np.zeros(len(first), np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return np.asarray(rank[inverse.reshape(-1)])
+
+
+def components(count: int, a: Ints, b: Ints) -> Ints:
+    """(count,) which of `count` things hang together by pairs a[k], b[k]: classes in order of first appearance."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
+    return numbered(connected_components(graph, directed=False)[1])

@@ -7,6 +7,8 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
+from cyclopean.geometry.frames import newell_normals
+from cyclopean.geometry.packed import following, offsets
 
 __all__ = [
     "MassProperties",
@@ -36,8 +38,7 @@ class Polyhedra:
     face_start: Ints  # (n + 1,)
 
     def __post_init__(self) -> None:
-        for name, *shape in (("vertex", None, 3),):
-            object.__setattr__(self, name, sealed(name, getattr(self, name), *shape))
+        object.__setattr__(self, "vertex", sealed("vertex", self.vertex, None, 3))
         for name in ("vertex_start", "corner", "corner_start", "face_start"):
             object.__setattr__(self, name, sealed(name, getattr(self, name), None, dtype=np.int64))
 
@@ -62,9 +63,7 @@ class Polyhedra:
     @property
     def next_corner(self) -> Ints:
         """(K,) for each corner, the position of the next one round its face."""
-        following = np.arange(1, len(self.corner) + 1)
-        following[self.corner_start[1:] - 1] = self.corner_start[:-1]
-        return following
+        return following(self.corner_start)
 
 
 def pack(bodies: Sequence[tuple[Floats, Faces]]) -> Polyhedra:
@@ -76,12 +75,11 @@ def pack(bodies: Sequence[tuple[Floats, Faces]]) -> Polyhedra:
         A face with fewer than three corners, or one that names a vertex that is not there.
     """
     counts = [len(v) for v, _ in bodies]
-    vertex_start = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
+    vertex_start = offsets(counts)
     rows = [_rows(faces) for _, faces in bodies]
     sizes = np.concatenate([size for size, _ in rows] or [np.zeros(0, np.int64)])
     local = np.concatenate([corner for _, corner in rows] or [np.zeros(0, np.int64)])
-    corner_start = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]).astype(np.int64)
-    face_start = np.concatenate([[0], np.cumsum([len(f) for _, f in bodies], dtype=np.int64)]).astype(np.int64)
+    corner_start, face_start = offsets(sizes), offsets([len(f) for _, f in bodies])
     body = np.repeat(np.repeat(np.arange(len(bodies)), np.diff(face_start)), sizes)
     limit = np.asarray(counts, np.int64)[body] if len(bodies) else np.zeros(0, np.int64)
     if (bad := np.flatnonzero((local < 0) | (local >= limit))).size:
@@ -125,15 +123,8 @@ def triangles(mesh: Polyhedra) -> tuple[Ints, Ints]:
 
 
 def face_normals(mesh: Polyhedra) -> Floats:
-    """(F, 3) m2: Newell normal of every face, twice its area long.
-
-    Taken about each face's own first corner, so that a model far from the origin loses nothing.
-    """
-    if not len(mesh.corner):
-        return np.zeros((0, 3))
-    origin = mesh.vertex[np.repeat(mesh.corner[mesh.corner_start[:-1]], np.diff(mesh.corner_start))]
-    here = mesh.vertex[mesh.corner] - origin
-    return np.asarray(np.add.reduceat(np.cross(here, here[mesh.next_corner]), mesh.corner_start[:-1], axis=0))
+    """(F, 3) m2: Newell normal of every face, twice its area long."""
+    return newell_normals(mesh.vertex[mesh.corner], mesh.corner_start)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.errors import InputError, SolverError
+from cyclopean.geometry.packed import components, following, offsets
 from cyclopean.geometry.subdivision import Subdivision
 
-__all__ = ["hidden_sites", "power_diagram"]
+__all__ = ["power_diagram"]
 
 SAME = 1e-10  # of the rectangle's diagonal: vertices that are nearer to each other than this are one
 COINCIDENT = 1e-9  # of the diagonal: sites that are nearer than this are one; the heavier one has the cell
@@ -41,7 +42,7 @@ def power_diagram(site: ArrayLike, weight: ArrayLike, low: ArrayLike, high: Arra
     -------
     Subdivision
         Convex cells in the order of their sites. A site that is outweighed everywhere in the rectangle, or that
-        coincides with a heavier (or earlier) one, has no cell: see `hidden_sites`.
+        coincides with a heavier (or earlier) one, has no cell.
 
     Raises
     ------
@@ -72,16 +73,11 @@ def power_diagram(site: ArrayLike, weight: ArrayLike, low: ArrayLike, high: Arra
     cell, index = _welded(vertex, cell, index, touched, SAME * size)
     used, index = np.unique(index, return_inverse=True)
     held, count = np.unique(cell, return_counts=True)
-    found = Subdivision(vertex[used], np.concatenate([[0], np.cumsum(count)]), index, kept[held])
+    found = Subdivision(vertex[used], offsets(count), index, kept[held])
     whole = float(np.prod(high - low))
     if not (abs(float(found.areas().sum()) - whole) <= 1e-11 * whole and np.all(found.areas() > 0.0)):
         raise SolverError("power diagram: the cells do not cover the rectangle")
     return found
-
-
-def hidden_sites(diagram: Subdivision, count: int) -> Ints:
-    """Which of `count` sites have no cell in the diagram."""
-    return np.setdiff1d(np.arange(count), diagram.site)
 
 
 def _in_play(x: Floats, w: Floats, half: Floats) -> Bools:
@@ -129,7 +125,7 @@ def _dual(x: Floats, w: Floats) -> tuple[Floats, Ints, Ints]:
     pair = np.stack([np.repeat(np.arange(len(lower)), 3), near.ravel()], 1)
     pair = pair[(pair[:, 0] < pair[:, 1])]
     short = np.hypot(*(vertex[pair[:, 0]] - vertex[pair[:, 1]]).T) <= SAME
-    name = _components(len(vertex), pair[short], np.zeros(len(vertex), np.int64))
+    name = _representatives(len(vertex), pair[short], np.zeros(len(vertex), np.int64))
     cell, corner = hull.simplices[lower].ravel().astype(np.int64), np.repeat(name, 3)
     entry = np.unique(np.stack([cell, corner], 1)[cell < n], axis=0)
     cell, corner = entry[:, 0], entry[:, 1]
@@ -150,9 +146,7 @@ def _clipped(
     beyond = sign * (vertex[:, axis] - bound)
     on = np.abs(beyond) <= tolerance
     vertex[on, axis], beyond[on] = bound, 0.0
-    start = np.searchsorted(cell, np.unique(cell))
-    after = np.roll(index, -1)
-    after[np.append(start[1:], len(index)) - 1] = index[start]
+    after = index[following(np.append(np.searchsorted(cell, np.unique(cell)), len(cell)))]
     cut = np.flatnonzero(beyond[index] * beyond[after] < 0.0)
     low, high = np.minimum(index[cut], after[cut]), np.maximum(index[cut], after[cut])
     key, number = np.unique(low * len(vertex) + high, return_inverse=True)
@@ -172,29 +166,21 @@ def _clipped(
 
 def _welded(vertex: Floats, cell: Ints, index: Ints, rank: Ints, tolerance: float) -> tuple[Ints, Ints]:
     """Rings in which vertices joined by an edge no longer than the tolerance are one: the one of highest rank."""
-    start = np.searchsorted(cell, np.unique(cell))
-    after = np.roll(index, -1)
-    after[np.append(start[1:], len(index)) - 1] = index[start]
+    after = index[following(np.append(np.searchsorted(cell, np.unique(cell)), len(cell)))]
     along = vertex[after] - vertex[index]
     short = np.hypot(along[:, 0], along[:, 1]) <= tolerance
     if not short.any():
         return cell, index
-    name = _components(len(vertex), np.stack([index, after], 1)[short], rank)
+    name = _representatives(len(vertex), np.stack([index, after], 1)[short], rank)
     keep = ~short
     cell, index = cell[keep], name[index[keep]]
     full = np.bincount(cell, minlength=int(cell.max(initial=-1)) + 1)[cell] >= 3
     return cell[full], index[full]
 
 
-def _components(count: int, pair: Ints, rank: Ints) -> Ints:
+def _representatives(count: int, pair: Ints, rank: Ints) -> Ints:
     """For each of `count` things the one of highest rank (the first of those) that pairs connect it with."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    if not len(pair):
-        return np.arange(count)
-    graph = coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(count, count))
-    label = connected_components(graph, directed=False)[1]
+    label = components(count, pair[:, 0], pair[:, 1])
     order = np.lexsort((np.arange(count), -rank, label))
     first = order[np.unique(label[order], return_index=True)[1]]
     name: Ints = first[label].astype(np.int64)

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.geometry.boxes import box_pairs
 from cyclopean.geometry.common_area import common_areas
 from cyclopean.geometry.coplanar import flattened, twin_edges
-from cyclopean.geometry.frames import frames_from_normals
-from cyclopean.geometry.overlap import box_pairs
-from cyclopean.geometry.packed import ragged, ragged_batches
+from cyclopean.geometry.frames import cross_2d, frames_from_normals, solid_angles, unit
+from cyclopean.geometry.packed import components, following, offsets, ragged, ragged_batches
 from cyclopean.geometry.polyhedra import Polyhedra, face_normals, triangles
 
 __all__ = ["detached_pieces", "solid_faults"]
@@ -64,7 +64,7 @@ def _convex(mesh: Polyhedra) -> Bools:
         return np.ones(n, bool)
     normal = face_normals(mesh)
     length = np.linalg.norm(normal, axis=1)
-    normal = normal / np.where(length > 0.0, length, 1.0)[:, None]
+    normal = unit(normal)
     twin, face = twin_edges(mesh), mesh.corner_face
     along = mesh.vertex[mesh.corner[mesh.next_corner]] - mesh.vertex[mesh.corner]
     turn = np.einsum("ki,ki->k", np.cross(normal[face], normal[face[twin]]), along)
@@ -83,7 +83,7 @@ def _of_own_size(mesh: Polyhedra, bodies: Ints) -> Polyhedra:
     owner, vertex = ragged(mesh.vertex_start, bodies)
     face_owner, face = ragged(mesh.face_start, bodies)
     which, position = ragged(mesh.corner_start, face)
-    vertex_start = np.concatenate([[0], np.cumsum(np.diff(mesh.vertex_start)[bodies])]).astype(np.int64)
+    vertex_start = offsets(np.diff(mesh.vertex_start)[bodies])
     moved = (vertex_start[:-1] - mesh.vertex_start[bodies])[face_owner]
     corner = mesh.corner[position] + moved[which]
     low, high = np.full((len(bodies), 3), np.inf), np.full((len(bodies), 3), -np.inf)
@@ -95,8 +95,8 @@ def _of_own_size(mesh: Polyhedra, bodies: Ints) -> Polyhedra:
         (mesh.vertex[vertex] - low[owner]) / np.where(size > 0.0, size, 1.0)[owner][:, None],
         vertex_start,
         corner,
-        np.concatenate([[0], np.cumsum(np.diff(mesh.corner_start)[face])]).astype(np.int64),
-        np.concatenate([[0], np.cumsum(np.diff(mesh.face_start)[bodies])]).astype(np.int64),
+        offsets(np.diff(mesh.corner_start)[face]),
+        offsets(np.diff(mesh.face_start)[bodies]),
     )
 
 
@@ -115,17 +115,11 @@ class _Shells:
 
     @classmethod
     def of(cls, mesh: Polyhedra) -> "_Shells":
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
         count = len(mesh.corner_start) - 1
         twin, face = twin_edges(mesh), mesh.corner_face
         here = np.flatnonzero(twin >= 0)
-        graph = coo_array((np.ones(len(here), np.int8), (face[here], face[twin[here]])), shape=(count, count))
-        found = connected_components(graph, directed=False)[1]
-        _, first, number = np.unique(found, return_index=True, return_inverse=True)
-        label = np.argsort(np.argsort(first))[number.reshape(-1)].astype(np.int64)
-        first = np.sort(first)
+        label = components(count, face[here], face[twin[here]])
+        first = np.unique(label, return_index=True)[1]
         tri, tri_face = triangles(mesh)
         order = np.argsort(label[tri_face], kind="stable")
         shell = label[tri_face[order]]
@@ -207,19 +201,11 @@ def _surrounded(shells: _Shells, several: Ints) -> tuple[Ints, Ints]:
 
 
 def _winding(shells: _Shells, place: Floats, shell: Ints) -> tuple[Floats, Bools]:
-    """(k,) how often a shell goes round a place, and (k,) whether the place is on the shell, where that says nothing.
-
-    By the solid angles of the triangles (Van Oosterom and Strackee 1983).
-    """
+    """(k,) how often a shell goes round a place, and (k,) whether that is on it, where the number says nothing."""
     total, on = np.zeros(len(place)), np.zeros(len(place), bool)
     for entry, position in ragged_batches(shells.start, shell):
         p = shells.triangle[position] - place[entry][:, None]
-        length = np.linalg.norm(p, axis=2)
-        six = np.einsum("ti,ti->t", p[:, 0], np.cross(p[:, 1], p[:, 2]))
-        below = length.prod(axis=1)
-        for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            below += np.einsum("ti,ti->t", p[:, a], p[:, b]) * length[:, c]
-        total += np.bincount(entry, np.arctan2(six, below) / (2.0 * np.pi), len(place))
+        total += np.bincount(entry, solid_angles(p), len(place))
         on[entry[_is_at_origin(p)]] = True
     return total.round(), on
 
@@ -272,8 +258,7 @@ def _in_one_plane(mesh: Polyhedra, normal: Floats, chosen: Bools) -> tuple[Ints,
         All corners in the plane of their face, counter-clockwise; the same coordinates for faces in one plane.
     """
     none = np.zeros(0, np.int64)
-    length = np.linalg.norm(normal, axis=1)
-    normal = normal / np.where(length > 0.0, length, 1.0)[:, None]
+    length, normal = np.linalg.norm(normal, axis=1), unit(normal)
     first = mesh.corner_start[:-1]
     origin = mesh.vertex[mesh.corner[first]]
     oblique = np.array([0.5377, 0.6123, 0.5796])
@@ -319,18 +304,16 @@ def _overlap(mesh: Polyhedra, ring: Floats, one: Ints, two: Ints) -> Bools:
     small = np.flatnonzero((size[one] == 3) & (size[two] == 3))
     for a, b in ((one[small], two[small]), (two[small], one[small])):
         p, q = (ring[mesh.corner_start[side][:, None] + np.arange(3)] for side in (a, b))
-        turn = np.sign(_cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
+        turn = np.sign(cross_2d(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
         for k in range(3):
             side = p[:, (k + 1) % 3] - p[:, k]
-            above = _cross(side[:, None], q - p[:, k : k + 1]) * turn[:, None]
+            above = cross_2d(side[:, None], q - p[:, k : k + 1]) * turn[:, None]
             over[small] &= above.max(axis=1) > ROUNDING * np.linalg.norm(side, axis=1)
     left = np.flatnonzero(over)
     if not len(left):
         return over
     p, q = (_polygons(mesh, ring, side[left]) for side in (one, two))
-    around = (
-        np.add.reduceat(np.linalg.norm(xy[following] - xy, axis=1), start[:-1]) for xy, following, start in (p, q)
-    )
+    around = (np.add.reduceat(np.linalg.norm(xy[after] - xy, axis=1), start[:-1]) for xy, after, start in (p, q))
     over[left] = common_areas(p, q) > 2.0 * ROUNDING * np.minimum(*around)
     return over
 
@@ -338,11 +321,5 @@ def _overlap(mesh: Polyhedra, ring: Floats, one: Ints, two: Ints) -> Bools:
 def _polygons(mesh: Polyhedra, ring: Floats, face: Ints) -> tuple[Floats, Ints, Ints]:
     """Faces as `common_areas` takes them."""
     _, position = ragged(mesh.corner_start, face)
-    start = np.concatenate([[0], np.cumsum(np.diff(mesh.corner_start)[face])])
-    following = np.arange(1, len(position) + 1)
-    following[start[1:] - 1] = start[:-1]
-    return ring[position], following, start
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+    start = offsets(np.diff(mesh.corner_start)[face])
+    return ring[position], following(start), start

@@ -27,14 +27,12 @@ __all__ = [
     "CUBE",
     "Solid",
     "difference",
-    "hull_of",
     "intersection",
     "mesh_of",
     "mesh_volume",
     "moved",
     "solid_of",
     "solid_volume",
-    "split_by_plane",
 ]
 
 Solid = Any  # manifold3d's own class; a name for signatures, so that the library is not imported before it is used
@@ -127,43 +125,10 @@ def _boolean(a: "Manifold", b: "Manifold", how: Any) -> "Manifold":
     return Manifold.batch_boolean([a, b], how)
 
 
-def split_by_plane(solid: Solid, normal: ArrayLike, offset: float) -> tuple[Solid, Solid]:
-    """The part beyond the plane normal . x = offset (on the side the normal points to), and the part before it."""
-    n = sealed("normal", normal, 3)
-    length = float(np.linalg.norm(n))
-    if not length > 0.0:
-        raise InputError("normal: has no length")
-    beyond, before = solid.split_by_plane(tuple(n / length), offset / length)
-    return _sound(beyond), _sound(before)
-
-
 def moved(solid: Solid, rotation: ArrayLike, shift: ArrayLike) -> Solid:
     """The solid with each point x taken to rotation x + shift."""
     matrix = np.column_stack([sealed("rotation", rotation, 3, 3), sealed("shift", shift, 3)])
     return _sound(solid.transform(matrix))
-
-
-def hull_of(points: ArrayLike, name: str = "points") -> Solid:
-    """Convex hull of points (n, 3), by Qhull: manifold3d's own was off by up to 7 % on finely meshed stones.
-
-    Raises
-    ------
-    InputError
-        They lie in a plane.
-    """
-    from scipy.spatial import ConvexHull, QhullError
-
-    point = sealed(name, points, None, 3)
-    try:
-        hull = ConvexHull(point)
-    except (QhullError, ValueError) as error:
-        raise InputError(f"{name}: {len(point)} points that lie in a plane have no hull") from error
-    corner = point[hull.simplices]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    inward = np.einsum("ti,ti->t", normal, hull.equations[:, :3]) < 0.0
-    facet = np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)
-    kept, number = np.unique(facet, return_inverse=True)
-    return solid_of(point[kept], number.reshape(-1, 3), name)
 
 
 def _sound(solid: "Manifold") -> "Manifold":

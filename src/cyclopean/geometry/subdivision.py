@@ -20,8 +20,9 @@ from numpy.typing import ArrayLike
 
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
+from cyclopean.geometry.packed import following, offsets
 
-__all__ = ["Subdivision", "dissolved", "faults", "merged", "subdivide"]
+__all__ = ["Subdivision", "dissolved", "merged", "subdivide"]
 
 STRAIGHT = 1e-12  # sine of the turn at a vertex below which it lies on the straight line between its neighbours
 
@@ -64,7 +65,7 @@ class Subdivision:
 
     def following(self) -> Ints:
         """Vertex that follows every ring entry on its ring, (R,)."""
-        return _following(self.start, self.index)
+        return self.index[following(self.start)]
 
     def ring(self, cell: int) -> Floats:
         """Corners of one cell, counter-clockwise, (k, 2) m."""
@@ -143,51 +144,13 @@ def subdivide(vertex: ArrayLike, rings: Sequence[Sequence[int]], site: ArrayLike
     InputError
         A ring with fewer than three corners, or one that names a vertex that is not there.
     """
-    start = np.cumsum([0, *map(len, rings)])
+    start = offsets([len(ring) for ring in rings])
     index = np.array([k for ring in rings for k in ring], dtype=np.int64)
     point = sealed("vertex", vertex, None, 2)
     if index.size and not (index.min() >= 0 and index.max() < len(point)):
         raise InputError("rings: a ring names a vertex that is not there")
     used, index = np.unique(index, return_inverse=True)
     return Subdivision(point[used], start, index, np.arange(len(rings)) if site is None else np.asarray(site))
-
-
-def faults(subdivision: Subdivision, area: float | None = None) -> list[str]:
-    """What is wrong with a subdivision, in plain sentences; an empty list means that the cells tile their outline.
-
-    Simple, counter-clockwise cells in which every directed edge occurs once, and whose unpaired edges close up to
-    rings that neither cross nor touch along a line, cover the inside of those rings exactly once: walking across a
-    paired edge leaves one cell and enters one other.
-
-    Parameters
-    ----------
-    subdivision : Subdivision
-        What is examined.
-    area : float, optional
-        m2 that the cells should cover in all, within 1e-9 of it.
-
-    Returns
-    -------
-    list of str
-    """
-    import shapely
-
-    index, following, cell = subdivision.index, subdivision.following(), subdivision.cell()
-    found = [f"cell {c} is not simple" for c in np.flatnonzero(~shapely.is_valid(subdivision.polygons()))]
-    found += [f"cell {c} has no positive area" for c in np.flatnonzero(~(subdivision.areas() > 0.0))]
-    directed = index * len(subdivision.vertex) + following
-    order = np.argsort(directed, kind="stable")
-    twice = np.flatnonzero(directed[order][1:] == directed[order][:-1])
-    for k in twice:
-        a, b = cell[order[k]], cell[order[k + 1]]
-        found.append(f"cells {a} and {b} overlap along edge {index[order[k]]}-{following[order[k]]}")
-    if twice.size:
-        return found
-    found += _boundary_faults(subdivision)
-    covered = float(subdivision.areas().sum())
-    if area is not None and not (abs(covered - area) <= 1e-9 * area):
-        found.append(f"the cells cover {covered:.12g} m2 of {area:.12g} m2")
-    return found
 
 
 def merged(subdivision: Subdivision, cell: int, into: int) -> list[int] | None:
@@ -229,13 +192,6 @@ def dissolved(subdivision: Subdivision) -> Subdivision:
     return subdivide(point, rings, subdivision.site)
 
 
-def _following(start: Ints, index: Ints) -> Ints:
-    after = np.roll(index, -1)
-    if len(start) > 1:
-        after[start[1:] - 1] = index[start[:-1]]
-    return after
-
-
 def _edges(index: Ints, following: Ints, cell: Ints, vertices: int) -> tuple[Ints, Ints]:
     """Undirected edges and the cells on their two sides."""
     low, high = np.minimum(index, following), np.maximum(index, following)
@@ -249,22 +205,3 @@ def _edges(index: Ints, following: Ints, cell: Ints, vertices: int) -> tuple[Int
 def _directed(subdivision: Subdivision, cell: int) -> list[tuple[int, int]]:
     ring = subdivision.index[subdivision.start[cell] : subdivision.start[cell + 1]].tolist()
     return list(zip(ring, ring[1:] + ring[:1], strict=True))
-
-
-def _boundary_faults(subdivision: Subdivision) -> list[str]:
-    """Unpaired edges must enclose the cells; a gap or a vertex that one neighbour lacks shows as an edge too many."""
-    import shapely
-
-    if not len(subdivision):
-        return []
-    outer = subdivision.edge[(subdivision.side < 0).any(axis=1)]
-    line = shapely.linestrings(subdivision.vertex[outer])
-    first, second = shapely.STRtree(line).query(line, predicate="intersects")
-    once = first < second
-    first, second = first[once], second[once]
-    shared = (outer[first][:, :, None] == outer[second][:, None, :]).any(axis=(1, 2))
-    along = shapely.length(shapely.intersection(line[first], line[second])) > 0.0
-    return [
-        f"edges {a[0]}-{a[1]} and {b[0]}-{b[1]} meet without sharing a vertex: a gap, an overlap or a missing corner"
-        for a, b in zip(outer[first[~shared | along]], outer[second[~shared | along]], strict=True)
-    ]

@@ -13,7 +13,7 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.errors import InputError
 from cyclopean.geometry import newell_normals
-from cyclopean.geometry.mesh_repair import ears_of
+from cyclopean.geometry.polygon import triangulated
 from cyclopean.io.bodies import Body
 from cyclopean.io.fields import REACH
 from cyclopean.io.files import one_line
@@ -185,7 +185,7 @@ def _rings(vertices: Floats, face: Sequence[int]) -> list[tuple[int, ...]]:
     convex = bool((turn @ newell_normals(point, np.array([0, len(point)]))[0] >= 0.0).all())
     if convex and len(face) == 4:
         return [tuple(face)]
-    ears = None if convex else ears_of(point)
+    ears = None if convex else triangulated(point)
     if ears is None:
         return list(fan(face))
     return [(face[a], face[b], face[c]) for a, b, c in ears.tolist()]

@@ -17,7 +17,8 @@ from cyclopean.design.stones.inventory import CLASSES, Inventory, Shape, flat_fa
 from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.errors import InputError
 from cyclopean.geometry import face_normals, pack, triangles
-from cyclopean.geometry.mesh_repair import Piece, ears_of, repair, weld
+from cyclopean.geometry.mesh_repair import Piece, repair, weld
+from cyclopean.geometry.polygon import triangulated
 from cyclopean.io.bodies import Body, pieces
 from cyclopean.io.fields import REACH, first_repeat, label
 from cyclopean.io.files import PathLike, one_line, picked, read_bytes, together, write_bytes
@@ -263,7 +264,7 @@ def _fans(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:
     cut = []
     for k in hollow.tolist():
         face = np.array(faces[k])
-        ears = ears_of(vertices[face])
+        ears = triangulated(vertices[face])
         cut.append(found[owner == k] if ears is None else face[ears])
     return np.concatenate([kept, *cut])
 

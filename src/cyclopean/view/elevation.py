@@ -12,6 +12,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry import face_normals
+from cyclopean.geometry.polygon import convex_hull
 from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, HELD, INK, PULL, RUB, THRUST, fill, shaded
 from cyclopean.view.drawing import Picture
 from cyclopean.view.figures import number
@@ -181,27 +182,9 @@ def _silhouettes(drawn: Picture, view: View, paper: _Paper) -> list[str]:
     sheet = paper.of(flat)
     painted = []
     for i in np.argsort(-middle, kind="stable"):
-        outline = _hull(sheet[mesh.vertex_start[i] : mesh.vertex_start[i + 1]])
+        outline = convex_hull(sheet[mesh.vertex_start[i] : mesh.vertex_start[i + 1]])
         painted.append(_paint(_path(outline), int(drawn.group[i]), 0.95, True))
     return [f'<g stroke="{INK}" stroke-width="0.5" stroke-linejoin="round">', *painted, "</g>"]
-
-
-def _hull(point: Floats) -> Floats:
-    """Convex hull of (k, 2) points by Andrew's monotone chain."""
-    ordered = sorted({(x, y) for x, y in point.tolist()})
-    halves = []
-    for run in (ordered, ordered[::-1]):
-        chain: list[tuple[float, float]] = []
-        for p in run:
-            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0.0:
-                chain.pop()
-            chain.append(p)
-        halves += chain[:-1]
-    return np.array(halves or ordered)
-
-
-def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def _ghost(drawn: Picture, view: View, paper: _Paper) -> str:

@@ -26,7 +26,7 @@ from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.assembly import Assembly, supports
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
-from cyclopean.geometry.convex_pieces import convex_pieces
+from cyclopean.geometry.polygon import convex_pieces
 
 __all__ = ["Cells", "Form", "cells_of"]
 

@@ -14,7 +14,7 @@ from cyclopean.design.matching.ascent import FAR, FlatWall, Obstacles
 from cyclopean.design.walls.pattern import Pattern, seed_grid
 from cyclopean.design.walls.polygonal import PolygonalWall
 from cyclopean.design.walls.surfaces import Surface
-from cyclopean.geometry.convex_pieces import convex_pieces
+from cyclopean.geometry.polygon import convex_pieces
 
 __all__ = ["TangentPlanes", "flat_wall", "frames_at"]
 

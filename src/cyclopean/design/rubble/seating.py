@@ -46,6 +46,7 @@ from cyclopean.design.rubble.features import Body, Features, body_of
 from cyclopean.design.rubble.gaps import Gaps, NearPairs, Surroundings, gaps_between, near_pairs
 from cyclopean.errors import InputError
 from cyclopean.geometry import crossed, rotations
+from cyclopean.geometry.polygon import convex_hull
 from cyclopean.geometry.solids import intersection, solid_volume
 
 __all__ = ["Seat", "body_of", "heyman_margin", "overlap_share", "seat"]
@@ -397,29 +398,10 @@ def heyman_margin(points: ArrayLike, centre: ArrayLike) -> float:
     xy = sealed("contacts", points, None, 3)[:, :2] - sealed("centre", centre, 3)[:2]
     if not len(xy):
         return -np.inf
-    ring = _hull(xy)
+    ring = convex_hull(xy)
     along = np.roll(ring, -1, axis=0) - ring
     square = np.maximum(np.einsum("ki,ki->k", along, along), 1e-300)
     share = np.clip(-np.einsum("ki,ki->k", ring, along) / square, 0.0, 1.0)
     nearest = float(np.linalg.norm(ring + share[:, None] * along, axis=1).min())
     left = ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1)
     return nearest if len(ring) > 2 and bool(np.all(left > 0.0)) else -nearest
-
-
-def _hull(xy: Floats) -> Floats:
-    """Corners (k, 2) of the convex hull, counter-clockwise (Andrew 1979); of points in a line the two ends."""
-    order = xy[np.lexsort((xy[:, 1], xy[:, 0]))].tolist()
-
-    def half(points: list[list[float]]) -> list[list[float]]:
-        chain: list[list[float]] = []
-        for p in points:
-            while len(chain) > 1 and _left(chain[-2], chain[-1], p) <= 0.0:
-                chain.pop()
-            chain.append(p)
-        return chain[:-1]
-
-    return np.array(half(order) + half(order[::-1]) or order[:1])
-
-
-def _left(o: Sequence[float], a: Sequence[float], b: Sequence[float]) -> float:
-    return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])

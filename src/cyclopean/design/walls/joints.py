@@ -36,7 +36,7 @@ from cyclopean.design.walls.pattern import Pattern
 from cyclopean.design.walls.surfaces import Surface, Thickness
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, mesh_faults
-from cyclopean.geometry.convex_pieces import ears
+from cyclopean.geometry.polygon import ears
 
 __all__ = ["JointReadout", "Masonry", "Warped", "base_edges", "jointed", "stone_ids", "with_open_joints"]
 

@@ -1,7 +1,7 @@
-"""A simple polygon as few convex pieces: ears are cut off, then pieces that make a convex one together are joined.
+"""Polygons: convex hulls, triangles of simple ones, and as few convex pieces as can be.
 
-Joining across the diagonals of a triangulation gives at most four times the least number of pieces (Hertel and
-Mehlhorn 1983).
+For the last, ears are cut off, then pieces that make a convex one together are joined. Joining across the diagonals of
+a triangulation gives at most four times the least number of pieces (Hertel and Mehlhorn 1983).
 
 By hand: an L falls into two pieces, a cross into at most five.
 
@@ -14,11 +14,42 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cyclopean.arrays import Floats, sealed
+from cyclopean.arrays import Floats, Ints, sealed
+from cyclopean.geometry.frames import cross_2d, newell_normals
 
-__all__ = ["convex_pieces", "ears"]
+__all__ = ["convex_hull", "convex_pieces", "ears", "triangulated"]
 
 STRAIGHT = 1e-9  # of the squared size: twice the area of a corner's triangle below which the corner is straight
+
+
+def convex_hull(point: Floats) -> Floats:
+    """Corners (h, 2) of the convex hull of points (k, 2), counter-clockwise (Andrew 1979); in a line the two ends."""
+    ordered = sorted({(x, y) for x, y in point.tolist()})
+    halves: list[tuple[float, float]] = []
+    for run in (ordered, ordered[::-1]):
+        chain: list[tuple[float, float]] = []
+        for p in run:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0.0:
+                chain.pop()
+            chain.append(p)
+        halves += chain[:-1]
+    return np.array(halves or ordered)
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def triangulated(points: Floats) -> Ints | None:
+    """Triangles (k - 2, 3) of a polygon (k, 3) that is about flat, seen along its normal.
+
+    None where an ear is missing, as in a polygon that crosses itself.
+    """
+    local = points - points[0]
+    normal = newell_normals(local, np.array([0, len(local)]))[0]
+    u = np.cross(np.eye(3)[np.argmin(np.abs(normal))], normal)
+    found = ears(np.stack([local @ u, local @ np.cross(normal, u)], 1), range(len(points)), forced=False)
+    return np.array(found, np.int64) if found else None
 
 
 def convex_pieces(ring: ArrayLike, slack: float = STRAIGHT) -> list[list[int]]:
@@ -90,16 +121,22 @@ def _convex(point: Floats, ring: list[int], least: float) -> bool:
     return bool((behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0] >= least).all())
 
 
-def ears(point: Floats, ring: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Triangles of a simple, counter-clockwise polygon through some of points (n, 2); the roundest ear goes first."""
+def ears(point: Floats, ring: Sequence[int], *, forced: bool = True) -> list[tuple[int, int, int]]:
+    """Triangles of a simple, counter-clockwise polygon through some of points (n, 2); the roundest ear goes first.
+
+    Where none is an ear, as rounding may have it, the roundest corner counts as one if `forced`; otherwise there are no
+    triangles.
+    """
     left = list(ring)
     found = []
     while len(left) > 3:
         before, after = np.roll(left, 1), np.roll(left, -1)
         a, b, c = point[before], point[left], point[after]
         sides = ((b - a) ** 2).sum(1) + ((c - b) ** 2).sum(1) + ((a - c) ** 2).sum(1)
-        order = np.argsort(-_cross(b - a, c - a) / sides, kind="stable").tolist()
-        where = next((i for i in order if _is_ear(point, left, i)), order[0])
+        order = np.argsort(-cross_2d(b - a, c - a) / np.where(sides > 0.0, sides, 1.0), kind="stable").tolist()
+        where = next((i for i in order if _is_ear(point, left, i)), order[0] if forced else None)
+        if where is None:
+            return []
         found.append((int(before[where]), left[where], int(after[where])))
         del left[where]
     return [*found, (left[0], left[1], left[2])]
@@ -110,12 +147,8 @@ def _is_ear(point: Floats, left: list[int], i: int) -> bool:
     corner = (left[i - 1], left[i], left[(i + 1) % len(left)])
     a, b, c = point[list(corner)]
     others = point[[k for k in left if k not in corner]]
-    if not float(_cross(b - a, c - a)) > 0.0:
+    if not float(cross_2d(b - a, c - a)) > 0.0:
         return False
     sides = ((a, b), (b, c), (c, a))
-    within = np.logical_and.reduce([_cross(head - tail, others - tail) >= 0.0 for tail, head in sides])
+    within = np.logical_and.reduce([cross_2d(head - tail, others - tail) >= 0.0 for tail, head in sides])
     return not bool(within.any())
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -1,18 +1,25 @@
-"""Which boxes of one list meet which of another."""
+"""Which boxes meet."""
 
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 
-__all__ = ["meeting_boxes"]
+__all__ = ["box_pairs", "meeting_boxes"]
 
 DIRECT = 1 << 15  # comparisons up to which all are made
 
 
-def meeting_boxes(low_a: Floats, high_a: Floats, low_b: Floats, high_b: Floats, reach: float) -> tuple[Ints, Ints]:
-    """Pairs (i, j) of boxes a[i] and b[j], corners (n, 3) and (m, 3), that come within `reach` of each other.
+def box_pairs(low: Floats, high: Floats, reach: float) -> tuple[Ints, Ints]:
+    """Pairs (i < j, sorted) of the boxes `low`, `high`, both (n, 3) in m, that come within `reach` of each other."""
+    i, j = meeting_boxes(low, high, low, high, reach)
+    once = i < j
+    return i[once], j[once]
 
-    Few are compared one by one; of many a packed tree is made over the two axes along which they stand side by side.
+
+def meeting_boxes(low_a: Floats, high_a: Floats, low_b: Floats, high_b: Floats, reach: float) -> tuple[Ints, Ints]:
+    """Pairs (i, j), sorted, of boxes a[i] and b[j], corners (n, 3) and (m, 3) in m, within `reach` of each other.
+
+    Few are compared one by one; of many a packed tree is made over the two axes along which most stand side by side.
 
     Examples
     --------
@@ -40,7 +47,8 @@ def meeting_boxes(low_a: Floats, high_a: Floats, low_b: Floats, high_b: Floats, 
         return a[i], b[j]
     import shapely
 
-    x, y, z = np.argsort(-np.ptp(np.concatenate([there_low, there_high]), axis=0), kind="stable")
+    spread = np.ptp(np.concatenate([there_low, there_high]), axis=0)
+    x, y, z = np.argsort(-spread / np.maximum((there_high - there_low).mean(axis=0), 1e-300), kind="stable")
     there = shapely.box(there_low[:, x], there_low[:, y], there_high[:, x], there_high[:, y])
     here = shapely.box(here_low[:, x], here_low[:, y], here_high[:, x], here_high[:, y])
     i, j = shapely.STRtree(there).query(here)
