@@ -12,10 +12,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import typer
-
 from cyclopean import statics
-from cyclopean.cli.app import app
+from cyclopean.cli.app import program
 
 DOCS = Path(__file__).parent
 TABLE = re.compile(r"(<!-- symbols -->\n).*?(<!-- end of symbols -->)", re.DOTALL)
@@ -60,7 +58,7 @@ def remark(parameter: Any) -> str:
 
 def command_reference() -> str:
     """The page of all commands."""
-    root = typer.main.get_command(app)
+    root = program()
     parts = [HEAD]
     for name, command in commands(root):
         arguments = [p for p in command.params if p.param_type_name == "argument"]

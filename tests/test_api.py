@@ -14,12 +14,17 @@ from hypothesis import strategies as st
 import cyclopean
 from cyclopean import analysis
 from cyclopean.analysis import Live, LiveLoad
+from cyclopean.api.checking import CheckOptions, SequenceOptions
+from cyclopean.api.inputs import Reading
+from cyclopean.api.keywords import CheckKeywords, LimitKeywords, SequenceKeywords
+from cyclopean.api.limiting import LimitOptions
 from cyclopean.cli import main
 from cyclopean.design.construction import sequence as sequencing
 from cyclopean.design.matching.match import MatchSettings
 from cyclopean.design.rubble.settle import SettleSettings
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
+from cyclopean.options import options_of
 from laws import examples
 
 TEN = "Assembly read_model check limit polygonal_wall match carve settle build_sequence save".split()
@@ -65,12 +70,32 @@ def test_the_ten_are_there_and_documented() -> None:
     assert listed[1].replace(" and ", ", ").split(", ") == TEN
 
 
+KINDS = {
+    cyclopean.check: (CheckKeywords, analysis.Settings, Reading, CheckOptions),
+    cyclopean.limit: (LimitKeywords, LimitOptions, analysis.Settings, Reading),
+    cyclopean.build_sequence: (SequenceKeywords, analysis.Settings, Reading, SequenceOptions),
+}
+
+
+@pytest.mark.parametrize("function", KINDS, ids=lambda one: one.__name__)
+def test_keywords_are_the_options_that_are_described_once(function) -> None:
+    """The signature, the documentation and the types that a checker sees name the same options."""
+    typed, *kinds = KINDS[function]
+    shown = inspect.signature(function).parameters
+    described = {name for kind in kinds for name in options_of(kind)}
+    own = {"model", "settings", "live", "progress", "executor", "watch"}
+    assert set(shown) - own == set(typed.__annotations__) <= described
+    for name in set(shown) - own:
+        assert f"        {name} : " in function.__doc__
+    if function is cyclopean.check:
+        assert described == set(typed.__annotations__)
+    with pytest.raises(TypeError, match="unexpected keyword argument 'friction'"):
+        function(ARCH, friction=0.7)
+
+
 @pytest.mark.parametrize(
     ("function", "kept"),
     [
-        (cyclopean.check, analysis.Settings),
-        (cyclopean.limit, analysis.Settings),
-        (cyclopean.build_sequence, analysis.Settings),
         (cyclopean.polygonal_wall, cyclopean.PatternSettings),
         (cyclopean.match, MatchSettings),
         (cyclopean.settle, SettleSettings),
@@ -78,8 +103,7 @@ def test_the_ten_are_there_and_documented() -> None:
 )
 def test_keywords_are_fields_of_the_settings(function, kept) -> None:
     own = {
-        "model", "live", "settings", "progress", "units", "executor", "watch", "push", "tilt", "loads", "solver",
-        "lean", "clearance", "most_props", "surface", "depth", "batter", "density", "mu", "warped", "improve",
+        "settings", "progress", "units", "executor", "surface", "depth", "batter", "density", "mu", "warped", "improve",
         "stones", "wall", "negotiate", "rounds", "supports",
     }  # fmt: skip
     keywords = set(inspect.signature(function).parameters)

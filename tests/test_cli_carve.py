@@ -266,7 +266,7 @@ def test_a_changed_stone_is_refused_by_name(run):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--least-cut", "-1"], "--least-cut: -1 is less than 0"),
+        (["--least-cut", "-1"], "--least-cut -1: expected a number >= 0"),
         (["--least-cut", "thin"], "--least-cut: 'thin' is not a number"),
         (["--method", "magic"], "--method: 'magic' is not one of cra, rbe"),
         (["--json", "match.json"], "--json match.json: this is the input file; choose another name"),

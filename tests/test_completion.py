@@ -6,12 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
-import typer
 
-from cyclopean.cli.app import app
+from cyclopean.cli.app import program
 from cyclopean.cli.completion import ASKED, SCRIPTS, candidates
 
-PROGRAM = typer.main.get_command(app)
+PROGRAM = program()
 BASH = Path("/bin/bash")
 
 

@@ -4,9 +4,8 @@ import re
 import shlex
 
 import pytest
-import typer
 
-from cyclopean.cli.app import UsageError, app
+from cyclopean.cli.app import UsageError, program
 from cyclopean.cli.examples import EXAMPLES
 from test_docs import helped, known_commands
 
@@ -20,7 +19,7 @@ def parsed(line: str) -> str:
     """
     words = shlex.split(line.partition(" >")[0])
     assert words[0] == "cyclopean"
-    command, words, path = typer.main.get_command(app), words[1:], []
+    command, words, path = program(), words[1:], []
     while hasattr(command, "commands"):
         path.append(words.pop(0))
         command = command.commands[path[-1]]

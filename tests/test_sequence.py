@@ -161,8 +161,8 @@ def test_up_is_against_gravity():
     ("options", "message"),
     [
         ({"settings": Settings(gravity=(0.0, 0.0, 0.0))}, "without gravity"),
-        ({"lean": 1.0}, "lean 1: "),
-        ({"lean": float("nan")}, "lean nan: "),
+        ({"lean": 1.0}, "bearing 1: "),
+        ({"lean": float("nan")}, "bearing nan: "),
         ({"clearance": 0.0}, "clearance 0: "),
         ({"most_props": -1}, "props -1: "),
     ],

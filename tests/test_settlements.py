@@ -36,7 +36,7 @@ PARTING = 0.01
 
 def settled(model: Assembly, moves: dict[str, tuple[float, ...]], **said: Any) -> Result:
     rows = tuple((name, (*motion, 0.0, 0.0, 0.0)[:6]) for name, motion in moves.items())
-    return check(model, Settings(method="rbe", settle=rows, **said))
+    return check(model, Settings(method="rbe", settlement=rows, **said))
 
 
 def thrust(result: Result) -> float:
@@ -243,7 +243,7 @@ def test_forces_across_a_gap_are_refused() -> None:
     from cyclopean.analysis.preparation import prepare
     from cyclopean.analysis.proving import certify, polished
 
-    model = prepare(beams(0.6, 0.4, 0.3), Settings(method="rbe", settle=(("right", (PARTING, 0, 0, 0, 0, 0)),)))
+    model = prepare(beams(0.6, 0.4, 0.3), Settings(method="rbe", settlement=(("right", (PARTING, 0, 0, 0, 0, 0)),)))
     system = model.system()
     assert model.settled is not None
     scaled = model.settled / system.length_unit
@@ -269,13 +269,13 @@ def test_forces_across_a_gap_are_refused() -> None:
 def test_what_is_refused() -> None:
     model = arch(8)
     for said, line in (
-        ({"settle": (("v03", (1.0, 0, 0, 0, 0, 0)),)}, "is no support"),
-        ({"settle": (("nobody", (1.0, 0, 0, 0, 0, 0)),)}, "not in the model"),
-        ({"settle": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "method": "cra"}, "only rigid-block equilibrium"),
-        ({"settle": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "tension": 1.0}, "do not go together"),
-        ({"settle": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "penalty": True}, "does not go with"),
-        ({"settle": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "cone": "inscribed:8"}, "in exact cones"),
-        ({"settle": (("springer-right", (1.0, 0, 0)),)}, "six finite numbers"),
+        ({"settlement": (("v03", (1.0, 0, 0, 0, 0, 0)),)}, "is no support"),
+        ({"settlement": (("nobody", (1.0, 0, 0, 0, 0, 0)),)}, "not in the model"),
+        ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "method": "cra"}, "only rigid-block equilibrium"),
+        ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "tension": 1.0}, "do not go together"),
+        ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "penalty": True}, "does not go with"),
+        ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "cone": "inscribed:8"}, "in exact cones"),
+        ({"settlement": (("springer-right", (1.0, 0, 0)),)}, "six finite numbers"),
     ):
         with pytest.raises(InputError, match=line):
             check(model, Settings(**said))
@@ -313,12 +313,12 @@ def test_files_and_reports(tmp_path) -> None:
 
 def test_the_command(run, tmp_path) -> None:
     write_model(tmp_path / "m.json", arch(8))
-    status, out, _ = run("check", "m.json", "--settle", "springer-right:0.01,0,0", "--certificate", "c.json")
+    status, out, _ = run("check", "m.json", "--settlement", "springer-right:0.01,0,0", "--certificate", "c.json")
     assert status == 0
     assert "opened   v04 and v05 by" in out
     assert "comes to rest" in run("verify", "c.json")[1]
     for argv in (("springer-right",), ("springer-right:1,2",), ("springer-right:a,0,0",), ("v03:0,0,1",)):
-        status, _, err = run("check", "m.json", "--settle", *argv)
+        status, _, err = run("check", "m.json", "--settlement", *argv)
         assert (status, len(err.splitlines())) == (2, 1)
 
 

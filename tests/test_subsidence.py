@@ -30,7 +30,7 @@ INNER = 5.0
 
 def followed(model, moves, steps=10, **said):
     rows = tuple((name, (*motion, 0.0, 0.0, 0.0)[:6]) for name, motion in moves.items())
-    return subsidence(model, Settings(method="rbe", settle=rows, **said), steps=steps)
+    return subsidence(model, Settings(method="rbe", settlement=rows, **said), steps=steps)
 
 
 def spare(voussoirs, thickness, haunch, mu, d):
@@ -197,7 +197,7 @@ def test_a_support_that_leaves():
 
 def test_a_joint_that_has_parted_may_shift():
     """The same with the column gone far aside: no friction drags the beam after it across the gap."""
-    said = Settings(method="rbe", settle=(("right", (1.0, 0, -0.05, 0, 0, 0)),))
+    said = Settings(method="rbe", settlement=(("right", (1.0, 0, -0.05, 0, 0, 0)),))
     model = prepare(beside(), said)
     path = _Path(model, model.settled)
     gone = path.settled(path.start(), 1.0)
@@ -260,7 +260,7 @@ def test_what_is_refused():
 def test_the_verdict_on_all_of_it():
     model = arch(8)
     for far, verdict in ((0.4, "stable"), (1.6, "undecided")):
-        said = Settings(method="rbe", settle=(("springer-right", (far, 0, 0, 0, 0, 0)),))
+        said = Settings(method="rbe", settlement=(("springer-right", (far, 0, 0, 0, 0, 0)),))
         small, path = check(model, said), subsidence(model, said, steps=2)
         whole = path.judged(small)
         assert (small.verdict, whole.verdict, whole.reason) == ("stable", verdict, path.ended)
@@ -282,11 +282,11 @@ def test_the_command(run, tmp_path):
     assert (path["reached"], path["proved"], path["share"], len(path["steps"])) == (True, True, 1.0, 3)
     assert path["steps"][-1]["joint"] == ["v04", "v05"]
     assert "As the settlement goes on" in (tmp_path / "r.html").read_text()
-    status, out, _ = run("check", "m.json", "--settle", "springer-right:2,0,0", "--steps", "1")
+    status, out, _ = run("check", "m.json", "--settlement", "springer-right:2,0,0", "--steps", "1")
     assert status == 3
     assert "falls" in out
     write_model(tmp_path / "n.json", arch(8))
-    for said in (("--steps", "4"), ("--settle", "springer-right:0.1,0,0", "--steps", "0"), ("--steps", "x")):
+    for said in (("--steps", "4"), ("--settlement", "springer-right:0.1,0,0", "--steps", "0"), ("--steps", "x")):
         status, _, err = run("check", "n.json", *said)
         assert status == 2
         assert err.splitlines()[-1].startswith("cyclopean: error: --steps")

@@ -161,9 +161,9 @@ def _settled(assembly: Assembly, fixed: Bools, settings: Settings) -> Floats | N
     """(n, 6) movements of supports, those of the settings before those of the model; None where there are none."""
     number = {block.id: i for i, block in enumerate(assembly.blocks)}
     rows = {one.block: one.motion for one in assembly.settlements}
-    for name, motion in settings.settle:
+    for name, motion in settings.settlement:
         if name not in number:
-            raise InputError.of("settle", name, f"block '{name}' is not in the model")
+            raise InputError.of("settlement", name, f"block '{name}' is not in the model")
         rows[number[name]] = np.array(motion, float)
     for i in rows:
         if not fixed[i]:

@@ -1,12 +1,18 @@
 """What an analysis answers."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Contacts, Loading
+
+if TYPE_CHECKING:
+    from cyclopean.analysis.large_displacement.subsidence import Subsidence
+    from cyclopean.analysis.safety_margins import Margins
+    from cyclopean.analysis.sensitivity_study.sampling import Sensitivity
 
 OPEN = 1e-6  # of the largest displacement: what gaps less counts as shut
 
@@ -50,6 +56,14 @@ class Result:
     warnings: tuple[str, ...] = ()
     settled: Settled | None = None  # when stable after a settlement: `force` is then that of the settled state
     loading: Loading | None = None  # cases and their factors, where the model or the user told them apart
+    path: "Subsidence | None" = None  # the steps of a settlement, where it was followed
+    sensitivity: "Sensitivity | None" = None  # what became of samples, where some were drawn
+    spare: "Callable[[], Margins] | None" = None  # finds `margins`; once, when they are first asked for
+
+    @property
+    def margins(self) -> "Margins | None":
+        """How far it is from falling, where that is to be told."""
+        return None if self.spare is None else self.spare()
 
     @property
     def strength(self) -> float:

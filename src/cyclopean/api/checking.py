@@ -1,46 +1,68 @@
 """Does it stand, and in what order is it built: `check` and `build_sequence` for files and objects alike."""
 
+import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Unpack
 
-from cyclopean.api.inputs import Model, assembly_of, said
+from cyclopean.analysis.settings import Settings
+from cyclopean.api.inputs import Model, Reading, assembly_of
+from cyclopean.api.keywords import CheckKeywords, SequenceKeywords, given_to, takes
+from cyclopean.errors import InputError
+from cyclopean.options import check_options, option
 
 if TYPE_CHECKING:
-    from cyclopean.analysis import Result, Settings
+    from cyclopean.analysis import Margins, Result
+    from cyclopean.assembly import Assembly
     from cyclopean.design.construction.sequence import BuildSequence
 
-__all__ = ["build_sequence", "check"]
+__all__ = ["SEQUENCED", "CheckOptions", "SequenceOptions", "build_sequence", "check", "examined", "sequenced"]
 
-Vector = tuple[float, float, float]
+SEQUENCED = "method mu density supports gravity tolerance seconds"  # options of `Settings` that every stage has
 
 
 def _silent(_: str) -> None:
     """Tell nobody."""
 
 
+@dataclass(frozen=True, slots=True)
+class CheckOptions:
+    """What a check tells beside its verdict, and of what contacts."""
+
+    rough: float | str | None = option(
+        None, "Find contacts of rough surfaces, nearer than this (m) [flat faces only].", "length", metavar="L|auto"
+    )
+    steps: int | None = option(
+        None, "rbe: follow the settlement in so many steps [a small one only].", "whole", metavar="N", least=1
+    )
+    margins: bool | None = option(None, "Say how far it is from falling [up to 600 contact points].", "flag")
+    vary: tuple[str, ...] = option(
+        (),
+        "Draw samples with mu, mu-each, density, density-each, joints (wear, m) or tilt within a range.",
+        "texts",
+        metavar="Q=LOW:HIGH",
+    )
+    samples: int = option(1000, "With `vary`: how many.", "whole", metavar="N", least=0)
+    seed: int = option(0, "With `vary`: of the random numbers.", "whole", metavar="N", least=0)
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        if self.rough not in (None, "auto") and not (isinstance(self.rough, int | float) and self.rough > 0.0):
+            raise InputError.of("rough", self.rough, "expected a positive length in metres, or auto")
+        usual = (("samples", 1000), ("seed", 0))
+        if not self.vary and (idle := next((name for name, value in usual if getattr(self, name) != value), None)):
+            raise InputError.of(idle, None, "nothing varies; say what does, such as `vary` mu=0.6:0.8")
+
+
+@takes(Settings, Reading, CheckOptions)
 def check(
     model: Model,
-    settings: "Settings | None" = None,
+    settings: Settings | None = None,
     progress: Callable[[str], None] = _silent,
     *,
-    method: Literal["cra", "rbe"] | None = None,
-    mu: float | None = None,
-    density: float | None = None,
-    supports: str | None = None,
-    gravity: Vector | None = None,
-    tilt: float | tuple[float, float] | None = None,
-    tolerance: float | None = None,
-    cone: str | None = None,
-    solver: str | None = None,
-    penalty: bool | None = None,
-    eps: float | None = None,
-    eta: float | None = None,
-    beta_min: float | None = None,
-    seconds: float | None = None,
-    nodes: int | None = None,
-    units: str | None = None,
+    executor: Executor | None = None,
+    **options: Unpack[CheckKeywords],
 ) -> "Result":
     """Decide whether a structure stands, and prove it.
 
@@ -55,32 +77,14 @@ def check(
         Options in one object; keywords win over it.
     progress : callable
         Is told the name of each stage as it begins.
-    method : {"cra", "rbe"}, optional
-        Coupled analysis (the default), or rigid-block equilibrium alone.
-    mu, density : float, optional
-        Friction coefficient, and kg/m3, where the model gives none.
-    supports : str, optional
-        "below=Z" (m) or "ids=a,b" instead of what the model says.
-    gravity : (x, y, z), optional
-        m/s2.
-    tilt : degrees, or (degrees, azimuth in degrees), optional
-        Turns gravity.
-    tolerance : float, optional
-        Length (m) within which faces touch.
-    cone, solver : str, optional
-        As the options of `cyclopean check`.
-    penalty : bool, optional
-        Measure the tension that joints would have to bear.
-    eps, eta, beta_min : float, optional
-        Bounds of coupled analysis.
-    seconds, nodes : float, int, optional
-        Budget of the search.
-    units : str, optional
-        Unit of length of a file that does not say it.
+    executor : Executor, optional
+        Checks the samples of `vary`.
+    **options
 
     Returns
     -------
     Result
+        Also `path`, `sensitivity`, and `margins`, which are found when they are first asked for.
 
     Raises
     ------
@@ -94,49 +98,122 @@ def check(
     >>> check(cyclopean.arch(12, span=3.0, thickness=0.3), mu=0.7).verdict
     'stable'
     """
+    chosen, reading, more = given_to(check, options, settings or Settings(), Reading(), CheckOptions())
+    return examined(model, chosen, reading, more, progress, executor)
+
+
+def examined(
+    model: Model,
+    chosen: Settings,
+    reading: Reading,
+    more: CheckOptions,
+    progress: Callable[[str], None] = _silent,
+    executor: Executor | None = None,
+) -> "Result":
+    """`check` with its options in objects, as every front end calls it."""
     from cyclopean import analysis
 
-    assembly, assumed = assembly_of(model, units)
-    chosen = said(
-        analysis.Settings() if settings is None else settings,
-        method=method,
-        mu=mu,
-        density=density,
-        supports=supports,
-        gravity=gravity,
-        tilt=(float(tilt), 0.0) if isinstance(tilt, int | float) else tilt,
-        tolerance=tolerance,
-        cone=cone,
-        solver=solver,
-        penalty=penalty,
-        eps=eps,
-        eta=eta,
-        beta_min=beta_min,
-        seconds=seconds,
-        nodes=nodes,
-    )
+    began = time.perf_counter()
+    assembly, said = assembly_of(model, reading.units)
+    if idle := chosen.without_effect():
+        said = (*said, f"{', '.join(idle)}: no effect, for only coupled analysis has it (`method` cra)")
+    read = time.perf_counter() - began
+    if more.rough is not None:
+        assembly, notes = _on_rough_surfaces(assembly, more.rough)
+        said = (*said, *notes)
     result = analysis.check(assembly, chosen, progress)
-    return replace(result, warnings=(*assumed, *result.warnings)) if assumed else result
+    given = replace(assembly, contacts=result.contacts) if assembly.contacts is None else assembly
+    if more.steps is not None and result.verdict == "stable":
+        path = analysis.subsidence(given, chosen, steps=more.steps, progress=progress)
+        result = replace(path.judged(result), path=path)
+    drawn = None
+    if more.vary:
+        ranges = analysis.ranges_of(list(more.vary))
+        drawn = analysis.sensitivity(assembly, ranges, chosen, more.samples, more.seed, executor, progress)
+        if drawn.count["undecided"]:
+            said = (*said, f"`vary`: {drawn.count['undecided']} of {len(drawn.words)} samples are undecided")
+    return replace(
+        result,
+        warnings=(*said, *result.warnings),
+        seconds={"read": read, **result.seconds, "total": time.perf_counter() - began},
+        sensitivity=drawn,
+        spare=_Spare(replace(assembly, contacts=result.contacts), chosen)
+        if _tells_margins(result, more.margins)
+        else None,
+    )
 
 
+def _on_rough_surfaces(assembly: "Assembly", rough: "float | str") -> "tuple[Assembly, tuple[str, ...]]":
+    """Give a model that lists no contacts those of its rough surfaces (`rough`: m, or auto); say what they are."""
+    from cyclopean.assembly import rough_contacts
+    from cyclopean.assembly.patches import patch_notes
+
+    if assembly.contacts is not None:
+        raise InputError.of("rough", None, "the model lists its contacts; leave it out")
+    contacts, patches = rough_contacts(assembly, rough if isinstance(rough, float | int) else None)
+    return replace(assembly, contacts=contacts), patch_notes(assembly, patches)
+
+
+def _tells_margins(result: "Result", wanted: bool | None) -> bool:
+    """Whether a model has margins to be told of; without being asked only where that takes about a second."""
+    from cyclopean.analysis.safety_margins import POINTS
+
+    few = len(result.contacts.point) <= POINTS
+    return result.verdict == "stable" and result.settled is None and (few if wanted is None else wanted)
+
+
+@dataclass(slots=True)
+class _Spare:
+    """Finds margins when they are first asked for, once."""
+
+    model: "Assembly"  # with its contacts
+    settings: Settings
+    found: "Margins | None" = None
+
+    def __call__(self) -> "Margins":
+        if self.found is None:
+            from cyclopean import analysis
+
+            self.found = analysis.margins(analysis.prepare(self.model, self.settings), self.settings)
+        return self.found
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceOptions:
+    """How an order of building is looked for."""
+
+    bearing: float | None = option(
+        None,
+        "Share of a joint's normal along gravity that makes one rest on the other [0.1].",
+        "number",
+        metavar="C",
+        least=0.0,
+    )
+    clearance: float | None = option(
+        None, "Length (m) of approach and retreat [0.1].", "number", metavar="L", above=0.0, unit="metres"
+    )
+    most_props: int | None = option(
+        None,
+        "Props beyond the least possible, up to which all sets are tried [4].",
+        "whole",
+        metavar="N",
+        word="props",
+        least=0,
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+
+@takes(Settings, Reading, SequenceOptions, only=f"{SEQUENCED} units bearing clearance most_props")
 def build_sequence(
     model: Model,
-    settings: "Settings | None" = None,
+    settings: Settings | None = None,
     *,
-    method: Literal["cra", "rbe"] | None = None,
-    mu: float | None = None,
-    density: float | None = None,
-    supports: str | None = None,
-    gravity: Vector | None = None,
-    tolerance: float | None = None,
-    seconds: float | None = None,
-    lean: float | None = None,
-    clearance: float | None = None,
-    most_props: int | None = None,
     progress: Callable[[str], None] = _silent,
     watch: "Callable[[int, Result], None] | None" = None,
     executor: Executor | None = None,
-    units: str | None = None,
+    **options: Unpack[SequenceKeywords],
 ) -> "BuildSequence":
     """Find the order in which a structure is built, and check every stage of it.
 
@@ -145,23 +222,14 @@ def build_sequence(
     model : path, Assembly or anything with an `assembly`
         The finished structure.
     settings : Settings, optional
-        Options in one object; keywords win over it.
-    method, mu, density, supports, gravity, tolerance, units
-        As for `check`.
-    seconds : float, optional
-        For the coupled search of one stage; 10 where neither this nor settings are given.
-    lean : float, optional
-        Least share of a joint's normal along gravity from which one stone rests on the other.
-    clearance : float, optional
-        m, of approach and retreat.
-    most_props : int, optional
-        Size up to which all sets of props are gone through.
+        Options in one object; keywords win over it. 10 seconds for the search of one stage where not given.
     progress : callable
         Is told what begins.
     watch : callable, optional
         Is given the number of each stage (from 0) and its verdict without props, certificate included.
     executor : Executor, optional
         Checks the certificates of stages while the next ones are looked at; this process where not given.
+    **options
 
     Returns
     -------
@@ -170,7 +238,7 @@ def build_sequence(
     Raises
     ------
     InputError
-        As `check`, and where gravity is zero or `lean` or `clearance` are out of range.
+        As `check`, and where gravity is zero or `bearing` or `clearance` are out of range.
 
     Examples
     --------
@@ -178,21 +246,27 @@ def build_sequence(
     >>> [step.verdict for step in build_sequence(cyclopean.stack(2)).steps]
     ['stable', 'stable']
     """
-    from cyclopean.analysis import Settings
+    from cyclopean.design.construction.sequence import SECONDS
+
+    base = Settings(seconds=SECONDS) if settings is None else settings
+    chosen, reading, order = given_to(build_sequence, options, base, Reading(), SequenceOptions())
+    return sequenced(model, chosen, reading, order, progress, executor, watch)
+
+
+def sequenced(
+    model: Model,
+    settings: Settings,
+    reading: Reading,
+    order: SequenceOptions,
+    progress: Callable[[str], None] = _silent,
+    executor: Executor | None = None,
+    watch: "Callable[[int, Result], None] | None" = None,
+) -> "BuildSequence":
+    """`build_sequence` with its options in objects, as every front end calls it."""
     from cyclopean.design.construction import sequence
 
-    extra: dict[str, Any] = {"lean": lean, "clearance": clearance, "most_props": most_props, "watch": watch}
-    assembly, assumed = assembly_of(model, units)
-    chosen = said(
-        Settings(seconds=sequence.SECONDS) if settings is None else settings,
-        method=method,
-        mu=mu,
-        density=density,
-        supports=supports,
-        gravity=gravity,
-        tolerance=tolerance,
-        seconds=seconds,
-    )
-    given = {name: value for name, value in extra.items() if value is not None}
-    found = sequence.build_sequence(assembly, chosen, progress=progress, executor=executor, **given)
+    assembly, assumed = assembly_of(model, reading.units)
+    named = {"lean": order.bearing, "clearance": order.clearance, "most_props": order.most_props, "watch": watch}
+    given: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
+    found = sequence.build_sequence(assembly, settings, progress=progress, executor=executor, **given)
     return replace(found, warnings=(*assumed, *found.warnings)) if assumed else found

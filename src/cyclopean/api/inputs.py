@@ -2,17 +2,18 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 from cyclopean.errors import InputError
+from cyclopean.options import option
 
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
 
-__all__ = ["HasAssembly", "Model", "Path", "Stones", "assembly_of", "inventory_of", "said"]
+__all__ = ["HasAssembly", "Model", "Path", "Reading", "Stones", "assembly_of", "inventory_of", "said"]
 
 Chosen = TypeVar("Chosen")
 
@@ -29,6 +30,15 @@ class HasAssembly(Protocol):
 Path: TypeAlias = str | os.PathLike[str]
 Model: TypeAlias = "Path | Assembly | HasAssembly"
 Stones: TypeAlias = "Path | Inventory | Sequence[Stone]"
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How a model file is read."""
+
+    units: str | None = option(
+        None, "Unit of the model's lengths, such as mm, where the file does not say it.", metavar="U"
+    )
 
 
 def assembly_of(model: Model, units: str | None = None) -> "tuple[Assembly, tuple[str, ...]]":

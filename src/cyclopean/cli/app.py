@@ -3,39 +3,96 @@
 import os
 import sys
 import traceback
+from collections.abc import Iterator, MutableMapping
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 
 from cyclopean import __version__
-from cyclopean.cli import files, make
-from cyclopean.cli.ashlar import ashlar, pack
-from cyclopean.cli.carve import carve
-from cyclopean.cli.check import check
-from cyclopean.cli.completion import ASKED, candidates, completion
-from cyclopean.cli.demo import demo
-from cyclopean.cli.doctor import doctor
-from cyclopean.cli.info import info
-from cyclopean.cli.limit import LimitCommand, limit
-from cyclopean.cli.match import match
+from cyclopean.cli.completion import ASKED, candidates
 from cyclopean.cli.plain import PlainCommand, PlainGroup
-from cyclopean.cli.sequence import sequence
-from cyclopean.cli.serve import serve
-from cyclopean.cli.settle import settle
-from cyclopean.cli.studio import studio
 from cyclopean.cli.terminal import ClosedPipeError, as_option, complain, say
-from cyclopean.cli.view import view
 from cyclopean.errors import CyclopeanError, InputError, SolverError
 
-__all__ = ["run"]
+__all__ = ["UsageError", "program", "run"]
 
 BAD_INPUT, UNDECIDED, INTERNAL, INTERRUPTED, CLOSED_PIPE = 2, 3, 70, 130, 141
 
 # The parent of everything that typer's parser raises; typer names only a child of it in public.
 UsageError: type[Any] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
+# Commands, each with the module of `cli` that holds it: only that of the command that is called is imported.
+COMMANDS = {
+    "demo": ("demo", "Draw a wall, find it stones, carve them, prove that it stands, and plan how it is built."),
+    "check": ("check", "Tell whether a model stands, and prove it."),
+    "verify": ("files", "Check a certificate in exact arithmetic."),
+    "info": ("info", "Say what is in a model file, or in a folder of stones."),
+    "convert": ("files", "Write a model in another format, in metres."),
+    "sequence": ("sequence", "Find the order in which a model is built, and check every stage."),
+    "match": ("match", "Match found stones to the cells of a wall, so that as little as possible is carved away."),
+    "carve": ("carve", "Cut matched stones back to their cells, write the cut list, and check the wall as built."),
+    "ashlar": ("ashlar", "Build a wall of sawn stones in a bond."),
+    "pack": ("ashlar", "Build a wall of the sawn stones that fit best."),
+    "settle": ("settle", "Lay found stones, uncut, into a dry rubble wall that stands at every stage."),
+    "serve": ("serve", "Serve this program's components to Rhino's Grasshopper until interrupted."),
+    "view": ("view", "Show a model, or the result of a check, as a page that needs no network."),
+    "studio": ("studio", "Open a live page of a model: turn friction, tilt and push, move blocks, and see."),
+    "limit": ("limit", "Tell by how much live loads may grow before a mechanism forms, and prove it."),
+    "make": ("make", "Make a stack, wall, arch, vault, dome, polygonal wall, or synthetic stones."),
+    "doctor": ("doctor", "Look at what is installed, what is missing, and whether the core does its work here."),
+    "completion": ("completion", "Print the script by which a shell completes commands, options and their words."),
+}
+
+
+def _old(name: str, made: Any) -> Any:
+    """A command that is a function of texts still."""
+    one = typer.Typer(add_completion=False, rich_markup_mode=None) if not isinstance(made, typer.Typer) else made
+    if one is not made:
+        one.command(name, cls=PlainCommand)(made)
+    return typer.main.get_command(one)
+
+
+class _Commands(MutableMapping[str, Any]):
+    """The commands by their names, each made when it is asked for."""
+
+    def __init__(self) -> None:
+        self._made: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._made:
+            made = getattr(import_module(f"cyclopean.cli.{COMMANDS[name][0]}"), name)
+            self._made[name] = made.click(name) if hasattr(made, "click") else _old(name, made)
+        return self._made[name]
+
+    def __setitem__(self, name: str, made: Any) -> None:
+        self._made[name] = made
+
+    def __delitem__(self, name: str) -> None:
+        del self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(COMMANDS)
+
+    def __len__(self) -> int:
+        return len(COMMANDS)
+
+
+class Program(PlainGroup):
+    """All commands; what each does is known without importing it."""
+
+    def __init__(self, *words: Any, **options: Any) -> None:
+        super().__init__(*words, **options)
+        self.commands = _Commands()
+
+    def format_commands(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]
+        """One line for each command."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, says) for name, (_, says) in COMMANDS.items()])
+
+
 app = typer.Typer(
-    cls=PlainGroup,
+    cls=Program,
     help="Does dry-jointed stone stand? Every verdict comes with a certificate that anyone can check.",
     add_completion=False,
     rich_markup_mode=None,
@@ -57,14 +114,9 @@ def start(
     return 0
 
 
-for command in (demo, check, files.verify, info, files.convert, sequence, match, carve, ashlar, pack, settle, serve):
-    app.command(cls=PlainCommand)(command)
-for to_look_at in (view, studio):
-    app.command(cls=PlainCommand)(to_look_at)
-app.command(cls=LimitCommand)(limit)
-app.add_typer(make.commands, name="make")
-for about_itself in (doctor, completion):
-    app.command(cls=PlainCommand)(about_itself)
+def program() -> Any:
+    """The whole command line, as the parser knows it."""
+    return typer.main.get_command(app)
 
 
 def run(arguments: list[str]) -> int:
@@ -92,7 +144,7 @@ def run(arguments: list[str]) -> int:
 
 def _complete(words: list[str]) -> int:
     """Answer the shell that asks what a word may become."""
-    found = candidates(typer.main.get_command(app), words)
+    found = candidates(program(), words)
     if found:
         say("\n".join(found))
     return 0
@@ -101,7 +153,7 @@ def _complete(words: list[str]) -> int:
 def _guarded(arguments: list[str]) -> int:
     """Run one command and put whatever goes wrong into one line and a status."""
     try:
-        status = typer.main.get_command(app).main(arguments, prog_name="cyclopean", standalone_mode=False)
+        status = program().main(arguments, prog_name="cyclopean", standalone_mode=False)
         if status == INTERRUPTED:
             complain("interrupted")
         return int(status or 0)

@@ -9,8 +9,8 @@ import typer
 from cyclopean.cli import wall_options
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
-from cyclopean.cli.values import choice, number, numbers, optional_number, whole
 from cyclopean.errors import InputError
+from cyclopean.texts import choice, number, numbers, optional_number, whole
 
 if TYPE_CHECKING:
     from cyclopean.design.ashlar.best_fit import Packed

@@ -1,213 +1,81 @@
 """`check`: does it stand?"""
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from cyclopean.cli.model_options import (
-    Cohesion,
-    Combination,
-    Density,
-    Factors,
-    Gravity,
-    ModelFile,
-    Mu,
-    Settle,
-    Supports,
-    Tension,
-    Tolerance,
-    Units,
-)
-from cyclopean.cli.outputs import STANDARD_OUTPUT, planned, seen_from
-from cyclopean.cli.subsiding import Steps, followed, path_lines
-from cyclopean.cli.terminal import long_work, of_file, say, say_json, warn
-from cyclopean.cli.values import case_factors, choice, optional_number, settlements, tilt, vector, weights, whole
-from cyclopean.cli.vary import Cluster, Samples, Seed, Vary, Workers, asked, sensitivity_lines, vary
+from cyclopean.analysis.settings import Settings
+from cyclopean.api.checking import CheckOptions, examined
+from cyclopean.api.inputs import Reading
+from cyclopean.cli.command import argument, command, written
+from cyclopean.cli.outputs import Files, seen_from
+from cyclopean.cli.terminal import long_work, of_file, say, warn
+from cyclopean.cli.workers import workers as hands
 from cyclopean.errors import InputError
+from cyclopean.options import Option
 
 if TYPE_CHECKING:
-    from cyclopean.analysis import Margins, Result, Sensitivity, Settings, Subsidence
-    from cyclopean.assembly import Assembly
+    from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
 
-__all__ = ["check", "verdict_lines", "write_result"]
+__all__ = ["MODEL", "assumed_line", "check", "verdict_lines", "write_result"]
 
-METHODS = ("cra", "rbe")
+MODEL = argument("MODEL", "Model file.", source=True)
 STATUS = {"stable": 0, "unstable": 1, "undecided": 3}
+FEW = 24  # rows of the table of a settlement on the terminal
 
 
+@command(settle="is --settlement now; to settle is to lay stones")
 def check(
-    model: ModelFile,
-    method: Annotated[
-        str | None,
-        typer.Option(metavar="|".join(METHODS), help="Coupled analysis or equilibrium alone [cra]."),
-    ] = None,
-    mu: Mu = None,
-    density: Density = None,
-    supports: Supports = "",
-    gravity: Gravity = None,
-    tilt_by: Annotated[
-        str | None,
-        typer.Option("--tilt", metavar="DEG[,AZ]", help="Turn gravity towards azimuth AZ (degrees from +x to +y)."),
-    ] = None,
-    combination: Combination = "",
-    factor: Factors = None,
-    all_combinations: Annotated[
-        bool, typer.Option("--all-combinations", help="Check every combination of the model; a table.")
-    ] = False,
-    units: Units = None,
-    tolerance: Tolerance = None,
-    rough: Annotated[
-        str | None,
-        typer.Option(metavar="L|auto", help="Find contacts of rough surfaces, nearer than this (m) [flat faces only]."),
-    ] = None,
-    tension: Tension = None,
-    cohesion: Cohesion = None,
-    settle: Settle = None,
-    steps: Steps = None,
-    cone: Annotated[
-        str, typer.Option(metavar="C", help="Friction cone: exact, inscribed:K or circumscribed:K.")
-    ] = "exact",
-    solver: Annotated[
-        str, typer.Option(metavar="NAME", help="auto, clarabel or osqp; rbe also newton or interior.")
-    ] = "auto",
-    weigh: Annotated[
-        str | None, typer.Option("--weights", metavar="N,T", help="Weights of normal and tangential forces [1,1].")
-    ] = None,
-    penalty: Annotated[
-        bool, typer.Option("--penalty", help="Let joints pull, at a price: shows where tension would be needed.")
-    ] = False,
-    eps: Annotated[str | None, typer.Option(metavar="E", help="cra: overlap of points that press [1].")] = None,
-    eta: Annotated[
-        str | None, typer.Option(metavar="E", help="cra: largest virtual displacement of a point [10 eps].")
-    ] = None,
-    beta_min: Annotated[
-        str | None, typer.Option("--beta-min", metavar="B", help="cra: least sliding where friction acts [0.01 eps].")
-    ] = None,
-    seconds: Annotated[str | None, typer.Option(metavar="S", help="cra: time for the search [60].")] = None,
-    nodes: Annotated[
-        str | None, typer.Option(metavar="N", help="cra: cases the refuting search may open [2000].")
-    ] = None,
-    spare: Annotated[
-        bool | None,
-        typer.Option("--margins/--no-margins", help="Say how far it is from falling [up to 600 contact points]."),
-    ] = None,
-    varies: Vary = None,
-    samples: Samples = None,
-    seed: Seed = None,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    json: Annotated[
-        str | None, typer.Option(metavar="F|-", help="Write the result; - prints it and nothing else.")
-    ] = None,
-    certificate: Annotated[str | None, typer.Option(metavar="F", help="Write the proof of the verdict.")] = None,
-    report: Annotated[str | None, typer.Option(metavar="F", help="Write a page to read in a browser.")] = None,
+    model: Annotated[str, MODEL],
+    settings: Settings = Settings(),
+    reading: Reading = Reading(),
+    options: CheckOptions = CheckOptions(),
+    all_combinations: Annotated[bool, Option("Check every combination of the model; a table.", "flag")] = False,
+    workers: Annotated[int | None, Option("With `vary`: processes [1].", "whole", metavar="N")] = None,
+    cluster: Annotated[str | None, Option("With `vary`: scheduler of a dask cluster.", metavar="ADDRESS")] = None,
+    files: Annotated[Files, written("json", "certificate", "report")] = Files({}),
 ) -> int:
     """Tell whether a model stands, and prove it.
 
     Exit status: 0 stable, 1 unstable, 3 undecided, 2 bad input.
     """
-    began = time.perf_counter()
-    wanted: dict[str, Any] = {
-        "method": "" if method is None else choice("--method", method, METHODS),
-        "mu": optional_number("--mu", mu, least=0.0),
-        "density": optional_number("--density", density, above=0.0),
-        "supports": supports,
-        "gravity": vector("--gravity", gravity),
-        "tilt": tilt("--tilt", tilt_by),
-        "tolerance": optional_number("--tolerance", tolerance, above=0.0),
-        "cone": cone,
-        "solver": solver,
-        "weights": weights("--weights", weigh),
-        "penalty": penalty,
-        "combination": combination,
-        "factors": case_factors("--factor", factor),
-        "tension": optional_number("--tension", tension, above=0.0),
-        "cohesion": optional_number("--cohesion", cohesion, above=0.0),
-        "settle": settlements("--settle", settle),
-    }
-    search = {
-        "eps": optional_number("--eps", eps, above=0.0),
-        "eta": optional_number("--eta", eta, above=0.0),
-        "beta_min": optional_number("--beta-min", beta_min, above=0.0),
-        "seconds": optional_number("--seconds", seconds, above=0.0),
-        "nodes": whole("--nodes", nodes) if nodes is not None else None,
-    }
-    wanted |= {name: value for name, value in search.items() if value is not None}
-    course = None if steps is None else whole("--steps", steps)
-    variation = asked(varies, samples, seed, workers, cluster)
-    files = planned({"--json": json, "--certificate": certificate, "--report": report}, keep=model)
-    if all_combinations and (combination or files or json or variation is not None or course is not None):
-        given = "--combination" if combination else "--vary" if variation is not None else next(iter(files), "--json")
-        given = given if course is None else "--steps"
-        raise InputError(f"--all-combinations prints a table and nothing else; leave out {given}")
-
-    from cyclopean import analysis, io
-
-    settings = analysis.Settings(**wanted)
-    idle = tuple(f"--{name.replace('_', '-')}" for name, value in search.items() if value is not None)
-    if idle and settings.chosen_method() == "rbe":
-        warn(f"{', '.join(idle)}: no effect, for only coupled analysis has it (--method cra)")
+    for name, value in (("workers", workers), ("cluster", cluster)):
+        if value is not None and not options.vary:
+            raise InputError.of(name, None, "nothing varies; say what does, such as `vary` mu=0.6:0.8")
     with long_work(f"checking {model}") as stage, of_file(model):
-        started = time.perf_counter()
-        assembly, warnings = io.read_model(model, units)
-        read = time.perf_counter() - started
-        if rough is not None:
-            assembly, said = _on_rough_surfaces(model, assembly, rough)
-            warnings = (*warnings, *said)
         if all_combinations:
-            return _every_combination(model, assembly, settings, warnings, stage)
-        result, path = followed(assembly, settings, analysis.check(assembly, settings, stage), course, stage)
-        margins = _margins(assembly, settings, result, spare, stage)
-        sensitivity = None if variation is None else vary(assembly, settings, variation, stage)
-    result = replace(
-        result,
-        warnings=(*warnings, *result.warnings),
-        seconds={"read": read, **result.seconds, "total": time.perf_counter() - began},
-    )
+            return _every_combination(model, settings, reading, options, files, stage)
+        with hands(workers or 1, cluster) as executor:
+            result = examined(model, settings, reading, options, stage, executor)
+        stage("margins")
+        spare = result.margins
     for warning in result.warnings:
         warn(warning)
-    data = write_result(result, files, model, margins, sensitivity, path)
-    if json == STANDARD_OUTPUT:
-        say_json(data)
-    else:
-        more = [] if sensitivity is None else sensitivity_lines(sensitivity)
-        told = [*verdict_lines(result, data, files), *_margin_lines(margins, result)]
-        if path is not None:  # what opens in a small settlement is not what opens in this one
-            told = [*(line for line in told if not line.startswith("  opened")), *path_lines(path, result)]
-        say("\n".join([*told, *more]))
+    data = write_result(result, files, model)
+    files.tell(data, _lines(result, data, files, spare))
     return STATUS[result.verdict]
-
-
-def _on_rough_surfaces(model: str, assembly: "Assembly", rough: str) -> tuple["Assembly", tuple[str, ...]]:
-    """Give a model that lists no contacts those of its rough surfaces, and say what they stand for."""
-    from cyclopean.assembly import rough_contacts
-    from cyclopean.assembly.patches import patch_notes
-
-    band = None if rough == "auto" else optional_number("--rough", rough, above=0.0)
-    if assembly.contacts is not None:
-        raise InputError(f"--rough: {model} lists its contacts; leave --rough out")
-    contacts, patches = rough_contacts(assembly, band)
-    return replace(assembly, contacts=contacts), patch_notes(assembly, patches)
 
 
 def _every_combination(
     model: str,
-    assembly: "Assembly",
-    settings: "Settings",
-    warnings: tuple[str, ...],
+    settings: Settings,
+    reading: Reading,
+    options: CheckOptions,
+    files: Files,
     stage: Callable[[str], None],
 ) -> int:
     """One line for each combination of the model; the exit status of the worst: unstable, then undecided."""
-    from cyclopean import analysis
+    given = "combination" if settings.combination else "vary" if options.vary else next(iter(files.to), "")
+    if given := "json" if files.only_json else "steps" if options.steps is not None else given:
+        raise InputError(f"`all_combinations` prints a table and nothing else; leave out `{given}`")
+    from cyclopean.api.inputs import assembly_of
 
+    assembly, warnings = assembly_of(model, reading.units)
     if not assembly.combinations:
-        raise InputError(f'{model}: has no "combinations"; name some in the model, or use --factor')
+        raise InputError(f'{model}: has no "combinations"; name some in the model, or use `factor`')
     results = {
-        one.name: analysis.check(assembly, replace(settings, combination=one.name), stage)
+        one.name: examined(assembly, replace(settings, combination=one.name), Reading(), options, stage)
         for one in assembly.combinations
     }
     for warning in dict.fromkeys((*warnings, *(w for result in results.values() for w in result.warnings))):
@@ -220,19 +88,38 @@ def _every_combination(
     return STATUS[next(word for word in ("unstable", "undecided", "stable") if word in words)]
 
 
-def _margins(
-    assembly: "Assembly", settings: "Settings", result: "Result", wanted: bool | None, stage: Callable[[str], None]
-) -> "Margins | None":
-    """What a model that stands has to spare; without being asked only where that takes about a second."""
-    from cyclopean import analysis
-    from cyclopean.analysis.safety_margins import POINTS
+def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
+    """Write the files that were asked for, once all of them are composed; return the result as data.
 
-    few = len(result.contacts.point) <= POINTS
-    if result.verdict != "stable" or result.settled is not None or not (few if wanted is None else wanted):
-        return None
-    stage("margins")
-    given = replace(assembly, contacts=result.contacts)
-    return analysis.margins(analysis.prepare(given, settings, stage), settings)
+    Parameters
+    ----------
+    result : Result
+        What was found.
+    files : Files
+        Where to write; the files name each other by relative paths.
+    model : str
+        Path of the model.
+    """
+    from cyclopean import io
+    from cyclopean.view import report_html
+
+    proof = files.proof(result.certificate)
+    data = io.result_dict(result, seen_from(files.to.get("json"), proof))
+    there = files.to.get("report")
+
+    def page() -> str:
+        return report_html(result, certificate_file=seen_from(there, proof), model_file=seen_from(there, Path(model)))
+
+    files.write({"certificate": lambda: result.certificate, "report": page, "json": lambda: data})
+    return data
+
+
+def _lines(result: "Result", data: dict[str, Any], files: Files, spare: "Margins | None") -> list[str]:
+    """All that is said of a result."""
+    told = [*verdict_lines(result, data, files), *_margin_lines(spare, result)]
+    if result.path is not None:  # what opens in a small settlement is not what opens in this one
+        told = [*(line for line in told if not line.startswith("  opened")), *_path_lines(result.path, result)]
+    return told if result.sensitivity is None else [*told, *_sensitivity_lines(result.sensitivity)]
 
 
 def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
@@ -253,73 +140,39 @@ def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
     return [f"  margins  {', '.join(told)} (by rbe)"] if told else []
 
 
-def write_result(
-    result: "Result",
-    files: dict[str, Path],
-    model: str,
-    margins: "Margins | None" = None,
-    sensitivity: "Sensitivity | None" = None,
-    path: "Subsidence | None" = None,
-) -> dict[str, Any]:
-    """Write the files that were asked for, once all of them are composed; return the result as data.
-
-    Parameters
-    ----------
-    result : Result
-        What was found.
-    files : dict of str to Path
-        Where to write, by option; the files name each other by relative paths.
-    model : str
-        Path of the model.
-    margins : Margins, optional
-        What the model has to spare.
-    sensitivity : Sensitivity, optional
-        What became of samples, where some were drawn.
-    path : Subsidence, optional
-        The steps of a settlement, where it was followed.
-    """
-    from cyclopean import io
-
-    proof = files.get("--certificate") if result.certificate is not None else None
-    data = io.result_dict(result, seen_from(files.get("--json"), proof))
-    if margins is not None:
-        data["margins"] = io.margins_dict(margins, result)
-    if sensitivity is not None:
-        data["sensitivity"] = io.sensitivity_dict(sensitivity)
-    if path is not None:
-        data["path"] = io.subsidence_dict(path, result)
-    page = None
-    if "--report" in files:
-        from cyclopean.view import report_html
-        from cyclopean.view.margins_table import margins_section
-        from cyclopean.view.sensitivity_chart import sensitivity_section
-        from cyclopean.view.subsidence_table import subsidence_section
-
-        there = files["--report"]
-        page = report_html(
-            result,
-            certificate_file=seen_from(there, proof),
-            model_file=seen_from(there, Path(model)),
-            sections=(
-                "" if path is None else subsidence_section(path, result),
-                "" if margins is None else margins_section(margins, result),
-                "" if sensitivity is None else sensitivity_section(sensitivity),
-            ),
+def _path_lines(path: "Subsidence", result: "Result") -> list[str]:
+    """The table: how far, what was found, and the widest joint."""
+    ids, a, b = [block.id for block in result.assembly.blocks], path.contacts.a, path.contacts.b
+    lines = ["  path     settlement m   found       widest joint m"]
+    every = -(-len(path.steps) // FEW)
+    for k, step in enumerate(path.steps):
+        if k % every and k < len(path.steps) - 3:
+            continue
+        joint = "" if step.joint < 0 else f"   {ids[a[step.joint]]} and {ids[b[step.joint]]}"
+        lines.append(f"           {step.settlement:<12.5g}   {step.word:9}   {step.opening:<8.4g}{joint}".rstrip())
+    if not path.proved:
+        lines.append(
+            "  NOT PROVED  no certificate covers any of these states but the first, which moves by next to nothing"
         )
-    with io.together():
-        if proof is not None:
-            io.write_json(proof, result.certificate)
-        elif "--certificate" in files:
-            old = "; the file that is there is of an earlier run" if files["--certificate"].is_file() else ""
-            warn(f"--certificate {files['--certificate']}: nothing was proved, so no certificate is written{old}")
-        if page is not None:
-            io.write_text(files["--report"], page)
-        if "--json" in files:
-            io.write_json(files["--json"], data)
-    return data
+    return lines
 
 
-def verdict_lines(result: "Result", data: dict[str, Any], files: dict[str, Path]) -> list[str]:
+def _sensitivity_lines(found: "Sensitivity") -> list[str]:
+    """Say what the samples came to."""
+    what = ", ".join(f"{r.quantity} {r.low:g} to {r.high:g}" for r in found.ranges)
+    lines = [f"  vary     {what}: {found.why}"]
+    if found.words:
+        low, estimate, high = found.probability
+        count = found.count
+        lines.append(
+            f"           {count['stable']} of {len(found.words)} samples stand, {count['unstable']} fall,"
+            f" {count['undecided']} undecided: {100 * estimate:.1f} % stand"
+            f" (95 % sure: {100 * low:.1f} to {100 * high:.1f} %)"
+        )
+    return lines
+
+
+def verdict_lines(result: "Result", data: dict[str, Any], files: Files) -> list[str]:
     """Say the verdict, why, what it rests on, and where the files are."""
     lines = [
         f"{result.verdict}: {result.reason}",
@@ -334,15 +187,16 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: dict[str, Path]
         lines.append(f"  opened   {_opened(result)}")
     if result.strength > 0.0:
         lines.append(f"  WARNING  this counts on joints that pull with up to {result.strength:g} Pa; dry joints do not")
-    if result.assumed:
-        lines.append("  assumed  " + ", ".join(f"{name} {_plain(value)}" for name, value in result.assumed.items()))
+    lines += assumed_line(result.assumed)
     if result.certificate is not None:
         lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic{_within(result)}")
     lines += _tension_line(result)
-    written = [str(path) for option, path in files.items() if option != "--certificate" or result.certificate]
-    if written:
-        lines.append(f"  written  {', '.join(written)}")
-    return lines
+    return lines + files.line(but=() if result.certificate else ("certificate",))
+
+
+def assumed_line(assumed: Mapping[str, Any]) -> list[str]:
+    """What neither the model nor the command said, on one line."""
+    return [f"  assumed  {', '.join(f'{name} {_plain(value)}' for name, value in assumed.items())}"] if assumed else []
 
 
 def _opened(result: "Result") -> str:

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from cyclopean.cli.terminal import say
-from cyclopean.cli.values import choice
+from cyclopean.texts import choice
 
 __all__ = ["ASKED", "candidates", "completion"]
 

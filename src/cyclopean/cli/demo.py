@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cyclopean.cli.check import write_result
-from cyclopean.cli.outputs import folder
+from cyclopean.cli.outputs import Files, folder
 from cyclopean.cli.terminal import long_work, say, warn
 
 if TYPE_CHECKING:
@@ -126,11 +126,11 @@ def demo(
 def _write(result: "Result", place: "Path", prefix: str, report: str | None) -> None:
     """Result, certificate and page of one check."""
     files = {
-        "--json": place / f"{prefix}result.json",
-        "--certificate": place / f"{prefix}certificate.json",
-        **({"--report": place / report} if report else {}),
+        "json": place / f"{prefix}result.json",
+        "certificate": place / f"{prefix}certificate.json",
+        **({"report": place / report} if report else {}),
     }
-    write_result(result, files, str(place / (f"{prefix}json" if prefix else "model.json")))
+    write_result(result, Files(files), str(place / (f"{prefix}json" if prefix else "model.json")))
 
 
 def _proof(proved: bool) -> str:

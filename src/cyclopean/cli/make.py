@@ -11,8 +11,8 @@ from cyclopean.cli.outputs import planned
 from cyclopean.cli.plain import PlainCommand, PlainGroup
 from cyclopean.cli.quarry import stones
 from cyclopean.cli.terminal import say
-from cyclopean.cli.values import choice, number, numbers, optional_number, vector, whole
 from cyclopean.errors import InputError
+from cyclopean.texts import choice, number, numbers, optional_number, vector, whole
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -417,3 +417,5 @@ def _make(
 
 
 commands.command(cls=PlainCommand)(stones)
+
+make = commands

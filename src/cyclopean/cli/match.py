@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cyclopean.cli.model_options import Supports
 from cyclopean.cli.outputs import STANDARD_OUTPUT, folder, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
-from cyclopean.cli.values import choice, number, whole
 from cyclopean.cli.wall_options import named
 from cyclopean.cli.workers import workers
 from cyclopean.errors import InputError
+from cyclopean.texts import choice, number, whole
 
 if TYPE_CHECKING:
     from cyclopean.design.matching.cells import Cells
@@ -27,6 +26,9 @@ if TYPE_CHECKING:
 
 __all__ = ["match"]
 
+Supports = Annotated[
+    str, typer.Option(metavar="S", show_default=False, help="below=Z or ids=a,b instead of what the model says.")
+]
 PARTS = "match.parts"  # folder with what is done so far, gone once all is
 WALL = "negotiated.json"
 FIELDS = {

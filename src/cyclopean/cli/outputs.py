@@ -2,15 +2,84 @@
 
 import os
 import stat
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Self
 
+from cyclopean.cli.terminal import as_option, say, say_json, warn
 from cyclopean.errors import InputError
 
-__all__ = ["MESHES", "STANDARD_OUTPUT", "folder", "planned", "seen_from"]
+__all__ = ["MESHES", "STANDARD_OUTPUT", "Files", "folder", "planned", "seen_from"]
 
 STANDARD_OUTPUT = "-"
 MESHES = (".glb", ".obj", ".ply", ".stl")
+
+
+@dataclass(frozen=True, slots=True)
+class Files:
+    """The files that a command writes, by option, and whether JSON alone goes to standard output."""
+
+    to: Mapping[str, Path]
+    only_json: bool = False
+
+    @classmethod
+    def planned(cls, asked: Mapping[str, str], sources: Iterable[str] = (), models: Collection[str] = ()) -> Self:
+        """Look at the paths that were given, by option, and at what is read and must stay; refusals as `planned`."""
+        outputs = {as_option(name): text for name, text in asked.items()}
+        held = tuple(as_option(name) for name in models)
+        found = planned(outputs, models=held)
+        for source in sources:
+            planned(outputs, keep=source, models=held)
+        to = {name: found[as_option(name)] for name in asked if as_option(name) in found}
+        return cls(to, asked.get("json") == STANDARD_OUTPUT)
+
+    def within(self, place: Path, names: Iterable[str], sources: Iterable[str]) -> "Files":
+        """These, and files of given names in a folder; refusals as `planned`."""
+        inside = {name: place / name for name in names}
+        outputs = {f"--out {name}": str(path) for name, path in inside.items()}
+        outputs |= {as_option(name): str(path) for name, path in self.to.items()}
+        planned(outputs)
+        for source in sources:
+            planned(outputs, keep=source)
+        return Files({**inside, **self.to}, self.only_json)
+
+    def proof(self, certificate: object) -> Path | None:
+        """Where the certificate is to be written, if there is one; a warning where one was asked for in vain."""
+        file = self.to.get("certificate")
+        if file is None or certificate is not None:
+            return file
+        old = "; the file that is there is of an earlier run" if file.is_file() else ""
+        warn(f"`certificate` {file}: nothing was proved, so no certificate is written{old}")
+        return None
+
+    def write(self, contents: Mapping[str, Callable[[], Any]]) -> None:
+        """Compose what was asked for, by option, then write all of it: text, plain data, or what writes itself."""
+        from cyclopean import io
+
+        made = {name: compose() for name, compose in contents.items() if name in self.to}
+        with io.together():
+            for name, content in made.items():
+                if callable(content):
+                    content(self.to[name])
+                elif content is None:
+                    continue
+                elif isinstance(content, str):
+                    io.write_text(self.to[name], content)
+                else:
+                    io.write_json(self.to[name], content)
+
+    def tell(self, data: Mapping[str, Any], lines: Iterable[str]) -> None:
+        """Say what came out: as JSON where that is to be on standard output, else line by line."""
+        if self.only_json:
+            say_json(data)
+        else:
+            say("\n".join(lines))
+
+    def line(self, but: Collection[str] = ()) -> list[str]:
+        """The line that names the files written."""
+        names = [str(path) for name, path in self.to.items() if name not in but]
+        return [f"  written  {', '.join(names)}"] if names else []
 
 
 def planned(

@@ -1,11 +1,13 @@
 """Commands whose values stay text, so that nothing heavy is imported to read them."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 from cyclopean.cli.examples import EXAMPLES
+from cyclopean.errors import InputError
 
 __all__ = ["PlainCommand", "PlainGroup"]
 
@@ -25,6 +27,16 @@ def _spared(parameters: list[Any]) -> list[Any]:
 
 class PlainCommand(TyperCommand):
     """A command that takes text and flags only."""
+
+    retired: Mapping[str, str] = {}  # options that have another word now, by the old one, and what is said of it
+
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
+        """Answer options by their old words with the new ones."""
+        for word in args:
+            name = word.partition("=")[0].removeprefix("--").replace("-", "_")
+            if word.startswith("--") and name in self.retired:
+                raise InputError(f"{word.partition('=')[0]}: {self.retired[name]}")
+        return super().parse_args(ctx, args)
 
     def get_params(self, ctx: typer.Context) -> list[Any]:  # type: ignore[override]
         """Parameters, the one for help included."""

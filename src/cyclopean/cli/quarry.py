@@ -9,8 +9,8 @@ import typer
 
 from cyclopean.cli.outputs import MESHES, folder, planned
 from cyclopean.cli.terminal import long_work, say, warn
-from cyclopean.cli.values import number, whole
 from cyclopean.errors import InputError
+from cyclopean.texts import number, whole
 
 if TYPE_CHECKING:
     from cyclopean.design.stones.stone import Stone

@@ -2,112 +2,69 @@
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from cyclopean.cli.model_options import Density, Gravity, ModelFile, Mu, Supports, Tolerance, Units
-from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
-from cyclopean.cli.terminal import long_work, of_file, say, say_json, warn
-from cyclopean.cli.values import choice, optional_number, vector, whole
+from cyclopean.analysis.settings import Settings
+from cyclopean.api.checking import SEQUENCED, SequenceOptions, sequenced
+from cyclopean.api.inputs import Reading, assembly_of
+from cyclopean.cli.check import MODEL
+from cyclopean.cli.command import command, some, written
+from cyclopean.cli.outputs import Files
+from cyclopean.cli.terminal import long_work, of_file, warn
 from cyclopean.cli.workers import MOST, beside
 from cyclopean.errors import InputError
+from cyclopean.options import Option
 
 if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
 
 __all__ = ["sequence"]
 
-METHODS = ("cra", "rbe")
 MANY = 100  # blocks beyond which checking is worth a process of its own
 
 
+@command(lean="is --bearing now; a lean is an angle, as in settle")
 def sequence(
-    model: ModelFile,
-    out: Annotated[str, typer.Option(metavar="F", show_default=False, help="Sequence file to write.")],
-    method: Annotated[
-        str, typer.Option(metavar="|".join(METHODS), help="Coupled analysis or equilibrium alone.")
-    ] = "cra",
-    mu: Mu = None,
-    density: Density = None,
-    supports: Supports = "",
-    gravity: Gravity = None,
-    units: Units = None,
-    tolerance: Tolerance = None,
-    lean: Annotated[
-        str | None,
-        typer.Option(
-            metavar="C", help="Share of a joint's normal along gravity that makes one rest on the other [0.1]."
+    model: Annotated[str, MODEL],
+    files: Annotated[
+        Files,
+        written(
+            "json",
+            out=("F", "Required: Sequence file to write."),
+            dot=("F", "Write the dependency graph for Graphviz."),
+            report=("F", "Write a page that shows the building."),
         ),
-    ] = None,
-    clearance: Annotated[
-        str | None, typer.Option(metavar="L", help="Length (m) of approach and retreat [0.1].")
-    ] = None,
-    props: Annotated[
-        str | None,
-        typer.Option(metavar="N", help="Props beyond the least possible, up to which all sets are tried [4]."),
-    ] = None,
-    seconds: Annotated[str | None, typer.Option(metavar="S", help="Time for the search of one stage [10].")] = None,
+    ],
+    settings: Annotated[Settings, some(SEQUENCED, seconds="Time for the search of one stage.")] = Settings(
+        seconds=10.0
+    ),
+    reading: Reading = Reading(),
+    options: SequenceOptions = SequenceOptions(),
     workers: Annotated[
-        str | None,
-        typer.Option(metavar="N", help="Processes; those beyond the first check certificates [2 beyond 100 blocks]."),
+        int | None,
+        Option("Processes; those beyond the first check certificates [2 beyond 100 blocks].", "whole", metavar="N"),
     ] = None,
-    json: Annotated[
-        str | None, typer.Option(metavar="F|-", help="Write the sequence here too; - prints it and nothing else.")
-    ] = None,
-    dot: Annotated[str | None, typer.Option(metavar="F", help="Write the dependency graph for Graphviz.")] = None,
-    report: Annotated[str | None, typer.Option(metavar="F", help="Write a page that shows the building.")] = None,
 ) -> int:
     """Find the order in which a model is built, and check every stage.
 
     Exit status: 0 done, whatever the verdicts in the file are; 2 bad input.
     """
-    wanted: dict[str, Any] = {
-        "method": choice("--method", method, METHODS),
-        "mu": optional_number("--mu", mu, least=0.0),
-        "density": optional_number("--density", density, above=0.0),
-        "supports": supports,
-        "gravity": vector("--gravity", gravity),
-        "tolerance": optional_number("--tolerance", tolerance, above=0.0),
-    }
-    budget = optional_number("--seconds", seconds, above=0.0)
-    chosen: dict[str, Any] = {
-        "lean": optional_number("--lean", lean, least=0.0),
-        "clearance": optional_number("--clearance", clearance, above=0.0),
-        "most_props": None if props is None else whole("--props", props),
-    }
-    files = planned({"--out": out, "--json": json, "--dot": dot, "--report": report}, keep=model)
+    from cyclopean import io
+    from cyclopean.design.construction.sequence import dot_text
+    from cyclopean.view import building_html
 
-    from cyclopean import analysis, io
-    from cyclopean.design.construction.sequence import SECONDS, build_sequence, dot_text
-
-    settings = analysis.Settings(**wanted, seconds=SECONDS if budget is None else budget)
-    options = {name: value for name, value in chosen.items() if value is not None}
-    assembly, warnings = io.read_model(model, units)
-    count = whole("--workers", workers) if workers is not None else 2 if len(assembly) > MANY else 1
+    assembly, warnings = assembly_of(model, reading.units)
+    count = workers if workers is not None else 2 if len(assembly) > MANY else 1
     if not 1 <= count <= MOST:
-        raise InputError(f"--workers: {count} is not between 1 and {MOST}")
+        raise InputError.of("workers", count, f"expected a whole number from 1 to {MOST}")
     with beside(count - 1) as checkers, long_work(f"sequencing {model}") as stage, of_file(model):
-        found = build_sequence(assembly, settings, **options, progress=stage, executor=checkers)
+        found = sequenced(assembly, settings, Reading(), options, stage, executor=checkers)
     for warning in (*warnings, *found.warnings):
         warn(warning)
     graph = dot_text(found)
     data = io.sequence_dict(found, graph)
-    page = None
-    if "--report" in files:
-        from cyclopean.view import building_html
-
-        page = building_html(found)
-    with io.together():
-        for option in ("--out", "--json"):
-            if option in files:
-                io.write_json(files[option], data)
-        if "--dot" in files:
-            io.write_text(files["--dot"], graph)
-        if page is not None:
-            io.write_text(files["--report"], page)
-    if json == STANDARD_OUTPUT:
-        say_json(data)
-    else:
-        say("\n".join([*_lines(found, data), f"  written  {', '.join(map(str, files.values()))}"]))
+    files.write(
+        {"out": lambda: data, "json": lambda: data, "dot": lambda: graph, "report": lambda: building_html(found)}
+    )
+    files.tell(data, [*_lines(found, data), *files.line()])
     return 0
 
 

@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from cyclopean.cli.terminal import say, warn
-from cyclopean.cli.values import number, whole
 from cyclopean.cli.workers import MOST
 from cyclopean.errors import InputError
+from cyclopean.texts import number, whole
 
 __all__ = ["serve"]
 

@@ -9,10 +9,10 @@ import typer
 
 from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
 from cyclopean.cli.terminal import long_work, say, say_json, warn
-from cyclopean.cli.values import choice, number, optional_number, whole
 from cyclopean.cli.wall_options import named
 from cyclopean.cli.workers import beside
 from cyclopean.errors import InputError
+from cyclopean.texts import choice, number, optional_number, whole
 
 if TYPE_CHECKING:
     from cyclopean.design.rubble.places import Weights

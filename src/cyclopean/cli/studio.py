@@ -4,67 +4,49 @@ import os
 import time
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import typer
-
-from cyclopean.cli.model_options import Density, Gravity, ModelFile, Mu, Supports, Tolerance, Units
+from cyclopean.analysis.settings import Settings
+from cyclopean.api.inputs import Reading, assembly_of
+from cyclopean.cli.check import MODEL
+from cyclopean.cli.command import command, some
 from cyclopean.cli.outputs import folder
 from cyclopean.cli.terminal import long_work, of_file, say, warn
-from cyclopean.cli.values import choice, optional_number, tilt, vector, whole
 from cyclopean.errors import InputError
+from cyclopean.options import Option
 
 __all__ = ["studio"]
 
-METHODS = ("cra", "rbe")
 HIGHEST = 65535
 GLANCE = 0.2  # s
 LOCAL = ("localhost", "::1")
 
 
+@command()
 def studio(
-    model: ModelFile,
-    port: Annotated[str | None, typer.Option(metavar="P", help="Where to listen [one that is free].")] = None,
+    model: Annotated[str, MODEL],
+    settings: Annotated[
+        Settings, some("method mu density supports gravity tilt tolerance", tilt="Where the tilt begins.")
+    ] = Settings(),
+    reading: Reading = Reading(),
+    port: Annotated[int | None, Option("Where to listen [one that is free].", "whole", metavar="P")] = None,
     host: Annotated[
-        str, typer.Option(metavar="H", help="Address to listen on; others than this machine's are open to the network.")
+        str, Option("Address to listen on; others than this machine's are open to the network.", metavar="H")
     ] = "127.0.0.1",
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the address.")] = False,
-    out: Annotated[
-        str | None, typer.Option(metavar="DIR", help="Folder that the page saves to [where the model is].")
-    ] = None,
-    method: Annotated[
-        str | None, typer.Option(metavar="|".join(METHODS), help="Coupled analysis or equilibrium alone [cra].")
-    ] = None,
-    mu: Mu = None,
-    density: Density = None,
-    supports: Supports = "",
-    gravity: Gravity = None,
-    tilt_by: Annotated[str | None, typer.Option("--tilt", metavar="DEG[,AZ]", help="Where the tilt begins.")] = None,
-    units: Units = None,
-    tolerance: Tolerance = None,
+    no_browser: Annotated[bool, Option("Only print the address.", "flag")] = False,
+    out: Annotated[str | None, Option("Folder that the page saves to [where the model is].", metavar="DIR")] = None,
 ) -> int:
     """Open a live page of a model: turn friction, tilt and push, move blocks, and see whether it stands.
 
     Ctrl-C ends it.
     """
-    wanted: dict[str, Any] = {
-        "method": "" if method is None else choice("--method", method, METHODS),
-        "mu": optional_number("--mu", mu, least=0.0),
-        "density": optional_number("--density", density, above=0.0),
-        "supports": supports,
-        "gravity": vector("--gravity", gravity),
-        "tilt": tilt("--tilt", tilt_by),
-        "tolerance": optional_number("--tolerance", tolerance, above=0.0),
-    }
-    number = _port(port)
+    if port is not None and not 1 <= port <= HIGHEST:
+        raise InputError.of("port", port, f"expected a whole number from 1 to {HIGHEST}")
+    number = port or 0
     place = Path(os.path.dirname(model) or os.curdir) if out is None else folder("--out", out, out)
-
-    from cyclopean import analysis, io
-
-    settings = analysis.Settings(**wanted)
     with ExitStack() as open_things:
         with long_work(f"opening {model}"), of_file(model):
-            assembly, warnings = io.read_model(model, units)
+            assembly, warnings = assembly_of(model, reading.units)
             from cyclopean.view.studio.panel import studio as serve
 
             _listenable(host, number)
@@ -93,16 +75,6 @@ def _waited(address: str, browse: bool) -> int:
     except KeyboardInterrupt:
         say("")
     return 0
-
-
-def _port(text: str | None) -> int:
-    """Number of the port; 0 = one that is free."""
-    if text is None:
-        return 0
-    number = whole("--port", text)
-    if not 1 <= number <= HIGHEST:
-        raise InputError(f"--port: {number} is not between 1 and {HIGHEST}")
-    return number
 
 
 def _local(host: str) -> bool:

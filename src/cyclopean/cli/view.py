@@ -6,12 +6,13 @@ from typing import Annotated
 
 import typer
 
-from cyclopean.cli.model_options import Units
 from cyclopean.cli.outputs import planned
 from cyclopean.cli.terminal import long_work, say, warn
 from cyclopean.errors import InputError
 
 __all__ = ["view"]
+
+Units = Annotated[str | None, typer.Option(metavar="U", help="Unit of the model's lengths, such as mm.")]
 
 
 def view(

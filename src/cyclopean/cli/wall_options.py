@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from cyclopean.cli.values import choice, number, numbers
 from cyclopean.errors import InputError
+from cyclopean.texts import choice, number, numbers
 
 if TYPE_CHECKING:
     from cyclopean.design.walls.dressing import Coping, Quoins

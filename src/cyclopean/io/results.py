@@ -9,11 +9,8 @@ from cyclopean.io.files import picked, plain
 
 if TYPE_CHECKING:  # only a name here: converting a file must not load the solvers
     from cyclopean.analysis import (
-        CoupledBracket,
         LimitResult,
         Margins,
-        Polar,
-        Pushover,
         Result,
         Sensitivity,
         Subsidence,
@@ -42,7 +39,8 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         with `tension`, N at each point; `force` is null where no state was found), `mechanism` only when unstable (m/s
         and rad/s of every free block, up to a common factor), `displacement` only when stable by coupled analysis (the
         virtual one of every free block: lengths in the unit of eps, rotations in that unit per metre). `loading`,
-        `partly_held`, `joints_that_pull` and `settlement` only where the model or the command says such things.
+        `partly_held`, `joints_that_pull` and `settlement` only where the model or the command says such things;
+        `margins`, `sensitivity` and `path` where they were asked for.
     """
     ids = [block.id for block in result.assembly.blocks]
     document = _head(SCHEMA, result, result.method)
@@ -62,16 +60,19 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         document["displacement"] = _motion(result, ids, result.displacement)
     if result.settled is not None:
         document["settlement"] = _settlement(result, ids)
-    return {key: plain(value) for key, value in (document | _tail(result, certificate_file)).items()}
+    document |= _tail(result, certificate_file)
+    if (spare := result.margins) is not None:
+        document["margins"] = margins_dict(spare, result)
+    if result.sensitivity is not None:
+        document["sensitivity"] = sensitivity_dict(result.sensitivity)
+    if result.path is not None:
+        document["path"] = subsidence_dict(result.path, result)
+    return {key: plain(value) for key, value in document.items()}
 
 
 def limit_dict(
     result: "LimitResult",
     certificate_file: str | None = None,
-    *,
-    coupled: "CoupledBracket | None" = None,
-    polar: "Polar | None" = None,
-    pushover: "Pushover | None" = None,
 ) -> dict[str, Any]:
     """Return bounds, mechanism and forces of limit analysis as plain lists, numbers and text, ready for JSON.
 
@@ -81,12 +82,6 @@ def limit_dict(
         The bounds.
     certificate_file : str, optional
         Where the certificate was written.
-    coupled : CoupledBracket, optional
-        What coupled analysis said.
-    polar : Polar, optional
-        Tilts in other directions.
-    pushover : Pushover, optional
-        The curve on displaced geometry.
 
     Returns
     -------
@@ -95,6 +90,7 @@ def limit_dict(
         when tilted, `mechanism` (m/s and rad/s of every free block, largest 1), `forces` at the lower multiplier as in
         a result file, `joints` that move (hinge, slide, part), and `governing` among them.
     """
+    coupled, polar, pushover = result.coupled, result.polar, result.pushover
     ids = [block.id for block in result.assembly.blocks]
     document = _head(LIMIT, result, "rbe" if coupled is None else "cra")
     document |= {"word": result.word, "reason": result.reason, "live": _live(result)}

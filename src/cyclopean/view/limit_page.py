@@ -26,9 +26,6 @@ KINDS = {"hinge": "opens about a hinge", "slide": "slides", "part": "parts"}
 def limit_html(
     result: LimitResult,
     *,
-    coupled: CoupledBracket | None = None,
-    polar: Polar | None = None,
-    pushover: Pushover | None = None,
     certificate_file: str | None = None,
     model_file: str | None = None,
 ) -> str:
@@ -38,21 +35,16 @@ def limit_html(
     ----------
     result : LimitResult
         Both bounds.
-    coupled : CoupledBracket, optional
-        What coupled analysis said below them.
-    polar : Polar, optional
-        Tilts in other directions.
-    pushover : Pushover, optional
-        The curve on displaced geometry.
     certificate_file, model_file : str, optional
         Names of these files.
     """
+    polar, pushover = result.polar, result.pushover
     body = (
         _head(result, model_file),
         section("The bounds", _bounds(result), _MEANING[result.live.kind]),
         _pictures(result),
         section("Joints that move", _joints(result), _JOINTS),
-        section("Without dilatancy", _coupled(coupled), _COUPLED),
+        section("Without dilatancy", _coupled(result.coupled), _COUPLED),
         section("Tilt in every direction", "" if polar is None else _figure(polar_svg(polar), _polar_caption(polar))),
         section("As it goes on", "" if pushover is None else _pushover(pushover), _PUSHOVER),
         section("Warnings", "".join(f"<p>{escape(line)}</p>" for line in result.warnings)),

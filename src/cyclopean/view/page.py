@@ -1,7 +1,6 @@
 """The report: one HTML page that holds everything it shows and asks no network for anything."""
 
 import shlex
-from collections.abc import Sequence
 from html import escape
 
 from cyclopean.analysis import Result
@@ -10,9 +9,12 @@ from cyclopean.view.coupling import coupled, near, refuted, tension
 from cyclopean.view.drawing import Picture, picture, without_points
 from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import number, unit_of
+from cyclopean.view.margins_table import margins_section
 from cyclopean.view.markup import DASHED, arrow, click_note, counts, document, key, section
 from cyclopean.view.proofs import proves, proves_not
 from cyclopean.view.scene import scene_html
+from cyclopean.view.sensitivity_chart import sensitivity_section
+from cyclopean.view.subsidence_table import subsidence_section
 from cyclopean.view.tables import (
     assumptions,
     contacts_table,
@@ -49,7 +51,6 @@ def report_html(
     *,
     certificate_file: str | None = None,
     model_file: str | None = None,
-    sections: Sequence[str] = (),
 ) -> str:
     """Write the report of a result as one self-contained HTML page.
 
@@ -61,8 +62,6 @@ def report_html(
         Name of the certificate's file, for the command that verifies it.
     model_file : str, optional
         Name of the model's file.
-    sections : sequence of str
-        HTML of what else was asked for; it follows the contacts.
 
     Returns
     -------
@@ -80,7 +79,9 @@ def report_html(
         section("After the settlement", settlement_table(result), _SETTLED),
         _movement(result, drawn),
         _contacts(result),
-        *sections,
+        "" if result.path is None else subsidence_section(result.path, result),
+        "" if (spare := result.margins) is None else margins_section(spare, result),
+        "" if result.sensitivity is None else sensitivity_section(result.sensitivity),
         section("Tension it would need", tension(result)),
         section("Warnings", _list(result.warnings)),
         _proof(result, certificate_file, model_file),

@@ -133,7 +133,7 @@ def subsidence(
     settings = Settings() if settings is None else settings
     model = prepare(assembly, settings, progress)
     if model.settled is None:
-        raise InputError.of("steps", None, "no support settles; give `settle` BLOCK:DX,DY,DZ")
+        raise InputError.of("steps", None, "no support settles; give `settlement` BLOCK:DX,DY,DZ")
     if model.contacts.strength.any():
         raise InputError("a settlement and joints that pull do not go together: what has opened pulls no more")
     path = _Path(model, model.settled)

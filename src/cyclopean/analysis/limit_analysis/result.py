@@ -1,13 +1,18 @@
 """What limit analysis answers."""
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from cyclopean.analysis.limit_analysis.live_load import Live
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Contacts, Loading
+
+if TYPE_CHECKING:
+    from cyclopean.analysis.large_displacement.pushover import Pushover
+    from cyclopean.analysis.limit_analysis.bracket import CoupledBracket
+    from cyclopean.analysis.limit_analysis.polar import Polar
 
 __all__ = ["LimitResult", "LimitWord"]
 
@@ -45,6 +50,9 @@ class LimitResult:
     seconds: dict[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     loading: Loading | None = None
+    coupled: "CoupledBracket | None" = None  # what coupled analysis says below the bounds
+    polar: "Polar | None" = None  # tilts in other directions, of which this is the least
+    pushover: "Pushover | None" = None  # the curve on displaced geometry
 
     @property
     def value(self) -> float:

@@ -133,7 +133,7 @@ def support_graph(contacts: Contacts, fixed: Bools, up: Floats, lean: float = LE
         `lean` is not between 0 and 1.
     """
     if not (0.0 <= lean < 1.0):
-        raise InputError.of("lean", lean, "expected a number from 0 up to, not including, 1")
+        raise InputError.of("bearing", lean, "expected a number from 0 up to, not including, 1")
     rise = contacts.frame[:, 0] @ up if len(contacts) else np.zeros(0)
     support = contacts.area * np.abs(rise)
     upper = np.where(rise > 0.0, contacts.b, contacts.a)

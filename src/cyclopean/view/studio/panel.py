@@ -79,7 +79,7 @@ def studio(
     if Path(stem).name != stem:
         raise InputError(f"stem '{stem}': expected the beginning of a file's name, without a folder")
     posed = prepare(model, replace(settings, tilt=None))
-    followed = replace(settings, combination="", factors=(), settle=())  # the posed model has its loads already
+    followed = replace(settings, combination="", factors=(), settlement=())  # the posed model has its loads already
     if posed.contacts.strength.any():
         followed = replace(followed, method="rbe")
         warnings = (*warnings, "joints of this model pull: only rigid-block equilibrium has that")
