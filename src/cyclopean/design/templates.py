@@ -76,7 +76,9 @@ def stack(
         A count, size or angle that cannot be built, or a shift after which two blocks would not touch.
     """
     at_least("count", count, 1 if ground else 2)
-    width, depth, height = (positive("size", s) for s in _triple("size", size))
+    if len(size) != 3:
+        raise InputError(f"size: expected three numbers, got {len(size)}")
+    width, depth, height = (positive("size", s) for s in size)
     angle = np.radians(_between("slope", slope, -90.0, 90.0))
     given = [0.0, *[offset] * (count - 1)] if isinstance(offset, int | float) else list(offset)
     if len(given) != count:
@@ -98,18 +100,14 @@ def stack(
     turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
     turn = turn if angle else np.eye(3)  # exact where nothing turns
     a, b = np.maximum(low[:-1], low[1:]), np.minimum(high[:-1], high[1:])
-    top = high[:-1, 2]
-    quad = np.stack(
-        [[a[:, 0], a[:, 1], top], [b[:, 0], a[:, 1], top], [b[:, 0], b[:, 1], top], [a[:, 0], b[:, 1], top]]
-    )
-    blocks = [
-        Block(
-            name, box @ turn.T, _brick_faces(1, 1, False), density, i == 0, "ground" if i == 0 and ground else "stack"
-        )
-        for i, (name, box) in enumerate(zip(names, _boxes(low, high), strict=True))
-    ]
+    a[:, 2] = b[:, 2] = high[:-1, 2]
+    quad = _boxes(a, b)[:, [0, 2, 6, 4]]  # counter-clockwise from above
+    blocks = []
+    for name, box in zip(names, _boxes(low, high), strict=True):
+        group = "ground" if name == "ground" else "stack"
+        blocks.append(Block(name, box @ turn.T, _brick_faces(1, 1, False), density, name == names[0], group))
     pairs = np.arange(len(blocks) - 1)
-    contacts = _quads(pairs, pairs + 1, quad.transpose(2, 0, 1) @ turn.T, mu)
+    contacts = _quads(pairs, pairs + 1, quad @ turn.T, mu)
     return Assembly(tuple(blocks), contacts, name=f"stack of {count}")
 
 
@@ -536,12 +534,6 @@ def _between(name: str, value: float, low: float, high: float) -> float:
     if not low < finite(name, value) < high:
         raise InputError(f"{name}: must be between {low:g} and {high:g} degrees, got {value:g}")
     return float(value)
-
-
-def _triple(name: str, value: Sequence[float]) -> Sequence[float]:
-    if len(value) != 3:
-        raise InputError(f"{name}: expected three numbers, got {len(value)}")
-    return value
 
 
 def _ring(radius: float, thickness: float) -> tuple[float, float]:

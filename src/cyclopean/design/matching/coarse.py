@@ -72,24 +72,18 @@ def rotations() -> Floats:
     found = []
     for axis in range(3):
         base = np.eye(3)[[(axis + 1) % 3, (axis + 2) % 3, axis]]
-        for eighth in range(2):
+        for eighth in (_turned(1.0, 0.0), _turned(np.sqrt(0.5), np.sqrt(0.5))):
             for front in (True, False):
                 for quarter in range(4):
-                    turn = _quarter_turn(quarter) @ _eighth_turn(eighth) @ base
+                    turn = np.linalg.matrix_power(_turned(0.0, 1.0), quarter) @ eighth @ base
                     found.append(turn if front else back @ turn)
     turns = np.stack(found)
     turns.flags.writeable = False
     return turns
 
 
-def _quarter_turn(count: int) -> Floats:
-    return np.linalg.matrix_power(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), count)
-
-
-def _eighth_turn(count: int) -> Floats:
-    c = np.sqrt(0.5) if count else 1.0
-    s = np.sqrt(0.5) if count else 0.0
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+def _turned(cos: float, sin: float) -> Floats:
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
 
 def rank(problem: Problem, axes: Floats, allowed: Bools, starts: int) -> Ranking:

@@ -154,7 +154,7 @@ def _leg(schedule: Schedule, job: _Job, first: int, last: int = 0) -> tuple[Sing
         turned = normal @ rotation
         plane[..., :3], plane[..., 3] = turned, (normal @ shift[:, :, None])[..., 0] - job.offset
         np.matmul(plane, body, out=depth)
-        outermost = depth.max(axis=1) if job.parts == 1 else _union(depth, job.parts)
+        outermost = depth.reshape(count, job.parts, -1, many).max(axis=2).min(axis=1)  # of the union of parts
         share = np.count_nonzero(outermost <= (TOUCH * size)[:, None], axis=1).astype(np.float32) / np.float32(many)
         better = share > best
         best = np.where(better, share, best)
@@ -178,12 +178,6 @@ def _leg(schedule: Schedule, job: _Job, first: int, last: int = 0) -> tuple[Sing
         shift = shift + momentum[:, :3] * (step * size[:, None])
         rotation = bonded(turned_by(step * momentum[:, 3:]) @ rotation, job.bonds)
     return best, best_rotation, best_shift
-
-
-def _union(depth: Singles, parts: int) -> Singles:
-    """(b, n) depth in a union of convex parts, of depths (b, parts * planes, n) beyond their planes."""
-    split = depth.reshape(len(depth), parts, -1, depth.shape[2])
-    return cast("Singles", split.max(axis=2).min(axis=1))
 
 
 def wrench(moment: Singles, normal: Singles) -> tuple[Singles, Singles]:

@@ -47,7 +47,8 @@ def stone_of(name: str, vertices: ArrayLike, triangles: ArrayLike, density: floa
     """
     point = sealed(f"stone '{name}': vertices", vertices, None, 3)
     corner = sealed(f"stone '{name}': triangles", triangles, None, 3, dtype=np.int64)
-    _refuse_missing(name, corner, len(point))
+    if corner.size and not (0 <= corner.min() and corner.max() < len(point)):
+        raise InputError(f"stone '{name}': a triangle names a vertex that is not there; there are {len(point)}")
     mass = mass_properties(pack([(point, corner)]))
     volume = float(mass.volume[0])
     if not volume > 0.0:
@@ -73,11 +74,6 @@ def stone_of(name: str, vertices: ArrayLike, triangles: ArrayLike, density: floa
         area,
         density,
     )
-
-
-def _refuse_missing(name: str, triangles: Ints, count: int) -> None:
-    if len(triangles) and not (0 <= triangles.min() and triangles.max() < count):
-        raise InputError(f"stone '{name}': a triangle names a vertex that is not there; there are {count}")
 
 
 def _hull_volume(name: str, point: Floats) -> float:

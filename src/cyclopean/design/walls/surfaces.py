@@ -228,10 +228,7 @@ class Twist:
 
     def at(self, uv: Floats) -> tuple[Floats, Floats]:
         """Points (m) and outward unit normals, (n, 3) each."""
-        return Ruled(self._foot, self._top, self.width, self.height).at(uv)
-
-    def _foot(self, u: Floats) -> tuple[Floats, float, float]:
-        return u, 0.0, 0.0
+        return Ruled(lambda u: (u, 0.0, 0.0), self._top, self.width, self.height).at(uv)
 
     def _top(self, u: Floats) -> tuple[Floats, Floats, float]:
         cos, sin = np.cos(np.radians(self.degrees)), np.sin(np.radians(self.degrees))
