@@ -1,6 +1,6 @@
 """Contacts that a file gives, held against the blocks: flat, on both blocks, and wound the right way."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -121,10 +121,7 @@ def bearing(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[C
     """
     if not len(contacts):
         return contacts, ()
-    following = np.arange(1, len(contacts.point) + 1)
-    following[contacts.start[1:] - 1] = contacts.start[:-1]
-    edge = np.linalg.norm(contacts.point[following] - contacts.point, axis=1)
-    width = 2.0 * contacts.area / np.add.reduceat(edge, contacts.start[:-1])
+    width = 2.0 * contacts.area / contacts.perimeter
     least = NARROW * np.minimum(tolerance, REFUSED * _sizes(assembly, contacts)) * (1.0 + 1e-9)
     kept = ~np.isnan(contacts.leaning) | (width > least)
     if kept.all():
@@ -140,7 +137,7 @@ def bearing(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[C
 
 def _sizes(assembly: Assembly, contacts: Contacts) -> Floats:
     """(c,) m: size of the smaller block at each contact."""
-    size = np.array([np.linalg.norm(np.ptp(block.vertices, axis=0)) for block in assembly.blocks])
+    size = assembly.mesh.diagonal
     return np.asarray(np.minimum(size[contacts.a], size[contacts.b]))
 
 
@@ -163,25 +160,18 @@ def _faces_under(
 
     Of several faces the one that leans least; where there is none, the contact's own normal.
     """
-    frame = frames_from_normals(regions.normal)
-    away = regions.vertex[regions.corner] - regions.point[regions.corner_region]
-    drawn = np.einsum("ki,kji->kj", away, frame[regions.corner_region, 1:])
     reach = np.maximum(distance, tolerance)[contacts.patch] * (1.0 + 1e-9)
     found = []
     for body, direction in ((contacts.a, normal), (contacts.b, -normal)):
         best, face = np.full(len(point), -1.0), normal[contacts.patch].copy()
-        contact, region = _aligned(regions, body, direction)
-        cosine = np.einsum("ki,ki->k", regions.normal[region], direction[contact])
-        for pair, position in ragged_batches(contacts.start, contact):
-            here = region[pair]
-            local = np.einsum("ki,kji->kj", point[position] - regions.point[here], frame[here])
-            gap = _plane_distance(regions, drawn, here, local[:, 1:])
-            on = np.hypot(local[:, 0], gap) <= reach[position]
-            order = np.argsort(cosine[pair[on]], kind="stable")  # the last to be written leans least
-            row, which = position[on][order], pair[on][order]
-            better = cosine[which] > best[row]
-            best[row[better]] = cosine[which[better]]
-            face[row[better]] = regions.normal[region[which[better]]]
+        for position, region, distances in _distances(regions, body, direction, point, contacts.start):
+            on = distances <= reach[position]
+            cosine = np.einsum("ki,ki->k", regions.normal[region[on]], direction[contacts.patch[position[on]]])
+            order = np.argsort(cosine, kind="stable")  # the last to be written leans least
+            row, which, cosine = position[on][order], region[on][order], cosine[order]
+            better = cosine > best[row]
+            best[row[better]] = cosine[better]
+            face[row[better]] = regions.normal[which[better]]
         found.append(face * np.sign(np.einsum("pi,pi->p", face, normal[contacts.patch]))[:, None])
     return found
 
@@ -232,10 +222,7 @@ def _unit_normals(contacts: Contacts, point: Floats, names: Sequence[str], toler
     start, patch = contacts.start, contacts.patch
     double = newell_normals(point, start)
     length = np.linalg.norm(double, axis=1)
-    following = np.arange(1, len(point) + 1)
-    following[start[1:] - 1] = start[:-1]
-    perimeter = np.add.reduceat(np.linalg.norm(point[following] - point, axis=1), start[:-1])
-    if (bad := np.flatnonzero(~(length > NEEDLE * perimeter**2))).size:
+    if (bad := np.flatnonzero(~(length > NEEDLE * contacts.perimeter**2))).size:
         raise InputError(f"contact {bad[0]} ({names[bad[0]]}): its polygon has no area; remove it")
     normal = double / length[:, None]
     middle = np.add.reduceat(point, start[:-1]) / np.diff(start)[:, None]
@@ -266,17 +253,25 @@ def _side_distances(regions: PlanarRegions, contacts: Contacts, point: Floats, n
 
 def face_distances(regions: PlanarRegions, body: Ints, direction: Floats, point: Floats, start: Ints) -> Floats:
     """(p,) distance (m) of points `start[k]:start[k + 1]` from the nearest aligned region of body[k]; inf = none."""
+    nearest = np.full(len(point), np.inf)
+    for position, _, distance in _distances(regions, body, direction, point, start):
+        np.minimum.at(nearest, position, distance)
+    return nearest
+
+
+def _distances(
+    regions: PlanarRegions, body: Ints, direction: Floats, point: Floats, start: Ints
+) -> Iterator[tuple[Ints, Ints, Floats]]:
+    """(k,) points, aligned regions of their bodies, and how far (m) apart they are: every pair of them, in batches."""
     frame = frames_from_normals(regions.normal)
     away = regions.vertex[regions.corner] - regions.point[regions.corner_region]
     drawn = np.einsum("ki,kji->kj", away, frame[regions.corner_region, 1:])  # corners in their own region's plane
     contact, region = _aligned(regions, body, direction)
-    nearest = np.full(len(point), np.inf)
     for pair, position in ragged_batches(start, contact):
         here = region[pair]
         local = np.einsum("ki,kji->kj", point[position] - regions.point[here], frame[here])
         gap = _plane_distance(regions, drawn, here, local[:, 1:])
-        np.minimum.at(nearest, position, np.hypot(local[:, 0], gap))
-    return nearest
+        yield position, here, np.hypot(local[:, 0], gap)
 
 
 def _aligned(regions: PlanarRegions, body: Ints, direction: Floats) -> tuple[Ints, Ints]:

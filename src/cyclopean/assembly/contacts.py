@@ -7,7 +7,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
-from cyclopean.geometry import frames_from_normals, newell_normals
+from cyclopean.geometry import following, frames_from_normals, newell_normals, offsets, ragged
 
 __all__ = ["Contacts"]
 
@@ -29,27 +29,23 @@ class Contacts:
     lean: Floats | None = None  # (c,) rad by which rough or curved faces lean from n; NaN = flat; None = all flat
 
     def __post_init__(self) -> None:
-        for name in ("a", "b"):
-            object.__setattr__(self, name, sealed(f"contacts {name}", getattr(self, name), None, dtype=np.int64))
+        object.__setattr__(self, "a", sealed("contacts a", self.a, None, dtype=np.int64))
         c = len(self.a)
-        object.__setattr__(self, "b", sealed("contacts b", self.b, c, dtype=np.int64))
-        object.__setattr__(self, "start", sealed("contacts start", self.start, c + 1, dtype=np.int64))
+        for name, count in (("b", c), ("start", c + 1)):
+            object.__setattr__(self, name, sealed(f"contacts {name}", getattr(self, name), count, dtype=np.int64))
         object.__setattr__(self, "point", sealed("contacts point", self.point, None, 3))
-        object.__setattr__(self, "mu", sealed("contacts mu", self.mu, c, nan=True))
-        strength = np.full(c, np.nan) if self.tension is None else self.tension
-        object.__setattr__(self, "tension", sealed("contacts tension", strength, c, nan=True))
-        lean = np.full(c, np.nan) if self.lean is None else self.lean
-        object.__setattr__(self, "lean", sealed("contacts lean", lean, c, nan=True))
-        if (bad := np.flatnonzero(np.asarray(strength) < 0)).size:
-            raise InputError(f"contact {bad[0]}: tension {strength[bad[0]]:g} must not be negative")
+        for name in ("mu", "tension", "lean"):
+            value = np.full(c, np.nan) if getattr(self, name) is None else getattr(self, name)
+            object.__setattr__(self, name, sealed(f"contacts {name}", value, c, nan=True))
+        for name, value in (("tension", self.strength_given), ("mu", self.mu)):
+            if (bad := np.flatnonzero(value < 0)).size:
+                raise InputError(f"contact {bad[0]}: {name} {value[bad[0]]:g} must not be negative")
         if (bad := np.flatnonzero(np.diff(self.start) < 3)).size:
             raise InputError(f"contact {bad[0]}: its polygon has fewer than 3 points")
         if self.start[0] != 0 or self.start[-1] != len(self.point):
             raise InputError("contacts: offsets do not cover the points")
         if (bad := np.flatnonzero(self.a == self.b)).size:
             raise InputError(f"contact {bad[0]}: joins a block to itself")
-        if (bad := np.flatnonzero(self.mu < 0)).size:
-            raise InputError(f"contact {bad[0]}: mu {self.mu[bad[0]]:g} must not be negative")
 
     def __len__(self) -> int:
         return len(self.a)
@@ -57,18 +53,18 @@ class Contacts:
     @classmethod
     def of(
         cls,
-        pairs: Sequence[tuple[int, int]],
+        pairs: Sequence[tuple[int, int]] | Ints,
         polygons: Sequence[Floats],
-        mu: Sequence[float | None] | None = None,
-        tension: Sequence[float | None] | None = None,
-        lean: Sequence[float | None] | None = None,
+        mu: Sequence[float | None] | Floats | None = None,
+        tension: Sequence[float | None] | Floats | None = None,
+        lean: Sequence[float | None] | Floats | None = None,
     ) -> "Contacts":
         """Pack a list of (a, b) pairs and one (k, 3) polygon each; mu or tension None = not given, lean None = flat."""
         ends = np.asarray(pairs, np.int64).reshape(-1, 2)
-        start = np.concatenate([[0], np.cumsum([len(p) for p in polygons], dtype=np.int64)]).astype(np.int64)
-        point = np.concatenate([np.asarray(p, float).reshape(-1, 3) for p in polygons] or [np.zeros((0, 3))])
+        start = offsets([len(p) for p in polygons])
+        point = np.concatenate([np.zeros((0, 3)), *(np.asarray(p, float).reshape(-1, 3) for p in polygons)])
 
-        def filled(values: Sequence[float | None] | None) -> Floats:
+        def filled(values: Sequence[float | None] | Floats | None) -> Floats:
             given = [None] * len(polygons) if values is None else values
             return np.array([np.nan if x is None else float(x) for x in given], float)
 
@@ -85,6 +81,14 @@ class Contacts:
         return np.asarray(np.linalg.norm(newell_normals(self.point, self.start), axis=1) / 2.0)
 
     @property
+    def perimeter(self) -> Floats:
+        """(c,) m."""
+        if not len(self):
+            return np.zeros(0)
+        side = np.linalg.norm(self.point[following(self.start)] - self.point, axis=1)
+        return np.asarray(np.add.reduceat(side, self.start[:-1]))
+
+    @property
     def frame(self) -> Floats:
         """(c, 3, 3) rows n, u, v: right-handed, orthonormal, n from `a` into `b`."""
         normal = newell_normals(self.point, self.start)
@@ -93,17 +97,22 @@ class Contacts:
             raise InputError(f"contact {bad[0]}: its polygon has no area")
         return frames_from_normals(normal / length[:, None])
 
+    @classmethod
+    def joined(cls, parts: Sequence["Contacts"]) -> "Contacts":
+        """The patches of several (one at least), one after the other."""
+        names = ("a", "b", "point", "mu", "tension", "lean")
+        whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        return cls(start=offsets(np.concatenate([np.diff(part.start) for part in parts])), **whole)
+
     def polygon(self, k: int) -> Floats:
         """(m, 3) points of patch k."""
         return self.point[self.start[k] : self.start[k + 1]]
 
     def only(self, which: Ints) -> "Contacts":
         """Some of the patches, in this order."""
-        count = np.diff(self.start)[which]
-        start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
-        point = self.point[np.repeat(self.start[which], count) + np.arange(start[-1]) - np.repeat(start[:-1], count)]
+        point = self.point[ragged(self.start, which)[1]]
         mu, strength, lean = self.mu[which], self.strength_given[which], self.leaning[which]
-        return Contacts(self.a[which], self.b[which], start, point, mu, strength, lean)
+        return Contacts(self.a[which], self.b[which], offsets(np.diff(self.start)[which]), point, mu, strength, lean)
 
     def with_mu(self, mu: float) -> "Contacts":
         """Fill in `mu` where none is given."""
@@ -144,18 +153,16 @@ class Contacts:
             return np.zeros(0)
         count = np.diff(start)
         normal = newell_normals(self.point, start)
-        following = np.arange(1, len(self.point) + 1)
-        following[start[1:] - 1] = start[:-1]
-        before = np.zeros(len(self.point), np.int64)
-        before[following] = np.arange(len(self.point))
+        after = following(start)
+        before = np.argsort(after)
 
         def areas(local: Floats) -> Floats:
-            turn = np.einsum("pi,pi->p", np.cross(local, local[following]), normal[patch])
+            turn = np.einsum("pi,pi->p", np.cross(local, local[after]), normal[patch])
             return np.asarray(turn / np.einsum("ci,ci->c", normal, normal)[patch])
 
         local = self.point - np.repeat(self.point[start[:-1]], count, axis=0)
         fan = areas(local)  # from the first corner
-        middle = np.add.reduceat(fan[:, None] * (local + local[following]), start[:-1], axis=0) / 3.0
+        middle = np.add.reduceat(fan[:, None] * (local + local[after]), start[:-1], axis=0) / 3.0
         around = areas(local - middle[patch])
         return np.asarray((around + around[before]) / 2.0)
 

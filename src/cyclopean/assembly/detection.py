@@ -16,6 +16,7 @@ from cyclopean.geometry import (
     box_pairs,
     convex_bodies,
     facing_regions,
+    offsets,
     penetration_depths,
     planar_regions,
     ragged,
@@ -50,8 +51,7 @@ def length_tolerance(assembly: Assembly) -> float:
     mesh = assembly.mesh
     if not len(mesh.vertex):
         return 0.0
-    low, high = _boxes(mesh)
-    diagonal = np.sort(np.linalg.norm(high - low, axis=1))
+    diagonal = np.sort(mesh.diagonal)
     size = min(assembly.size, 100.0 * float(diagonal[(len(diagonal) - 1) // 2]) or np.inf)
     return max(RELATIVE_TOLERANCE * size, 8.0 * float(np.spacing(np.abs(mesh.vertex).max())))
 
@@ -90,7 +90,7 @@ def detect(assembly: Assembly, tolerance: float | None = None) -> Detection:
     tol = length_tolerance(assembly) if tolerance is None else float(tolerance)
     mesh, origin = local_mesh(assembly)
     regions = planar_regions(mesh, tol)
-    pairs = box_pairs(*_boxes(mesh), tol)
+    pairs = box_pairs(*mesh.boxes(), tol)
     a, b = facing_regions(regions, pairs, tol)
     found = _near(regions, a, b, region_overlaps(regions, a, b, tol), mesh)
     contacts = _ordered(regions, a, b, found, origin, tol)
@@ -117,23 +117,11 @@ def local_mesh(assembly: Assembly) -> tuple[Polyhedra, Floats]:
     return moved, origin
 
 
-def _boxes(mesh: Polyhedra) -> tuple[Floats, Floats]:
-    """(n, 3) lower and upper corners of the bodies' bounding boxes (m); inverted for a body without vertices."""
-    low, high = np.full((len(mesh), 3), np.inf), np.full((len(mesh), 3), -np.inf)
-    held = np.flatnonzero(np.diff(mesh.vertex_start) > 0)
-    if len(held):
-        first = mesh.vertex_start[held]
-        low[held] = np.minimum.reduceat(mesh.vertex, first, axis=0)
-        high[held] = np.maximum.reduceat(mesh.vertex, first, axis=0)
-    return low, high
-
-
 def _near(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, mesh: Polyhedra) -> Overlaps:
     """The overlaps whose two faces are no further apart than the smaller of the blocks allows."""
     if not len(found.pair):
         return found
-    low, high = _boxes(mesh)
-    size = np.linalg.norm(high - low, axis=1)
+    size = mesh.diagonal
     i, j = a[found.pair], b[found.pair]
     patch = np.repeat(np.arange(len(found.pair)), np.diff(found.start))
     height = np.einsum("pi,pi->p", found.point - regions.point[i][patch], regions.normal[i][patch])
@@ -141,8 +129,7 @@ def _near(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, mesh: Polyh
     kept = np.flatnonzero(gap <= OWN_SHARE * np.minimum(size[regions.body[i]], size[regions.body[j]]))
     if len(kept) == len(found.pair):
         return found
-    start = np.concatenate([[0], np.cumsum(np.diff(found.start)[kept])]).astype(np.int64)
-    return Overlaps(found.pair[kept], start, found.point[ragged(found.start, kept)[1]])
+    return Overlaps(found.pair[kept], offsets(np.diff(found.start)[kept]), found.point[ragged(found.start, kept)[1]])
 
 
 def _ordered(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, origin: Floats, tolerance: float) -> Contacts:
@@ -158,14 +145,8 @@ def _ordered(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, origin: 
     middle = np.stack([np.bincount(patch, point[:, k], len(count)) for k in range(3)], 1) / count[:, None]
     cell = np.floor(middle / (GRID * tolerance) + 0.381966)
     order = np.lexsort((cell[:, 2], cell[:, 1], cell[:, 0], body_b, body_a))
-    start = np.concatenate([[0], np.cumsum(count[order])]).astype(np.int64)
-    return Contacts(
-        body_a[order],
-        body_b[order],
-        start,
-        point[ragged(found.start, order)[1]] + origin,
-        np.full(len(order), np.nan),
-    )
+    whole = Contacts(body_a, body_b, found.start, point + origin, np.full(len(order), np.nan))
+    return whole.only(order)
 
 
 def _duplicates(assembly: Assembly, tolerance: float) -> list[tuple[int, int]]:
@@ -174,7 +155,7 @@ def _duplicates(assembly: Assembly, tolerance: float) -> list[tuple[int, int]]:
         return []
     from scipy.spatial import cKDTree
 
-    low, high = _boxes(assembly.mesh)
+    low, high = assembly.mesh.boxes()
     whole = np.flatnonzero(np.isfinite(low).all(axis=1))
     if len(whole) < 2:
         return []

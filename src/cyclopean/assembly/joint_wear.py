@@ -1,7 +1,5 @@
 """Joints whose edges have worn away."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
@@ -53,20 +51,9 @@ def worn(contacts: Contacts, depth: Floats) -> tuple[Contacts, Ints]:
         polygons += parts
         origin += [k] * len(parts)
     kept = np.array(origin, np.int64)
-    count = np.array([len(polygon) for polygon in polygons], np.int64)
-    point = np.concatenate(polygons) if polygons else np.zeros((0, 3))
-    start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
-    left = replace(
-        contacts,
-        a=contacts.a[kept],
-        b=contacts.b[kept],
-        start=start,
-        point=point,
-        mu=contacts.mu[kept],
-        tension=contacts.strength_given[kept],
-        lean=contacts.leaning[kept],
-    )
-    return left, kept
+    ends = np.stack([contacts.a, contacts.b], 1)[kept]
+    given = (one[kept] for one in (contacts.mu, contacts.strength_given, contacts.leaning))
+    return Contacts.of(ends, polygons, *given), kept
 
 
 def _inner(polygon: Floats, frame: Floats, depth: float) -> list[Floats]:

@@ -35,6 +35,7 @@ from cyclopean.assembly.contacts import Contacts
 from cyclopean.errors import InputError
 from cyclopean.geometry import box_pairs, frames_from_normals, triangles
 from cyclopean.geometry.boxes import meeting_boxes
+from cyclopean.geometry.frames import unit
 
 __all__ = [
     "Meeting",
@@ -175,9 +176,7 @@ class Surface:
     def of(cls, corner: Floats) -> "Surface":
         """Of triangles (t, 3, 3), counter-clockwise from outside."""
         double = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-        length = np.linalg.norm(double, axis=1)
-        unit = double / np.where(length > 0.0, length, 1.0)[:, None]
-        return cls(corner, unit, corner.min(axis=1), corner.max(axis=1))
+        return cls(corner, unit(double), corner.min(axis=1), corner.max(axis=1))
 
     @classmethod
     def joined(cls, parts: Sequence["Surface"]) -> "Surface":
@@ -290,7 +289,7 @@ def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> tuple[_Pieces
     """Triangle i, seen along the mean normal, clipped by the sides of triangle j and by gaps of -band and band."""
     normal_a, normal_b = a.normal[i], b.normal[j]
     mean = normal_a - normal_b
-    frame = frames_from_normals(mean / np.linalg.norm(mean, axis=1)[:, None])
+    frame = frames_from_normals(unit(mean))
     origin = a.corner[i, 0]
     one = np.einsum("kci,kfi->kcf", a.corner[i] - origin[:, None], frame)
     two = np.einsum("kci,kfi->kcf", b.corner[j] - origin[:, None], frame)[:, [0, 2, 1]]

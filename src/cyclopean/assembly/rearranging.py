@@ -6,7 +6,7 @@
 So an arrangement depends only on where its blocks are, not on the way there.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -131,10 +131,8 @@ class Arrangement:
         """Contacts of one block with the others that stand, unless both are at home; and what looks wrong."""
         here, mesh = _put(self.model, block, poses), self.assembly.mesh
         low, high = here.vertices.min(axis=0) - 2.0 * self.tolerance, here.vertices.max(axis=0) + 2.0 * self.tolerance
-        first = mesh.vertex_start[:-1]
-        beside = np.all(np.minimum.reduceat(mesh.vertex, first, axis=0) <= high, axis=1)
-        beside &= np.all(np.maximum.reduceat(mesh.vertex, first, axis=0) >= low, axis=1)
-        beside &= self.index != block
+        least, most = mesh.boxes()
+        beside = np.all(least <= high, axis=1) & np.all(most >= low, axis=1) & (self.index != block)
         if block not in poses:
             beside &= np.isin(self.index, np.array(sorted(poses), np.int64))
         near = np.flatnonzero(beside)
@@ -213,16 +211,7 @@ def _at(model: Assembly, block: int, poses: Mapping[int, Pose], point: Floats) -
     return poses[block].of(point, model.mass.centroid[block]) if block in poses else point
 
 
-def _merged(parts: Collection[Contacts]) -> Contacts:
+def _merged(parts: Sequence[Contacts]) -> Contacts:
     """All of them, sorted by a, then b; those of one pair keep their order."""
-    sizes = np.concatenate([np.diff(part.start) for part in parts])
-    whole = Contacts(
-        np.concatenate([part.a for part in parts]),
-        np.concatenate([part.b for part in parts]),
-        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
-        np.concatenate([part.point for part in parts]),
-        np.concatenate([part.mu for part in parts]),
-        np.concatenate([part.strength_given for part in parts]),
-        np.concatenate([part.leaning for part in parts]),
-    )
+    whole = Contacts.joined(parts)
     return whole.only(np.lexsort((whole.b, whole.a)))

@@ -9,7 +9,7 @@ from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly.blocks import Assembly, supports
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.errors import InputError
-from cyclopean.geometry import Polyhedra, face_normals, mesh_faults
+from cyclopean.geometry import face_warp, mesh_faults
 
 __all__ = ["Survey", "Volumes", "survey"]
 
@@ -80,7 +80,7 @@ def survey(assembly: Assembly, contacts: Contacts | None = None, rule: str = "")
     sound = np.ones(len(assembly), bool)
     sound[[i for i, _ in faults]] = False
     held, used = _supports(assembly, rule)
-    warp = _warp(assembly.mesh)
+    warp = face_warp(assembly.mesh)
     vertex = assembly.mesh.vertex
     extent = np.ptp(vertex, axis=0) if len(vertex) else np.zeros(3)
     return Survey(
@@ -137,17 +137,3 @@ def _outliers(assembly: Assembly, sound: Bools) -> tuple[str, ...]:
     reach = 1.5 * max(third - first, 1e-3 * middle)
     beyond = (volume[chosen] < first - reach) | (volume[chosen] > third + reach)
     return tuple(assembly.blocks[i].id for i in chosen[beyond])
-
-
-def _warp(mesh: Polyhedra) -> Floats:
-    """(F,) m: distance of the furthest corner of each face from the plane through the mean of its corners."""
-    if not len(mesh.corner):
-        return np.zeros(0)
-    normal = face_normals(mesh)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = normal / np.where(length > 0.0, length, 1.0)
-    start, sizes = mesh.corner_start[:-1], np.diff(mesh.corner_start)
-    here = mesh.vertex[mesh.corner] - np.repeat(mesh.vertex[mesh.corner[start]], sizes, axis=0)
-    here -= np.repeat(np.add.reduceat(here, start, axis=0) / sizes[:, None], sizes, axis=0)
-    off = np.abs(np.einsum("ki,ki->k", here, np.repeat(normal, sizes, axis=0)))
-    return np.asarray(np.maximum.reduceat(off, start))

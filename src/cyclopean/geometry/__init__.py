@@ -5,12 +5,13 @@ from cyclopean.geometry.boxes import box_pairs
 from cyclopean.geometry.coplanar import PlanarRegions, planar_regions
 from cyclopean.geometry.frames import crossed, frames_from_normals, newell_normals, rotations
 from cyclopean.geometry.overlap import Overlaps, facing_regions, region_overlaps
-from cyclopean.geometry.packed import ragged, ragged_batches
+from cyclopean.geometry.packed import following, offsets, ragged, ragged_batches
 from cyclopean.geometry.penetration import convex_bodies, penetration_depths
 from cyclopean.geometry.polyhedra import (
     MassProperties,
     Polyhedra,
     face_normals,
+    face_warp,
     mass_properties,
     mesh_faults,
     pack,
@@ -33,12 +34,15 @@ __all__ = [
     "detached_pieces",
     "dissolved",
     "face_normals",
+    "face_warp",
     "facing_regions",
+    "following",
     "frames_from_normals",
     "mass_properties",
     "merged",
     "mesh_faults",
     "newell_normals",
+    "offsets",
     "pack",
     "penetration_depths",
     "planar_regions",

@@ -7,13 +7,14 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
-from cyclopean.geometry.frames import newell_normals
+from cyclopean.geometry.frames import newell_normals, unit
 from cyclopean.geometry.packed import following, offsets
 
 __all__ = [
     "MassProperties",
     "Polyhedra",
     "face_normals",
+    "face_warp",
     "mass_properties",
     "mesh_faults",
     "pack",
@@ -64,6 +65,22 @@ class Polyhedra:
     def next_corner(self) -> Ints:
         """(K,) for each corner, the position of the next one round its face."""
         return following(self.corner_start)
+
+    def boxes(self) -> tuple[Floats, Floats]:
+        """(n, 3) lower and upper corners of the bodies' bounding boxes (m); inverted for a body without vertices."""
+        low, high = np.full((len(self), 3), np.inf), np.full((len(self), 3), -np.inf)
+        held = np.flatnonzero(np.diff(self.vertex_start) > 0)
+        if len(held):
+            first = self.vertex_start[held]
+            low[held] = np.minimum.reduceat(self.vertex, first, axis=0)
+            high[held] = np.maximum.reduceat(self.vertex, first, axis=0)
+        return low, high
+
+    @property
+    def diagonal(self) -> Floats:
+        """(n,) m: of the bodies' bounding boxes."""
+        low, high = self.boxes()
+        return np.asarray(np.linalg.norm(np.maximum(high - low, 0.0), axis=1))
 
 
 def pack(bodies: Sequence[tuple[Floats, Faces]]) -> Polyhedra:
@@ -125,6 +142,18 @@ def triangles(mesh: Polyhedra) -> tuple[Ints, Ints]:
 def face_normals(mesh: Polyhedra) -> Floats:
     """(F, 3) m2: Newell normal of every face, twice its area long."""
     return newell_normals(mesh.vertex[mesh.corner], mesh.corner_start)
+
+
+def face_warp(mesh: Polyhedra) -> Floats:
+    """(F,) m: distance of the furthest corner of each face from the plane through the mean of its corners."""
+    if not len(mesh.corner):
+        return np.zeros(0)
+    normal = unit(face_normals(mesh))
+    start, sizes = mesh.corner_start[:-1], np.diff(mesh.corner_start)
+    here = mesh.vertex[mesh.corner] - np.repeat(mesh.vertex[mesh.corner[start]], sizes, axis=0)
+    here -= np.repeat(np.add.reduceat(here, start, axis=0) / sizes[:, None], sizes, axis=0)
+    off = np.abs(np.einsum("ki,ki->k", here, np.repeat(normal, sizes, axis=0)))
+    return np.asarray(np.maximum.reduceat(off, start))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ import numpy as np
 
 from cyclopean.arrays import Bools
 from cyclopean.assembly import Assembly, Block
-from cyclopean.geometry import Polyhedra, convex_bodies, face_normals, planar_regions
+from cyclopean.geometry import Polyhedra, convex_bodies, face_warp, planar_regions
 from cyclopean.io.round_trip import fan
 
 __all__ = ["blocklist_text", "flat", "not_convex"]
@@ -76,20 +76,7 @@ def _comment(name: str) -> str:
 
 def flat(mesh: Polyhedra) -> list[Bools]:
     """For each body, whether its faces are flat: triangles, and polygons within `FLAT` sizes of it of one plane."""
-    normal = face_normals(mesh)
-    length = np.linalg.norm(normal, axis=1)
-    normal /= np.where(length > 0.0, length, 1.0)[:, None]
-    first = mesh.vertex[mesh.corner[mesh.corner_start[:-1]]]
-    face = mesh.corner_face
-    beside = np.abs(np.einsum("ki,ki->k", mesh.vertex[mesh.corner] - first[face], normal[face]))
-    depth = np.zeros(len(length))
-    np.maximum.at(depth, face, beside)
-    held = np.diff(mesh.vertex_start) > 0
-    size = np.zeros(len(mesh))
-    starts = mesh.vertex_start[:-1][held]
-    box = np.maximum.reduceat(mesh.vertex, starts) - np.minimum.reduceat(mesh.vertex, starts) if len(starts) else 0.0
-    size[held] = np.linalg.norm(box, axis=-1)
-    even = (np.diff(mesh.corner_start) == 3) | (depth <= FLAT * size[mesh.face_body])
+    even = (np.diff(mesh.corner_start) == 3) | (face_warp(mesh) <= FLAT * mesh.diagonal[mesh.face_body])
     return np.split(even, mesh.face_start[1:-1])
 
 

@@ -17,7 +17,9 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.geometry import newell_normals
+from cyclopean.geometry import following, newell_normals, offsets
+from cyclopean.geometry.frames import unit
+from cyclopean.geometry.packed import components
 from cyclopean.io.fields import REACH, face_fault, label
 from cyclopean.io.units import metres
 
@@ -141,11 +143,9 @@ class _HalfEdges:
     @classmethod
     def of(cls, faces: Sequence[Sequence[int]]) -> "_HalfEdges":
         sizes = np.fromiter(map(len, faces), np.int64, len(faces))
-        start = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+        start = offsets(sizes)
         tail = np.fromiter(chain.from_iterable(faces), np.int64, int(start[-1]))
-        following = np.arange(1, len(tail) + 1)
-        following[start[1:] - 1] = start[:-1]
-        head = tail[following]
+        head = tail[following(start)]
         low, high = np.minimum(tail, head), np.maximum(tail, head)
         _, edge, count = np.unique(low * (tail.max(initial=0) + 1) + high, return_inverse=True, return_counts=True)
         return cls(tail, head, np.repeat(np.arange(len(faces)), sizes), start, edge.reshape(-1), count)
@@ -234,20 +234,12 @@ def pieces(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:
     Two faces hang together when they are the only two at an edge, or when, of the many faces round an edge that
     stones share, they bound the same wedge of stone.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     sides = _HalfEdges.of(faces)
     first, second = _only_two(sides)
     one, other = _same_wedge(vertices, sides)
     a = sides.face[np.concatenate([first, one])]
     b = sides.face[np.concatenate([second, other])]
-    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(len(faces), len(faces)))
-    _, found = connected_components(graph, directed=False)
-    _, start = np.unique(found, return_index=True)
-    rank = np.zeros(len(start), np.int64)
-    rank[np.argsort(start)] = np.arange(len(start))
-    return np.asarray(rank[found])
+    return components(len(faces), a, b)
 
 
 def _only_two(sides: _HalfEdges) -> tuple[Ints, Ints]:
@@ -270,8 +262,8 @@ def _same_wedge(vertices: Floats, sides: _HalfEdges) -> tuple[Ints, Ints]:
     group = np.unique(sides.edge[many], return_inverse=True)[1].reshape(-1)
     lead = np.searchsorted(group, group)  # the first half-edge of the group
     low, high = np.minimum(sides.tail[many], sides.head[many]), np.maximum(sides.tail[many], sides.head[many])
-    axis = _unit(vertices[high] - vertices[low])
-    normal = _unit(newell_normals(vertices[sides.tail], sides.start))[sides.face[many]]
+    axis = unit(vertices[high] - vertices[low])
+    normal = unit(newell_normals(vertices[sides.tail], sides.start))[sides.face[many]]
     forward = sides.forward[many]
     into = np.cross(normal, np.where(forward[:, None], axis, -axis))  # in the face, away from the edge
     zero = into[lead]
@@ -283,16 +275,9 @@ def _same_wedge(vertices: Floats, sides: _HalfEdges) -> tuple[Ints, Ints]:
     step = np.concatenate([[True], (np.diff(angle[order]) > _SAME_ANGLE) | (np.diff(group[order]) > 0)])
     order = order[np.lexsort((~forward[order], np.cumsum(step)))]
     sizes = np.bincount(group)
-    last = np.cumsum(sizes) - 1
-    following = np.arange(1, len(order) + 1)
-    following[last] = last - sizes + 1
-    opens = ~forward[order] & forward[order[following]]
-    return many[order[opens]], many[order[following[opens]]]
-
-
-def _unit(vectors: Floats) -> Floats:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
+    after = following(offsets(sizes))
+    opens = ~forward[order] & forward[order[after]]
+    return many[order[opens]], many[order[after[opens]]]
 
 
 def _unique(names: Sequence[str | None], path: str, warnings: list[str]) -> list[str]:

@@ -9,6 +9,7 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
 from cyclopean.geometry import triangles
+from cyclopean.geometry.frames import unit
 from cyclopean.io.bodies import Body
 from cyclopean.io.files import decoded, one_line
 
@@ -104,9 +105,7 @@ def stl_text(assembly: Assembly) -> str:
     """
     tri, face = triangles(assembly.mesh)
     corner = assembly.mesh.vertex[tri]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal /= np.where(length > 0.0, length, 1.0)
+    normal = unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
     body = assembly.mesh.face_body[face]
     start = np.searchsorted(body, np.arange(len(assembly) + 1))
     lines: list[str] = []

@@ -9,6 +9,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
+from cyclopean.geometry import following
 from cyclopean.view.colours import rgb
 from cyclopean.view.drawing import Picture
 from cyclopean.view.elevation import View
@@ -86,9 +87,7 @@ def light(scene: Any) -> None:
 
 def contact_sides(contacts: Contacts) -> Floats:
     """(e, 2, 3) m: sides of all contact polygons."""
-    following = np.arange(1, len(contacts.point) + 1)
-    following[contacts.start[1:] - 1] = contacts.start[:-1]
-    return np.stack([contacts.point, contacts.point[following]], 1)
+    return np.stack([contacts.point, contacts.point[following(contacts.start)]], 1)
 
 
 def lines(scene: Any, name: str, segment: Any, colour: str, pixels: float, shown: bool = True) -> Any:
