@@ -12,9 +12,8 @@ import pytest
 
 from cyclopean.analysis import Live, Settings, limit, polar_tilt, pushover
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
+from cyclopean.analysis.limit_analysis.growing import GrowingModel
 from cyclopean.analysis.limit_analysis.interior import Start, limit_interior
-from cyclopean.analysis.limit_analysis.limit import live_pencil
-from cyclopean.analysis.limit_analysis.live_load import live_loads
 from cyclopean.analysis.limit_analysis.load_family import proving_multiplier
 from cyclopean.analysis.limit_analysis.polish import rebalanced
 from cyclopean.analysis.limit_analysis.starting import opening, pressing
@@ -36,10 +35,7 @@ MODELS = {
 
 
 def posed_pencil(assembly, live=PUSH, mu=0.7):
-    model = prepare(assembly, Settings(mu=mu))
-    gravity, loads = live_loads(model.assembly, live, model.gravity)
-    system = model.system()
-    return live_pencil(model, system, gravity, loads)
+    return GrowingModel.of(prepare(assembly, Settings(mu=mu)), live).pencil
 
 
 def spare(f, mu):

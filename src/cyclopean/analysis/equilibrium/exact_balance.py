@@ -13,6 +13,7 @@ By hand: 0.1 x 0.1 = 0.01 + 8.67e-19 - 2.08e-19..., whose second part `product` 
 
 from dataclasses import dataclass
 from math import fsum
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from cyclopean.assembly import Contacts
 from cyclopean.geometry.exact_moments import exact_area_vectors, exact_moments, expanded, on_grid
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["Balance", "Parts", "exact_balance", "product", "rounding_of_normals", "stretched", "total"]
+__all__ = ["Balance", "Parts", "exact_balance", "own_loads", "product", "rounding_of_normals", "stretched", "total"]
 
 Parts = tuple[Floats, Floats | None]  # (q, 3) N each, a force is their sum; None = zero
 
@@ -146,20 +147,8 @@ def exact_balance(model: PreparedModel, system: EquilibriumSystem) -> Balance:
     """
     assembly, contacts, gravity = model.assembly, model.contacts, model.gravity
     free, m = system.free, system.blocks
-    six, moment, k = exact_moments(assembly.mesh, free)
+    six, moment, k = moments = exact_moments(assembly.mesh, free)
     given = assembly.densities(model.density)[free]
-    mass, rho_bits = on_grid(given)
-    pull, g_bits = on_grid(np.asarray(gravity, float))
-    bits = k + rho_bits + g_bits
-    x, y, z = (mass[:, None] * moment).T
-    turning = np.stack([y * pull[2] - z * pull[1], z * pull[0] - x * pull[2], x * pull[1] - y * pull[0]], 1)
-    load = np.concatenate(
-        [
-            expanded((mass * six)[:, None] * pull[None, :], bits + 2 * k, 6),
-            expanded(turning, bits + 3 * k, 24),
-        ],
-        1,
-    )
     volume = expanded(six, 3 * k, 6)[:, 0]
     size = float(np.linalg.norm(gravity))
     corner = assembly.mesh.vertex_start[:-1]
@@ -176,7 +165,7 @@ def exact_balance(model: PreparedModel, system: EquilibriumSystem) -> Balance:
         np.asarray(np.linalg.norm(box[free], axis=1)),
         expanded(moment, 4 * k, 24)[:, :, 0] / volume[:, None],
         given * volume * size + np.bincount(pushed, np.linalg.norm(push, axis=1), m),
-        load,
+        _own_loads(moments, given, gravity),
         system.held if len(system.held) else np.zeros((m, 6), bool),
         sliding,
         normal,
@@ -190,6 +179,22 @@ def exact_balance(model: PreparedModel, system: EquilibriumSystem) -> Balance:
         sign,
         start,
     )
+
+
+def own_loads(model: PreparedModel, free: Ints, gravity: Floats) -> Floats:
+    """(m, 6, j) N, N m about the world's origin: weight of (m,) free blocks under (3,) gravity, sums of j doubles."""
+    return _own_loads(exact_moments(model.assembly.mesh, free), model.assembly.densities(model.density)[free], gravity)
+
+
+def _own_loads(moments: tuple[Any, Any, int], density: Floats, gravity: Floats) -> Floats:
+    six, moment, k = moments
+    mass, rho_bits = on_grid(density)
+    pull, g_bits = on_grid(np.asarray(gravity, float))
+    bits = k + rho_bits + g_bits
+    x, y, z = (mass[:, None] * moment).T
+    turning = np.stack([y * pull[2] - z * pull[1], z * pull[0] - x * pull[2], x * pull[1] - y * pull[0]], 1)
+    weight = expanded((mass * six)[:, None] * pull[None, :], bits + 2 * k, 6)
+    return np.concatenate([weight, expanded(turning, bits + 3 * k, 24)], 1)
 
 
 def _entries(system: EquilibriumSystem, pushed: Ints) -> tuple[Ints, Floats, Ints]:

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
+from cyclopean.analysis.limit_analysis.growing import GrowingModel
 from cyclopean.analysis.limit_analysis.joints import moving_joints
-from cyclopean.analysis.limit_analysis.live_load import Live, live_loads
+from cyclopean.analysis.limit_analysis.live_load import Live
 from cyclopean.analysis.limit_analysis.load_family import Pencil, pencil
 from cyclopean.analysis.limit_analysis.proving import Proved, in_users_units, prove_bounds
 from cyclopean.analysis.limit_analysis.reasons import reason_for_limit
@@ -20,13 +21,13 @@ from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.proving import spread, utilisation
 from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Floats
-from cyclopean.assembly import Assembly, Load
+from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
-from cyclopean.statics import EquilibriumSystem, body_loads, turned_gravity
+from cyclopean.statics import turned_gravity
 
 BACK = 1e-8  # radians between what a solver says of a tilt and what is proved: room for forces, and for a motion
 
-__all__ = ["Found", "find_limit", "limit", "limit_of", "live_pencil"]
+__all__ = ["Found", "find_limit", "limit", "limit_of"]
 
 
 def limit(
@@ -94,7 +95,7 @@ def limit_of(
     found = find_limit(model, live, solver, budget.before_proof(len(model.contacts.point)))
     clock["solved"] = time.perf_counter()
     progress("verifying")
-    proved = prove_bounds(found.model, found.system, found.gravity, found.loads, found.outcome, found.pencil, budget)
+    proved = prove_bounds(found.growing, found.outcome, found.angle is None, budget)
     clock["verified"] = time.perf_counter()
     seconds = {"solve": clock["solved"] - clock["start"], "verify": clock["verified"] - clock["solved"]}
     return replace(_result(model, live, found, proved), seconds=seconds)
@@ -104,65 +105,18 @@ def find_limit(model: PreparedModel, live: Live, solver: str = "auto", budget: B
     """What the solvers find, before anything is proved."""
     if live.tilt is not None and _turns_unevenly(model, live.tilt):
         return _turned(model, live.tilt, solver, budget)
-    return _grown(model, live, solver, budget)
-
-
-def live_pencil(model: PreparedModel, system: EquilibriumSystem, gravity: Floats, loads: tuple[Load, ...]) -> Pencil:
-    """Live loads beside the dead ones, in the units of the system.
-
-    Parameters
-    ----------
-    model : PreparedModel
-        The model.
-    system : EquilibriumSystem
-        Of its dead loads.
-    gravity : (3,)
-        Live, m/s2.
-    loads : tuple of Load
-        Live.
-
-    Raises
-    ------
-    InputError
-        They do not act on any block that is free to move.
-    """
-    assembly, mass = model.assembly, model.mass
-    p1 = body_loads(replace(assembly, loads=loads), gravity, model.density)[system.free] / system.force_unit
-    p1[:, 3:] /= system.length_unit
-    p1 = system.still(p1.ravel())
-    if len(system.free) and not p1.any():
-        raise InputError("the live loads act on supports only, or in directions that supports hold; nothing grows")
-    free = ~model.fixed
-    dead = _size(mass[free], model.gravity, [load for load in assembly.loads if free[load.block]])
-    grown = _size(mass[free], gravity, [load for load in loads if free[load.block]])
-    return pencil(system, p1, dead / system.force_unit, grown / system.force_unit)
-
-
-def _size(mass: Floats, gravity: Floats, loads: list[Load]) -> float:
-    """Sum of weights and of loads, as certificates count it (N)."""
-    return float(np.sum(mass) * np.linalg.norm(gravity)) + float(sum(np.linalg.norm(load.force) for load in loads))
+    growing = GrowingModel.of(model, live)
+    outcome = solve_limit(growing.pencil, solver, budget)
+    return Found(growing, in_users_units(outcome, growing.pencil.unit))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """What the solvers found, and between which loads."""
 
-    model: PreparedModel  # with the gravity of multiplier 0
-    system: EquilibriumSystem
-    gravity: Floats  # live
-    loads: tuple[Load, ...]
+    growing: GrowingModel
     outcome: LimitOutcome
-    pencil: Pencil | None = None
     angle: tuple[float | None, float | None] | None = None  # radians at multipliers 0 and 1, where they stand for that
-
-
-def _grown(model: PreparedModel, live: Live, solver: str, budget: Budget) -> Found:
-    """Loads on a line."""
-    gravity, loads = live_loads(model.assembly, live, model.gravity)
-    system = model.system()
-    grown = live_pencil(model, system, gravity, loads)
-    outcome = in_users_units(solve_limit(grown, solver, budget), grown.unit)
-    return Found(model, system, gravity, loads, outcome, grown)
 
 
 def _turns_unevenly(model: PreparedModel, azimuth: float) -> bool:
@@ -176,9 +130,8 @@ def _turned(model: PreparedModel, azimuth: float, solver: str, budget: Budget) -
     """A tilt of a model with loads that do not turn."""
 
     def at(gravity: Floats, live: Floats) -> Pencil:
-        posed = replace(model, gravity=gravity)
-        system = posed.system()
-        return live_pencil(posed, system, live, ()) if live.any() else pencil(system, np.zeros(len(system.p)))
+        there = GrowingModel(replace(model, gravity=gravity), live)
+        return there.pencil if live.any() else pencil(there.system, there.live)
 
     turn = solve_turning(at, model.gravity, azimuth, solver, budget)
     start = 0.0 if turn.low is None else turn.low - BACK
@@ -186,12 +139,11 @@ def _turned(model: PreparedModel, azimuth: float, solver: str, budget: Budget) -
     first = turned_gravity(model.gravity, float(np.rad2deg(start)), azimuth)
     last = first if end is None else turned_gravity(model.gravity, float(np.rad2deg(end)), azimuth)
     low = None if turn.low is None else start
-    model = replace(model, gravity=first)
-    return Found(model, model.system(), last - first, (), turn.outcome, angle=(low, end))
+    return Found(GrowingModel(replace(model, gravity=first), last - first), turn.outcome, (low, end))
 
 
 def _result(model: PreparedModel, live: Live, found: Found, proved: Proved) -> LimitResult:
-    system, outcome = found.system, found.outcome
+    system, outcome = found.growing.system, found.outcome
     lower, upper = proved.lower, proved.upper
     if found.angle is not None:  # 0 and 1 stand for two angles
         low, high = found.angle

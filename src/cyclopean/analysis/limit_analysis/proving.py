@@ -9,18 +9,16 @@ import numpy as np
 from cyclopean.analysis.certificates import Parts, certify, force_rows
 from cyclopean.analysis.equilibrium.components import component_labels, lightest
 from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide
-from cyclopean.analysis.equilibrium.exact_balance import Balance, exact_balance, product, stretched
 from cyclopean.analysis.equilibrium.opening import SLOW
 from cyclopean.analysis.equilibrium.polishing import PLAIN, Polished, Polisher
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
-from cyclopean.analysis.limit_analysis.load_family import Pencil
+from cyclopean.analysis.limit_analysis.growing import GrowingModel
 from cyclopean.analysis.limit_analysis.own_scale import limit_at_own_scale, opened_bound
 from cyclopean.analysis.limit_analysis.solving import CLOSED, LimitOutcome
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats
-from cyclopean.assembly import Load
 from cyclopean.proof import Report, seal, verify
-from cyclopean.statics import EquilibriumSystem, Schur
+from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["Proved", "in_users_units", "prove_bounds"]
 
@@ -61,28 +59,26 @@ class Proved:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Case:
-    """A model with its dead loads, and what grows on it."""
+    """What grows, and sides of a certificate of it."""
 
-    model: PreparedModel
-    system: EquilibriumSystem
-    gravity: Floats  # (3,) m/s2, live
-    loads: tuple[Load, ...]  # live
+    growing: GrowingModel
 
-    def grown(self, times: float, dead: float = 1.0) -> PreparedModel:
-        """The model under `dead` times its own loads and so many times the live ones."""
-        model = self.model
-        given = [(load, dead) for load in model.assembly.loads] + [(load, times) for load in self.loads]
-        acting = (replace(load, force=factor * load.force) for load, factor in given)
-        return model.under(dead * model.gravity + times * self.gravity, acting)
+    @property
+    def model(self) -> PreparedModel:
+        """With its dead loads."""
+        return self.growing.model
+
+    @property
+    def system(self) -> EquilibriumSystem:
+        """Of the dead loads."""
+        return self.growing.system
 
     def room(self, y: Floats) -> tuple[float, float]:
         """The multiplier at which the loads do no work in (6 m,) y, and by how much a certificate wants more.
 
         A state may leave 1e-9 of the lightest block's weight unbalanced, so a mechanism has to do more work.
         """
-        system, alone = self.system, self.grown(1.0, 0.0)
-        live = replace(alone, contacts=replace(alone.contacts, tension=None)).system()
-        power = float(live.p @ y) * (live.force_unit / system.force_unit)
+        system, power = self.system, float(self.growing.live @ y)
         if not power > 0.0 or system.weight is None or system.diagonal is None:
             return np.inf, 0.0
         rows, least = y.reshape(-1, 6), lightest(component_labels(system), system.weight)
@@ -93,36 +89,21 @@ class _Case:
     def polished(self, f: Floats, times: float, limit: float = ACCEPTED) -> Polished | None:
         """Forces of (q, 3) f that balance every block at a multiplier; None where they miss that by more than `limit`.
 
-        Counted in the weight of the lightest block, as certificates do.
+        Counted in the weight of the lightest block, as certificates do; own weights are those of the dead gravity.
         """
-        system = self.system
-        there = replace(self.grown(times).system(), weight=None, diagonal=None)
-        balance = self.balance(times, there)
-        if system.weight is not None:  # own weights are those of the dead gravity, whatever grows
-            balance = replace(balance, weight=system.weight * system.force_unit)
-        share = lightest(component_labels(system), balance.weight) / balance.weight
-        schur = Schur(there) if there.points else None
-        found = Polisher(there, balance, schur).polished(f * (system.force_unit / there.force_unit), share, zeros=False)
+        growing, balance = self.growing, self.growing.balance(times)
+        there = replace(growing.system, p=growing.system.p + times * growing.live)
+        share = lightest(component_labels(there), balance.weight) / balance.weight
+        found = Polisher(there, balance, growing.schur).polished(f, share, zeros=False)
         return found if (found.own.max(1) <= limit * share).all() else None
 
-    def balance(self, times: float, there: EquilibriumSystem) -> Balance:
-        """Of loads that are not rounded: next to a boulder's a pebble's weight is less than that."""
-        model = self.model
-        pushes = [(load, product(np.full(3, times), load.force)) for load in self.loads]
-        more = [replace(load, force=part) for load, parts in pushes for part in parts]
-        given = (*model.assembly.loads, *more)
-        dead, live = (exact_balance(model.under(g, given), there) for g in (model.gravity, self.gravity))
-        rows = live.own_load.reshape(-1, 3, 3)
-        grown = np.stack(stretched(rows, np.full((len(rows), 1), times), None), 2).reshape(live.own_load.shape)
-        return replace(dead, own_load=np.concatenate([dead.own_load, grown], 2))
-
-    def decided(self, times: float, pencil: Pencil, limit: float) -> Iterator[dict[str, Any]]:
+    def decided(self, times: float, limit: float) -> Iterator[dict[str, Any]]:
         """What rigid-block equilibrium says at one multiplier, as sides of a certificate; nothing if undecided.
 
         A state may miss balance by `limit` of the lightest block's weight. Of a mechanism also the motion of the same
         blocks that falls at the least multiplier.
         """
-        model = self.grown(times)
+        model = self.growing.at(times)
         there = model.system()
         found = decide(model, there)
         if found.word == "balanced" and found.state is not None:
@@ -130,7 +111,7 @@ class _Case:
             yield from [{"lower": times, "state": state}] if state is not None else []
         if found.word == "collapse" and found.y is not None:
             yield self.moving(found.y)
-            least = opened_bound(pencil, self.balance(0.0, self.system), found.y)[1]
+            least = opened_bound(self.growing.pencil, self.growing.balance(0.0), found.y)[1]
             if least is not None and (proved := _alone(self, self.moving(least))):
                 yield proved
 
@@ -146,13 +127,7 @@ class _Case:
 
 
 def prove_bounds(
-    model: PreparedModel,
-    system: EquilibriumSystem,
-    gravity: Floats,
-    loads: tuple[Load, ...],
-    outcome: LimitOutcome,
-    pencil: Pencil | None = None,
-    budget: Budget = UNLIMITED,
+    growing: GrowingModel, outcome: LimitOutcome, again: bool = False, budget: Budget = UNLIMITED
 ) -> Proved:
     """Write the certificate of an outcome, have it checked, and keep what was proved.
 
@@ -160,44 +135,38 @@ def prove_bounds(
 
     Parameters
     ----------
-    model : PreparedModel
-        With the dead loads; its gravity is theirs.
-    system : EquilibriumSystem
-        Of the dead loads.
-    gravity : (3,)
-        Live, m/s2.
-    loads : tuple of Load
-        Live.
+    growing : GrowingModel
+        The model and what grows on it.
     outcome : LimitOutcome
         In the user's multipliers.
-    pencil : Pencil, optional
-        The same loads, to be solved again where that is needed.
+    again : bool
+        Whether to solve again where that is needed.
     budget : Budget
         Where no time is left for a proof, nothing is proved.
     """
-    case = _Case(model, system, gravity, loads)
-    if not budget.allows_proof(len(model.contacts.point)):
+    case = _Case(growing)
+    if not budget.allows_proof(len(growing.model.contacts.point)):
         return Proved()
     if outcome.word == "unbounded" and (found := _without_limit(case)) is not None:
         return found
-    first = _best(case, list(_sides(case, outcome, pencil is not None)), budget)
+    first = _best(case, list(_sides(case, outcome, again)), budget)
     wanted = outcome.word in ("limit", "undecided", "unbounded")
-    if not wanted or pencil is None or budget.over:
+    if not wanted or not again or budget.over:
         return first
     if first.lower is None or first.lower > 0.0:
-        rest = next(case.decided(0.0, pencil, ACCEPTED), {})
+        rest = next(case.decided(0.0, ACCEPTED), {})
         if "motion" in rest:
             return replace(first, falls=True)  # what stands at a multiplier may need these loads to stand
         if first.lower is None and rest:
             first = _tighter(case, first, _best(case, [rest], budget))
-    if first.closed or system.blocks > OWN_SCALE:
+    if first.closed or growing.system.blocks > OWN_SCALE:
         return first
-    again = in_users_units(limit_at_own_scale(pencil, case.balance(0.0, system)), pencil.unit)
-    best = _tighter(case, first, _best(case, list(_sides(case, again, True)), budget))
+    own = in_users_units(limit_at_own_scale(growing.pencil, growing.balance(0.0)), growing.pencil.unit)
+    best = _tighter(case, first, _best(case, list(_sides(case, own, True)), budget))
     if best.upper is None and (found := _without_limit(case)) is not None:
         return found
     for limit in MISSED:
-        best = _bisected(case, best, pencil, limit, budget)
+        best = _bisected(case, best, limit, budget)
     return best
 
 
@@ -213,15 +182,15 @@ def _sides(case: _Case, outcome: LimitOutcome, raised: bool) -> Iterator[dict[st
         yield case.moving(outcome.y, outcome.upper, raised)
 
 
-def _bisected(case: _Case, known: Proved, pencil: Pencil, limit: float, budget: Budget) -> Proved:
+def _bisected(case: _Case, known: Proved, limit: float, budget: Budget) -> Proved:
     """Both bounds brought together by deciding one multiplier after another between them.
 
     A mechanism says how far down it works, and the next question is asked there (Newton's method for a ratio;
     Dinkelbach 1967); where that is slow, halfway. Bounds that lie no further apart than a trifle are left as they are.
     """
     low, high, room = known.lower or 0.0, np.inf if known.upper is None else known.upper, known.room
-    live, dead = (np.linalg.norm(p.reshape(-1, 6)[:, :3], axis=1) for p in (pencil.q, case.system.p))
-    trifle = TRIFLE * pencil.unit * float(np.min(dead[live > 0.0] / live[live > 0.0], initial=np.inf))
+    live, dead = (np.linalg.norm(p.reshape(-1, 6)[:, :3], axis=1) for p in (case.growing.live, case.system.p))
+    trifle = TRIFLE * float(np.min(dead[live > 0.0] / live[live > 0.0], initial=np.inf))
     trifle = trifle if np.isfinite(trifle) else 0.0
     sides: dict[str, dict[str, Any]] = {}
     top, gap, fast = high - room, np.inf, np.isfinite(high)  # no state is sought beyond, certificates might let it pass
@@ -233,7 +202,7 @@ def _bisected(case: _Case, known: Proved, pencil: Pencil, limit: float, budget: 
         if not low < times < top:
             break
         before, top, falls = top, times, False
-        for found in case.decided(times, pencil, limit):
+        for found in case.decided(times, limit):
             if "state" in found:
                 low, top, sides["lower"] = times, before, found
             elif found["upper"] < high:
@@ -318,12 +287,11 @@ def _tighter(case: _Case, one: Proved, other: Proved) -> Proved:
 
 def _without_limit(case: _Case) -> Proved | None:
     """Forces at multiplier 0, and forces that balance the live loads alone: their sums hold at every multiplier."""
-    dead = case.grown(0.0)
-    dry = replace(case.grown(1.0, 0.0), contacts=replace(case.model.contacts, tension=None))
+    dead = case.growing.at(0.0)
+    dry = replace(case.growing.at(1.0, 0.0), contacts=replace(case.model.contacts, tension=None))
     states = []
     for model in (dead, dry):
-        system = model.system()
-        found = decide(model, system)
+        found = decide(model, model.system())
         if found.word != "balanced" or found.state is None:
             return None
         states.append(found.state)
@@ -341,10 +309,10 @@ def _checked(case: _Case, sides: Mapping[str, Any]) -> tuple[dict[str, Any], Rep
     certificate = certify(model, system, "limit-bounds", proof)
     names = [block.id for block in model.assembly.blocks]
     certificate["live"] = {
-        "gravity": _plain(case.gravity),
+        "gravity": _plain(case.growing.gravity),
         "loads": [
             {"block": names[load.block], "force": _plain(load.force), "point": _plain(load.point)}
-            for load in case.loads
+            for load in case.growing.loads
         ],
     }
     certificate |= {key: float(sides[key]) for key in ("lower", "upper") if key in sides}
