@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Settings, check, solve_rbe
-from cyclopean.analysis.interactive import Knobs, LiveModel, confirmed
+from cyclopean.analysis.interactive import Knobs, LiveModel
 from cyclopean.analysis.proving import Claim, rigid_claim
 from cyclopean.assembly import Contacts, Load
 from cyclopean.design import arch, dome, stack, wall
@@ -117,13 +117,13 @@ def test_a_claim_is_never_shown_as_a_verdict():
 
 
 @pytest.mark.parametrize(("tilt", "method"), [(3.0, "rbe"), (44.0, "rbe"), (3.0, "cra"), (44.0, "cra")])
-def test_confirmed_says_what_check_says(tilt, method):
+def test_a_claim_leads_to_what_check_says(tilt, method):
     model, live = MODELS["arch"], LiveModel(MODELS["arch"])
     knobs = Knobs(mu=0.8, tilt=tilt)
     answer = live.solve(knobs)
     said = Settings(method=method, mu=0.8, gravity=tuple(knobs.turned(live.gravity).tolist()))
     claim = rigid_claim(answer.outcome) if method == "rbe" or tilt > 40.0 else None
-    found = confirmed(model, said, claim)
+    found = check(model, said, warm=claim)
     expected = check(model, Settings(method=method, mu=0.8, tilt=(tilt, 0.0)))
     assert found.verdict == expected.verdict == ("stable" if tilt < 40.0 else "unstable")
     assert found.certificate["kind"] == expected.certificate["kind"]
@@ -133,7 +133,7 @@ def test_a_false_claim_is_found_out_and_solved_again():
     live = LiveModel(MODELS["arch"])
     answer = live.solve(Knobs(mu=0.8))
     bad = Claim("rbe-state", 1.01 * answer.outcome.f, provenance={"solver": "made up"})
-    found = confirmed(MODELS["arch"], Settings(method="rbe", mu=0.8), bad)
+    found = check(MODELS["arch"], Settings(method="rbe", mu=0.8), warm=bad)
     assert found.verdict == "stable"
     assert found.provenance["solver"] != "made up"
 
@@ -141,13 +141,13 @@ def test_a_false_claim_is_found_out_and_solved_again():
 def test_balance_alone_is_no_coupled_state():
     claim = rigid_claim(LiveModel(MODELS["arch"]).solve(Knobs(mu=0.8)).outcome)
     assert claim.kind == "rbe-state"
-    assert confirmed(MODELS["arch"], Settings(method="cra", mu=0.8), claim).certificate["kind"] == "cra-state"
+    assert check(MODELS["arch"], Settings(method="cra", mu=0.8), warm=claim).certificate["kind"] == "cra-state"
 
 
 def test_a_mechanism_can_be_learned():
     model = MODELS["arch"]
     live, knobs = LiveModel(model), Knobs(mu=0.8, tilt=44.0)
-    result = confirmed(model, Settings(method="rbe", mu=0.8, gravity=tuple(knobs.turned(live.gravity).tolist())))
+    result = check(model, Settings(method="rbe", mu=0.8, gravity=tuple(knobs.turned(live.gravity).tolist())))
     live.learn(result)
     assert live.solve(knobs).outcome.provenance["solver"] == "known mechanism"
 
@@ -156,7 +156,7 @@ def test_loose_and_lonely_blocks_fall():
     model = replace(MODELS["arch"], contacts=Contacts.of([], []))
     answer = LiveModel(model).solve(Knobs())
     assert answer.word == "collapse"
-    result = confirmed(model, Settings(method="rbe"), rigid_claim(answer.outcome))
+    result = check(model, Settings(method="rbe"), warm=rigid_claim(answer.outcome))
     assert result.verdict == "unstable"
     assert result.reason.startswith("Nothing holds block")
 

@@ -11,7 +11,7 @@ import pytest
 
 from cyclopean.analysis import Settings
 from cyclopean.analysis.equilibrium.components import component_labels, components
-from cyclopean.analysis.equilibrium.deciding import Decision, decide
+from cyclopean.analysis.equilibrium.deciding import Decision, decide_rigid
 from cyclopean.analysis.equilibrium.exact_balance import exact_balance, product, total
 from cyclopean.analysis.equilibrium.opening import drive, opened
 from cyclopean.analysis.equilibrium.own_scale import own_scaled
@@ -42,7 +42,7 @@ def system_of(model: PreparedModel) -> EquilibriumSystem:
 def judged(model: PreparedModel) -> tuple[str, Decision]:
     """What is decided, once it has passed the rules in fractions."""
     system = system_of(model)
-    found = decide(model, system)
+    found = decide_rigid(model, system)
     if found.word == "balanced":
         assert found.state is not None
         assert Rules(model).state(system.used, *found.state.parts) == ""
@@ -157,7 +157,7 @@ def test_the_audits_models(name: str, word: str) -> None:
 def test_what_stands_has_slack_down_to_its_supports(assembly: Assembly) -> None:
     model = posed(assembly)
     system = system_of(model)
-    found = decide(model, system)
+    found = decide_rigid(model, system)
     assert found.word == "balanced"
     assert found.state is not None
     balance = exact_balance(model, system)
@@ -170,7 +170,7 @@ def test_polish_takes_residuals_off_and_stays_in_the_cones() -> None:
         model = posed(assembly, mu=0.6)
         system = system_of(model)
         balance = exact_balance(model, system)
-        f = decide(model, system).f
+        f = decide_rigid(model, system).f
         assert f is not None
         noise = 1.0 + off * np.random.default_rng(3).normal(size=f.shape)
         polished = Polisher(system, balance, Schur(system)).polished(f * noise)

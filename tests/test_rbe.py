@@ -243,7 +243,7 @@ def test_a_tampered_state_never_becomes_a_verdict(monkeypatch: pytest.MonkeyPatc
     def liar(*_: object) -> Outcome:
         return Outcome("balanced", np.tile([0.3, 0.0, 0.0], (4, 1)), None, 0.0)
 
-    monkeypatch.setattr(checking, "decide", liar)
+    monkeypatch.setattr(checking, "decide_rigid", liar)
     result = check(stack(1), Settings(method="rbe"))
     assert result.verdict == "undecided"
     assert "independent check" in result.reason
@@ -252,7 +252,7 @@ def test_a_tampered_state_never_becomes_a_verdict(monkeypatch: pytest.MonkeyPatc
     def dreamer(_: object, system: EquilibriumSystem, *__: object) -> Outcome:
         return Outcome("collapse", None, np.tile([0, 0, -1.0, 0, 0, 0], system.blocks), np.inf, 1e30)
 
-    monkeypatch.setattr(checking, "decide", dreamer)
+    monkeypatch.setattr(checking, "decide_rigid", dreamer)
     assert check(stack(1), Settings(method="rbe")).verdict == "undecided"
 
 

@@ -6,30 +6,35 @@ from dataclasses import replace
 
 import numpy as np
 
-from cyclopean.analysis.coupled.penalty_form import coupled_tension
-from cyclopean.analysis.coupled.search import solve_cra
-from cyclopean.analysis.equilibrium.deciding import decide
+from cyclopean.analysis.equilibrium.deciding import decide_rigid
 from cyclopean.analysis.equilibrium.rbe import tension
 from cyclopean.analysis.equilibrium.reference import parse_cone
-from cyclopean.analysis.equilibrium.settlement import settle, support_gap
 from cyclopean.analysis.preparation import PreparedModel, prepare
-from cyclopean.analysis.proving import Claim, coupled_claim, prove, rigid_claim, settled_claim, spread
+from cyclopean.analysis.proving import Claim, Judge, coupled_claim, prove, rigid_claim, settled_claim, spread
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, bearing_cones
 from cyclopean.errors import InputError, SolverError
 from cyclopean.geometry import frames_from_normals
+from cyclopean.proof import verify
 from cyclopean.statics import EquilibriumSystem, contact_matrix
 
 SPARED = (0.0, 0.003, 0.01, 0.03)  # rad by which cones are narrower still, one after the other
 NARROWINGS = 12  # rounds of narrowing cones that forces leave, two or three are usual; then all are narrowed
 
-__all__ = ["check", "solved", "within_faces"]
+MARGIN = 1.001  # of beta_min, where a state was refused by a rounding error
+
+__all__ = ["check", "decide"]
+
+Warm = Callable[[EquilibriumSystem], Claim | None]
 
 
 def check(
-    assembly: Assembly, settings: Settings | None = None, progress: Callable[[str], None] = lambda _: None
+    assembly: Assembly,
+    settings: Settings | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+    warm: Claim | None = None,
 ) -> Result:
     """Decide whether the assembly stands, and prove it.
 
@@ -45,6 +50,8 @@ def check(
         Options; the defaults where not given.
     progress : callable
         Is told the name of each stage as it begins.
+    warm : Claim, optional
+        An answer that is likely; what the checker does not accept of it is solved from nothing.
 
     Raises
     ------
@@ -55,33 +62,73 @@ def check(
     settings = Settings() if settings is None else settings
     clock = {"start": time.perf_counter()}
     model = prepare(assembly, settings, progress, clock)
-    settings, turned = _method_for(model, settings)
-    progress("solving")
-    system = model.system()
-    claim = None if model.settled is None else _after_settlement(model, system, model.settled)
-    if model.settled is not None and claim is None:
-        turned = (*turned, "no free block touches a support that settles, so the settlement changes nothing")
-    model = model if claim is not None else replace(model, settled=None)
-    claim = solved(model, settings, system, progress) if claim is None else claim
-    clock["solved"] = time.perf_counter()
-    progress("verifying")
-    result = within_faces(model, settings, prove(model, settings, system, claim), progress)
-    clock["verified"] = time.perf_counter()
-    pull, exact = _glue(model, settings, system, claim) if settings.penalty else (None, False)
-    seconds = {
-        "contacts": clock["contacts"] - clock["margin"],
-        "solve": clock["solved"] - clock["contacts"],
-        "verify": clock["verified"] - clock["solved"],
-        "total": time.perf_counter() - clock["start"],
-    }
-    warnings = (*result.warnings, *turned)
-    if settings.penalty and pull is None:
-        warnings = (*warnings, "`penalty`: the tension could not be measured")
-    elif pull is not None and not exact:
-        warnings = (*warnings, "`penalty`: not even glue makes a coupled state; the tension shown would merely balance")
+    settings, warnings = _method_for(model, settings)
+    if warm is not None and warm.kind == "rbe-state" and settings.chosen_method() == "cra":
+        warm = None  # balance alone is less than coupled analysis asks for
+    if model.settled is not None:
+        warm = _after_settlement(model, model.settled)
+        if warm is None:
+            model = replace(model, settled=None)
+            warnings = (*warnings, "no free block touches a support that settles, so the settlement changes nothing")
+    result, claim = _decided(model, settings, lambda _: warm, verify, progress)
+    if settings.penalty:
+        result = _glued(model, settings, claim, result)
     if not settings.method and (only := settings.asks_for_rbe()):
         warnings = (*warnings, f"{only}: only rigid-block equilibrium has it, so the method is rbe")
-    return replace(result, seconds=seconds, tension=pull, tension_exact=exact, warnings=warnings)
+    seconds = {
+        "contacts": clock["contacts"] - clock["margin"],
+        **result.seconds,
+        "total": time.perf_counter() - clock["start"],
+    }
+    return replace(result, seconds=seconds, warnings=(*result.warnings, *warnings))
+
+
+def decide(
+    model: PreparedModel,
+    settings: Settings,
+    warm: Warm = lambda _: None,
+    judge: Judge = verify,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Result:
+    """Decide whether a prepared model stands, with a verified certificate.
+
+    Parameters
+    ----------
+    model : PreparedModel
+        Blocks, contacts, loads.
+    settings : Settings
+        Method, solver and budget.
+    warm : callable
+        Gives a claim for the system of the model, or None: what the judge does not accept is solved from nothing.
+    judge : callable
+        The independent checker, or what stands for it until it has been asked (`Deferred`).
+    progress : callable
+        Is told the name of each stage as it begins.
+    """
+    return _decided(model, settings, warm, judge, progress)[0]
+
+
+def _decided(
+    model: PreparedModel, settings: Settings, warm: Warm, judge: Judge, progress: Callable[[str], None]
+) -> tuple[Result, Claim]:
+    """The result, with its seconds, and the claim that it came of."""
+    clock = [time.perf_counter()]
+    system = model.system()
+    progress("solving")
+    claim = warm(system)
+    known = None if claim is None else prove(model, settings, system, claim, judge)
+    if claim is None or known is None or (known.verdict == "undecided" and model.settled is None):
+        claim, known = solved(model, settings, system, progress), None
+    clock.append(time.perf_counter())
+    progress("verifying")
+    result = prove(model, settings, system, claim, judge) if known is None else known
+    if result.verdict == "undecided" and claim.kind == "cra-state":  # beta_min to the last bit was too little
+        claim = solved(model, settings, system, progress, MARGIN)
+        result = prove(model, settings, system, claim, judge)
+    result = within_faces(model, settings, system, result, progress)
+    clock.append(time.perf_counter())
+    seconds = {"solve": clock[1] - clock[0], "verify": clock[2] - clock[1], "total": clock[2] - clock[0]}
+    return replace(result, seconds=seconds), claim
 
 
 def _method_for(model: PreparedModel, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
@@ -110,8 +157,11 @@ def _method_for(model: PreparedModel, settings: Settings) -> tuple[Settings, tup
     return replace(settings, method="rbe"), (told,)
 
 
-def _after_settlement(model: PreparedModel, system: EquilibriumSystem, ground: Floats) -> Claim | None:
+def _after_settlement(model: PreparedModel, ground: Floats) -> Claim | None:
     """What becomes of a settlement; None where no contact point moves with the ground."""
+    from cyclopean.analysis.equilibrium.settlement import settle, support_gap
+
+    system = model.system()
     scaled = ground / system.length_unit
     scaled[:, 3:] *= system.length_unit
     patch = model.contacts.patch[system.used]
@@ -123,7 +173,11 @@ def _after_settlement(model: PreparedModel, system: EquilibriumSystem, ground: F
 
 
 def within_faces(
-    model: PreparedModel, settings: Settings, result: Result, progress: Callable[[str], None] = lambda _: None
+    model: PreparedModel,
+    settings: Settings,
+    system: EquilibriumSystem,
+    result: Result,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Result:
     """The result, or one with forces inside the cones about the faces' normals too, where surfaces lean and it is open.
 
@@ -135,7 +189,6 @@ def within_faces(
     contacts = model.contacts
     if "refused" not in result.provenance or not (contacts.leaning > 0.0).any() or model.settled is not None:
         return result
-    system = model.system()
     if settings.chosen_method() == "rbe":
         for margin in SPARED:
             found = _narrowed(model, settings, system, margin)
@@ -182,29 +235,33 @@ def solved(
     settings: Settings,
     system: EquilibriumSystem,
     progress: Callable[[str], None] = lambda _: None,
+    slides: float = 1.0,
 ) -> Claim:
-    """What the solvers of the chosen method claim."""
+    """What the solvers of the chosen method claim; coupled states slide `slides` times beta_min at least."""
     if settings.chosen_method() == "rbe":
-        return rigid_claim(decide(model, system, settings.solver, parse_cone(settings.cone), settings.weights))
-    rigid, bounds = decide(model, system, settings.solver), settings.bounds().unit()
+        return rigid_claim(decide_rigid(model, system, settings.solver, parse_cone(settings.cone), settings.weights))
+    from cyclopean.analysis.coupled.search import solve_cra
+
+    rigid, bounds = decide_rigid(model, system, settings.solver), settings.bounds().unit()
+    bounds = replace(bounds, beta=slides * bounds.beta)
     return coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes, progress, rigid))
 
 
-def _glue(
-    model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim
-) -> tuple[Floats | None, bool]:
-    """(P,) N of tension at each contact point by the penalty form, and whether a state with it exists.
+def _glued(model: PreparedModel, settings: Settings, claim: Claim, result: Result) -> Result:
+    """The result with the tension at each contact point by the penalty form; the verdict stands anyway."""
+    from cyclopean.analysis.coupled.penalty_form import coupled_tension
 
-    None where that fails: the verdict stands anyway.
-    """
+    system, exact = model.system(), True
     try:
         if settings.chosen_method() == "rbe":
-            pull, exact = tension(system)[1], True
+            pull = tension(system)[1]
         else:
             known = (claim.f, claim.motion) if claim.f is not None and claim.motion is not None else None
             state = known if claim.kind == "cra-state" else None
             _, pull, _, figures = coupled_tension(system, settings.bounds().unit(), state, settings.seconds)
             exact = figures.exact
-        return spread(system, model.contacts, pull * system.force_unit), exact
     except SolverError:
-        return None, False
+        return replace(result, warnings=(*result.warnings, "`penalty`: the tension could not be measured"))
+    told = () if exact else ("`penalty`: not even glue makes a coupled state; the tension shown would merely balance",)
+    pull = spread(system, model.contacts, pull * system.force_unit)
+    return replace(result, tension=pull, tension_exact=exact, warnings=(*result.warnings, *told))

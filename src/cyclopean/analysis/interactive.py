@@ -6,29 +6,26 @@ change of either costs a few Newton steps from the last y, or one product where 
     p(g)   linear in gravity: p = p(given loads) + M g
     still  p'y / ||P_K(-A'y)|| >= 1e6 total loads for the mechanism y found before: still unstable, nothing to solve
 
-What comes out here is a claim. `confirmed` makes a verdict of it: it poses the model afresh, as `check` does with the
-same model in a file, and asks the independent checker.
+What comes out here is a claim. `check` makes a verdict of it, with the claim as its `warm`: it prepares the model
+afresh, as if it came from a file, and asks the independent checker.
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.analysis.checking import solved, within_faces
 from cyclopean.analysis.equilibrium.newton import collapse_bound, newton, sharpen_mechanism
 from cyclopean.analysis.equilibrium.rbe import COLLAPSE, LOST, PROMISING, Outcome, solve_rbe
-from cyclopean.analysis.preparation import prepare
-from cyclopean.analysis.proving import Claim, prove, spread, utilisation
-from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
+from cyclopean.analysis.proving import spread, utilisation
+from cyclopean.analysis.settings import DENSITY, GRAVITY, MU
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError, SolverError
 from cyclopean.statics import EquilibriumSystem, Schur, body_loads, equilibrium_system, turned_gravity
 
-__all__ = ["Answer", "Knobs", "LiveModel", "confirmed"]
+__all__ = ["Answer", "Knobs", "LiveModel"]
 
 STEPS = 14  # factorisations that a live answer may take before the question is left to slower methods
 AGAIN = 6  # ... to make a mechanism exact again that the last step has blurred
@@ -94,7 +91,7 @@ class LiveModel:
     Attributes
     ----------
     plain : bool
-        Whether the quick methods apply: no partial supports, no joints that pull. Else all is left to `confirmed`.
+        Whether the quick methods apply: no partial supports, no joints that pull. Else all is left to `check`.
 
     Raises
     ------
@@ -211,45 +208,3 @@ class LiveModel:
 
 def _fallen(y: Floats, bound: float, solver: str, spent: int) -> Outcome:
     return Outcome("collapse", None, y, np.inf, bound, {"solver": solver, "factorisations": spent})
-
-
-def confirmed(
-    assembly: Assembly,
-    settings: Settings,
-    claim: Claim | None = None,
-    progress: Callable[[str], None] = lambda _: None,
-) -> Result:
-    """Decide as `check` does, beginning from a claim where there is one, and prove it.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        Blocks with contacts, as `LiveModel` has them.
-    settings : Settings
-        With everything that the knobs say.
-    claim : Claim, optional
-        For these blocks and settings; what the checker does not accept is solved again from nothing.
-    progress : callable
-        Is told the name of each stage as it begins.
-
-    Raises
-    ------
-    InputError
-        As `prepare`; or joints that pull, by coupled analysis.
-    """
-    clock: dict[str, float] = {}
-    model = prepare(assembly, settings, progress, clock)
-    if model.contacts.strength.any() and settings.chosen_method() == "cra":
-        raise InputError("joints that pull: only rigid-block equilibrium has that; choose the method rbe")
-    if model.settled is not None:
-        raise InputError("the model has a settlement, which is not answered here: check its file")
-    system = model.system()
-    if claim is not None and claim.kind == "rbe-state" and settings.chosen_method() == "cra":
-        claim = None  # balance alone is less than coupled analysis asks for
-    result = None if claim is None else prove(model, settings, system, claim)
-    if result is None or result.verdict == "undecided":
-        progress("solving")
-        result = prove(model, settings, system, solved(model, settings, system, progress))
-        result = within_faces(model, settings, result, progress)
-    seconds = {"contacts": clock["contacts"] - clock["margin"], "total": time.perf_counter() - clock["margin"]}
-    return replace(result, seconds=seconds)

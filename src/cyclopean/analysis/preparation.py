@@ -30,7 +30,7 @@ from cyclopean.statics import EquilibriumSystem, equilibrium_system, turned_grav
 
 __all__ = ["PreparedModel", "prepare"]
 
-LIBRARIES = ("clarabel", "rslab", "scipy.sparse.csgraph", "scipy.spatial", "shapely")  # loaded before the clock runs
+LIBRARIES = ("scipy.spatial", "shapely")  # of detection: loaded before the clock runs
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +99,7 @@ def prepare(
     chosen = loading(assembly, settings.combination, settings.factors)
     acting = resolved_loads(assembly, chosen, density)
     progress("contacts")
-    for library in LIBRARIES:
+    for library in LIBRARIES if assembly.contacts is None else ():
         import_module(library)
     clock["margin"] = time.perf_counter()
     if assembly.contacts is None:

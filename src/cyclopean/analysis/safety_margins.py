@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide
+from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide_rigid
 from cyclopean.analysis.equilibrium.neighbour import Neighbour
 from cyclopean.analysis.limit_analysis.limit import find_limit, limit_of
 from cyclopean.analysis.limit_analysis.live_load import Live
@@ -130,7 +130,7 @@ class _Case:
         if outcome.word == "balanced" and outcome.f is not None:
             if polished(model, system, outcome.f).worst <= ACCEPTED:
                 return True
-            outcome = decide(model, system)
+            outcome = decide_rigid(model, system)
         return {"balanced": True, "collapse": False}.get(outcome.word)
 
     def proved(self, model: PreparedModel) -> Result:
@@ -139,7 +139,7 @@ class _Case:
         result = prove(model, self.settings, system, rigid_claim(self.neighbour.solve(system)))
         if result.verdict != "undecided":
             return result
-        return prove(model, self.settings, system, rigid_claim(decide(model, system)))
+        return prove(model, self.settings, system, rigid_claim(decide_rigid(model, system)))
 
 
 def _bracket(case: _Case, weaker: Callable[[float], PreparedModel], least: float) -> Bracket | None:

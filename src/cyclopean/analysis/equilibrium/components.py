@@ -4,12 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["Part", "component_labels", "components", "group", "in_own_units", "lightest"]
+__all__ = ["Part", "component_labels", "components", "connected", "group", "in_own_units", "lightest"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,11 +28,27 @@ class Part:
 
 def component_labels(system: EquilibriumSystem) -> Ints:
     """(m,) number of the component of each free block, from 0; fixed blocks join nothing."""
-    m = system.blocks
     both = (system.row_a >= 0) & (system.row_b >= 0)
-    ends = system.row_a[both], system.row_b[both]
-    graph = sp.coo_matrix((np.ones(len(ends[0])), ends), shape=(m, m))
-    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
+    return connected(system.blocks, system.row_a[both], system.row_b[both])
+
+
+def connected(count: int, a: Ints, b: Ints) -> Ints:
+    """(count,) number of the component of each node, in the order of their first nodes; edges join (e,) a to b.
+
+    By hand, for 1 - 3 and 2 alone beside 0:
+
+    >>> connected(4, np.array([3]), np.array([1])).tolist()
+    [0, 1, 2, 1]
+    """
+    label = np.arange(count)
+    while True:
+        least = label.copy()
+        np.minimum.at(least, label[a], label[b])
+        np.minimum.at(least, label[b], label[a])
+        least = least[least[label]]
+        if (least == label).all():
+            return np.unique(label, return_inverse=True)[1].astype(np.int64)
+        label = least
 
 
 def lightest(label: Ints, weight: Floats) -> Floats:

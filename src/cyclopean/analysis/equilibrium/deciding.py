@@ -23,7 +23,7 @@ from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats, Ints
 from cyclopean.statics import EquilibriumSystem, Schur
 
-__all__ = ["Decision", "decide"]
+__all__ = ["Decision", "decide_rigid"]
 
 ACCEPTED = 5e-10  # of own weight: states with no slack come no further than this; certificates ask for 1e-9
 FEW = 100  # blocks out of balance that are tried for a mechanism of their own before anything else
@@ -105,7 +105,7 @@ class _Task:
         return np.where(self.label[:, None] == best, y.reshape(-1, 6), 0.0).ravel()
 
 
-def decide(
+def decide_rigid(
     model: PreparedModel,
     system: EquilibriumSystem,
     solver: str = "auto",

@@ -6,6 +6,7 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse as sp
 
+from cyclopean.analysis.equilibrium.components import connected
 from cyclopean.analysis.equilibrium.interior import SMALLEST_MU, interior_point
 from cyclopean.analysis.equilibrium.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
 from cyclopean.analysis.equilibrium.reference import (
@@ -309,8 +310,6 @@ def falling(system: EquilibriumSystem) -> Floats | None:
 
     A block that a partial support holds hangs on something, unless it touches nothing: then it follows its own loads.
     """
-    from scipy.sparse.csgraph import connected_components
-
     m = system.blocks
     ends = np.where(np.stack([system.row_a, system.row_b], 1) >= 0, np.stack([system.row_a, system.row_b], 1), m)
     partly = np.flatnonzero(system.held.any(1))
@@ -321,8 +320,7 @@ def falling(system: EquilibriumSystem) -> Floats | None:
         y[alone] = driven / np.abs(driven).max()
         return y.ravel()
     ends = np.concatenate([ends, np.stack([partly, np.full(len(partly), m)], 1)])
-    graph = sp.coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(m + 1, m + 1))
-    _, label = connected_components(graph, directed=False)
+    label = connected(m + 1, *ends.T)
     loose = label[:m] != label[m]
     force = system.p.reshape(-1, 6)[:, :3]
     group = np.stack([np.bincount(label[:m], force[:, k] * loose, label.max() + 1) for k in range(3)], 1)

@@ -6,9 +6,9 @@ forest, exactly, and the claim has no tolerance. States of least norm lie on the
 them inside.
 """
 
+from heapq import heappop, heappush
+
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from cyclopean.analysis.equilibrium.exact_balance import Balance
 from cyclopean.analysis.equilibrium.own_scale import lighter_weight
@@ -88,21 +88,29 @@ def _joints(system: EquilibriumSystem, balance: Balance, state: Polished) -> tup
 
 
 def _forest(m: int, a: Ints, b: Ints, strength: Floats) -> tuple[Ints, Ints, Ints]:
-    """Nodes from the supports (m) outwards, the parent of each, and the joint that leads there."""
-    order = np.lexsort((-strength, b, a))
-    order = order[strength[order] > 0.0]
-    key = a[order] * (m + 1) + b[order]
-    kept = order[np.unique(key, return_index=True)[1]]  # the best of each pair
-    rank = np.zeros(len(kept))
-    rank[np.argsort(-strength[kept], kind="stable")] = 1.0 + np.arange(len(kept))
-    tree = minimum_spanning_tree(sp.csr_matrix((rank, (a[kept], b[kept])), shape=(m + 1, m + 1)))
-    nodes, parent = breadth_first_order(tree, m, directed=False)
-    joint_of = dict(zip(zip(a[kept].tolist(), b[kept].tolist(), strict=True), kept.tolist(), strict=True))
-    via = np.zeros(m + 1, np.int64)
-    for node in nodes[1:].tolist():
-        other = int(parent[node])
-        via[node] = joint_of[min(node, other), max(node, other)]
-    return nodes.astype(np.int64), parent.astype(np.int64), via
+    """Nodes from the supports (m) outwards, the parent of each, and the joint that leads there.
+
+    The spanning tree of the largest strengths [Prim]_.
+
+    References
+    ----------
+    .. [Prim] Prim: Shortest connection networks and some generalizations. Bell System Technical J. 36 (1957).
+    """
+    beside: list[list[tuple[float, int, int, int]]] = [[] for _ in range(m + 1)]
+    for k in np.flatnonzero(strength > 0.0).tolist():
+        for here, there in ((int(a[k]), int(b[k])), (int(b[k]), int(a[k]))):
+            beside[here].append((-float(strength[k]), k, there, here))
+    parent, via = np.full(m + 1, -1), np.zeros(m + 1, np.int64)
+    nodes: list[int] = []
+    waiting = [(-np.inf, -1, m, m)]
+    while waiting:
+        _, k, node, before = heappop(waiting)
+        if parent[node] < 0:
+            nodes.append(node)
+            parent[node], via[node] = before, k
+            for edge in beside[node]:
+                heappush(waiting, edge)
+    return np.array(nodes), parent, via
 
 
 def centred(system: EquilibriumSystem, balance: Balance, polisher: Polisher, state: Polished) -> Polished:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cyclopean.analysis.certificates import Parts, certify, force_rows
 from cyclopean.analysis.equilibrium.components import component_labels, lightest
-from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide
+from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide_rigid
 from cyclopean.analysis.equilibrium.opening import SLOW
 from cyclopean.analysis.equilibrium.polishing import PLAIN, Polished, Polisher
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
@@ -105,7 +105,7 @@ class _Case:
         """
         model = self.growing.at(times)
         there = model.system()
-        found = decide(model, there)
+        found = decide_rigid(model, there)
         if found.word == "balanced" and found.state is not None:
             state = self.polished(found.state.f * (there.force_unit / self.system.force_unit), times, limit)
             yield from [{"lower": times, "state": state}] if state is not None else []
@@ -291,7 +291,7 @@ def _without_limit(case: _Case) -> Proved | None:
     dry = replace(case.growing.at(1.0, 0.0), contacts=replace(case.model.contacts, tension=None))
     states = []
     for model in (dead, dry):
-        found = decide(model, model.system())
+        found = decide_rigid(model, model.system())
         if found.word != "balanced" or found.state is None:
             return None
         states.append(found.state)

@@ -9,19 +9,19 @@ nothing.
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from cyclopean.analysis.checking import solved, within_faces
+from cyclopean.analysis.checking import decide
 from cyclopean.analysis.coupled.block_newton import Doubled
 from cyclopean.analysis.coupled.polish import attempt
-from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
+from cyclopean.analysis.coupled.search import CoupledOutcome
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.analysis.equilibrium.newton import collapse_bound
 from cyclopean.analysis.equilibrium.rbe import COLLAPSE, solve_rbe
 from cyclopean.analysis.preparation import PreparedModel
-from cyclopean.analysis.proving import Claim, Judge, coupled_claim, prove
+from cyclopean.analysis.proving import Claim, Judge, coupled_claim
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.analysis.warm_start.inward import inward
@@ -40,7 +40,6 @@ AISLE = 3  # joints to each side of a way down, within which the weight of what 
 MOST = 0.7  # share of the blocks from which all of them are as good
 MANY = 4  # new blocks beyond which what is known is no guess
 BUDGET = 0.3  # of the seconds of a search that may be spent on the known state
-MARGIN = 1.001  # of beta_min, where a state was refused by a rounding error
 SLOW = 1e-6  # of the speed of the fastest block
 
 
@@ -78,16 +77,10 @@ def recheck(model: PreparedModel, settings: Settings, known: Known | None = None
     InputError
         `known` has other blocks or points than its result, or some that the model does not have.
     """
-    began = time.perf_counter()
-    if known is not None:
-        _fitting(model, known)
-    system = model.system()
-    if settings.chosen_method() == "rbe":
-        result = prove(model, settings, system, solved(model, settings, system), judge)
-    else:
-        result = _coupled(model, settings, system, known, judge)
-    result = within_faces(model, settings, result)
-    return replace(result, seconds={"total": time.perf_counter() - began})
+    if known is None or settings.chosen_method() == "rbe":
+        return decide(model, settings, judge=judge)
+    _fitting(model, known)
+    return decide(model, settings, lambda system: _continued(model, settings, system, known), judge)
 
 
 def mobile(model: PreparedModel, settings: Settings) -> Ints | None:
@@ -124,25 +117,6 @@ def _fitting(model: PreparedModel, known: Known) -> None:
             raise InputError(f"known {name}s: {len(index)} places for the {count} of the known result")
         if count and not (-1 <= int(index.min()) and int(index.max()) < most):
             raise InputError(f"known {name}s: a place that the model, with {most} of them, does not have")
-
-
-def _coupled(
-    model: PreparedModel, settings: Settings, system: EquilibriumSystem, known: Known | None, judge: Judge
-) -> Result:
-    bounds = settings.bounds().unit()
-    claim = None if known is None else _continued(model, settings, system, known)
-    if claim is not None:
-        result = prove(model, settings, system, claim, judge)
-        if result.verdict == "stable":
-            return result
-    claim = solved(model, settings, system)
-    result = prove(model, settings, system, claim, judge)
-    if result.verdict == "undecided" and claim.kind == "cra-state":  # beta_min to the last bit was too little
-        more = replace(bounds, beta=bounds.beta * MARGIN)
-        again = coupled_claim(solve_cra(system, more, settings.solver, settings.seconds, settings.nodes))
-        if again.kind == "cra-state":
-            return prove(model, settings, system, again, judge)
-    return result
 
 
 def _continued(model: PreparedModel, settings: Settings, system: EquilibriumSystem, known: Known) -> Claim | None:

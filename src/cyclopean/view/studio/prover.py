@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any
 
-from cyclopean.analysis import LimitResult, Live, Result, Settings, limit
-from cyclopean.analysis.interactive import confirmed
+from cyclopean.analysis import LimitResult, Live, Result, Settings, check, limit
 from cyclopean.analysis.proving import Claim
 from cyclopean.assembly import Assembly
 from cyclopean.errors import CyclopeanError
@@ -134,7 +133,7 @@ def _serve(line: Connection, behind: bool) -> None:
             return
         try:
             answer: Result | Reach | str = (
-                confirmed(question.assembly, question.settings, question.claim)
+                check(replace(question.assembly, settlements=()), question.settings, warm=question.claim)
                 if question.reach is None
                 else _reached(question, question.reach)
             )
