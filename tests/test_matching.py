@@ -277,7 +277,7 @@ def test_a_climb_by_exact_volumes_gains():
     solids = Solids([blob], cells)
     start = cells.axes[2].T
     before = solids.shared(0, 2, start, np.zeros(3))
-    after, turn, shift = climbed(solids, 0, 2, start, np.zeros(3), 0.25, 6)
+    after, turn, shift = climbed(solids, 0, 2, start, np.zeros(3), 6)
     assert after > before
     assert solids.shared(0, 2, turn, shift) == pytest.approx(after, rel=1e-12)
 

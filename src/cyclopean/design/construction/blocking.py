@@ -58,7 +58,7 @@ def insertion(around: Neighbours, standing: Collection[int], up: Floats) -> Floa
 
 
 def blockers(around: Neighbours, standing: Collection[int], up: Floats) -> tuple[int, ...]:
-    """Standing neighbours that trap a block together, none of whom could be left out; () where it is free."""
+    """Standing neighbours that trap a block together, none of whom could be left out; () where it is free; up (3,)."""
     if insertion(around, standing, up) is not None:
         return ()
     needed = sorted({int(block) for block in around.block if int(block) in standing})

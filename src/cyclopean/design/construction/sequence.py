@@ -195,14 +195,14 @@ def _planned(whole: PreparedModel, lean: float, clearance: float) -> _Plan:
     below: list[tuple[int, ...]] = [()] * len(assembly)
     for edge in graph.edges:
         below[edge.upper] += (edge.lower,)
-    top, steps = float((assembly.mesh.vertex @ up).max()), []
+    free, trapping = [], []
     for block in order:
-        free = insertion(around[block], standing, up)
-        trapping = blockers(around[block], standing, up) if free is None else ()
-        frames = frames_of(assembly, block, yard[block], free, up, clearance, top)
-        steps.append(Step(block, int(layer[block]), below[block], free, trapping, frames))
+        free.append(insertion(around[block], standing, up))
+        trapping.append(blockers(around[block], standing, up) if free[-1] is None else ())
         standing.add(block)
-    return _Plan(graph, layer, steps, yard, along, up)
+    frames = frames_of(assembly, order, yard, free, up, clearance)
+    told = zip(order, layer[order].tolist(), (below[i] for i in order), free, trapping, frames, strict=True)
+    return _Plan(graph, layer, [Step(*one) for one in told], yard, along, up)
 
 
 Judged = tuple[Result, Props | None]  # without props, and with them where it does not stand by itself

@@ -80,32 +80,24 @@ def yard_places(assembly: Assembly, order: Sequence[int], along: Floats, up: Flo
 
 
 def frames_of(
-    assembly: Assembly,
-    block: int,
-    shift: Floats,
-    free: Floats | None,
-    up: Floats,
-    clearance: float,
-    top: float,
-) -> Frames:
-    """Frames of one stone.
+    assembly: Assembly, order: Sequence[int], yard: Floats, free: Sequence[Floats | None], up: Floats, clearance: float
+) -> list[Frames]:
+    """Frames of each stone.
 
     Parameters
     ----------
     assembly : Assembly
         The finished structure.
-    block : int
-        The stone.
-    shift : (3,) m
-        From its place to the yard.
-    free : (3,) unit, optional
-        Direction in which it can be taken away from its place; None where it is trapped, then `up` is drawn.
+    order : sequence of int
+        Its stones.
+    yard : (n, 3) float
+        m, of every block, from its place to the yard.
+    free : sequence of (3,) unit or None
+        Direction in which each stone can be taken away from its place; None where it is trapped, then `up` is drawn.
     up : (3,) unit
         Against gravity.
     clearance : float
         m, between approach and place, and between place and retract.
-    top : float
-        m, height along `up` that everything keeps below.
 
     Raises
     ------
@@ -114,12 +106,14 @@ def frames_of(
     """
     if not (0.0 < clearance < np.inf):
         raise InputError.of("clearance", clearance, "expected a positive length in metres")
-    centre = assembly.mass.centroid[block]
-    mesh = assembly.mesh
-    own = mesh.vertex[mesh.vertex_start[block] : mesh.vertex_start[block + 1]] + shift
-    lift = shift + max(top + clearance - float((own @ up).min()), clearance) * up
-    away = clearance * (up if free is None else free)
-    return Frames(*(_at(centre + move) for move in (shift, lift, away, np.zeros(3), away)))
+    top, mesh, found = float((assembly.mesh.vertex @ up).max()), assembly.mesh, []
+    for block, way in zip(order, free, strict=True):
+        shift, centre = yard[block], assembly.mass.centroid[block]
+        own = mesh.vertex[mesh.vertex_start[block] : mesh.vertex_start[block + 1]] + shift
+        lift = shift + max(top + clearance - float((own @ up).min()), clearance) * up
+        away = clearance * (up if way is None else way)
+        found.append(Frames(*(_at(centre + move) for move in (shift, lift, away, np.zeros(3), away))))
+    return found
 
 
 def _at(point: Floats) -> Floats:

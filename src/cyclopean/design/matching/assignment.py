@@ -22,7 +22,7 @@ LIGHTEST, HEAVIEST = 1e-2, 1e2  # weights between which one is looked for
 FINE = 1.0025  # ratio of two weights between which none is looked for
 NEARBY = 1.02  # ratio of a weight to the first that is tried beside it
 EXACT = 1e-12  # of the largest cost: a price that falls by less has settled
-PASSES = 500
+PASSES = 500  # of Bellman and Ford, at most
 
 
 def costs(shared: Floats, volume: Floats, weight: float) -> Floats:

@@ -28,14 +28,15 @@ from cyclopean.design.stones.stone import in_body_frame
 
 __all__ = ["EXACT", "POLISHED", "RANKED", "REFINED", "Candidates"]
 
-RANKED, REFINED, POLISHED, EXACT = range(4)
+RANKED, REFINED, POLISHED, EXACT = range(4)  # how well a pair is known
 DISCOUNT = (0.97, 0.97, 0.99, 1.0)  # what a pair is taken to have, of what it was seen to have
 
+# a climb, with few points, says which pairs are worth a polish, which is longer and ends finer
 CLIMB = Schedule(points=256, steps=20, width=(0.15, 0.06), step=(0.10, 0.01))
 POLISH = Schedule(points=1024, steps=40, width=(0.08, 0.02), step=(0.05, 0.005), early=24)
 EVEN = 1e-12  # of the volume: poses that differ by less are even, and the first one stands
 EVENS = 1e-9  # of a mean stone; counted points are often even, as of stones that lie wholly in either of two cells
-GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0  # its multiples, without their whole parts, are spread evenly
 STEPS = 6  # of a climb by exact volumes
 OFF_BOND = 1e-5  # radians by which a bond counts as kept
 
@@ -83,7 +84,7 @@ class Candidates:
         return self.ranking.rotation(i, j), np.zeros(3)
 
     def take(self, stone: Ints, cell: Ints, rotation: Floats, shift: Floats, shared: Floats | None = None) -> None:
-        """Note poses from elsewhere, and what is shared at them if that was measured in these very cells.
+        """Note poses (b, 3, 3), (b, 3) m from elsewhere, and (b,) m3 in common if measured in these very cells.
 
         Pairs that were not measured are polished from there.
         """
@@ -94,7 +95,7 @@ class Candidates:
             self.value[stone, cell], self.level[stone, cell] = shared, EXACT
 
     def hold_back(self, stone: Ints, cell: Ints, share: float) -> None:
-        """Let these pairs count for less, by a share of what they have in common, when stones are assigned."""
+        """Let pairs (b,), (b,) count for less, by a share of what they have in common, when stones are assigned."""
         self._held = (stone, cell, share) if share else None
 
     @property
@@ -108,7 +109,7 @@ class Candidates:
         return found
 
     def improve(self, stone: Ints, cell: Ints, level: int, schedule: Schedule = POLISH) -> None:
-        """Bring pairs to a level, those that are not there yet."""
+        """Bring pairs (b,), (b,) to a level, those that are not there yet."""
         for step in range(REFINED, level + 1):
             todo = self.level[stone, cell] < step
             if not todo.any():
@@ -161,8 +162,7 @@ class Candidates:
                     break  # it holds all that it can
             if self.climbs > 0 and self.problem.bonds is None and not best >= most * (1.0 - EVEN):
                 self.climbs -= 1
-                radius = float(np.sqrt((self.stones[i].half ** 2).sum() / 5.0))
-                found, *higher = climbed(self._solids, i, j, *pose, radius, STEPS)
+                found, *higher = climbed(self._solids, i, j, *pose, STEPS)
                 if found > best:
                     best, pose = found, (higher[0], higher[1])
             self._put(np.array([i]), np.array([j]), pose[0][None], pose[1][None])

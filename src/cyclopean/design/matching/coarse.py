@@ -30,8 +30,8 @@ GRID = 24  # squares along each side of the plane
 FINE = 3  # samples along each side of a square, and through the wall
 POINTS = 1024  # of each stone that are counted; POINTS * FINE**3 * CODE must stay below 2^24
 CODE = 64  # a count is followed by the number of its rotation, so that one maximum finds both
-TILE_STONES = 128
-TILE_CELLS = 256
+TILE_STONES = 128  # by 256 cells at a time: a table of 128 KiB
+TILE_CELLS = 256  # see TILE_STONES
 CLASSES = 6  # different depths of cells that are told apart
 
 
@@ -44,7 +44,7 @@ class Ranking:
     axes: Floats  # (m, 3, 3) rows of each cell's frame in which the rotations are meant
 
     def rotation(self, stone: int | Ints, cell: int | Ints, place: int = 0) -> Floats:
-        """(..., 3, 3) body frame to wall, in the best rotation or one of the next."""
+        """(3, 3) or (b, 3, 3) body frame to wall, in the best rotation or one of the next."""
         turn = rotations()[self.turns[place, stone, cell]]
         return np.asarray(np.swapaxes(self.axes[cell], -1, -2) @ turn)
 

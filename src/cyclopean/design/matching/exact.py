@@ -19,7 +19,7 @@ __all__ = ["ALIKE", "SAME", "Solids", "climbed", "corner_fit", "principal", "reg
 FITS = 6  # rounds in which corners are paired with the nearest ones
 ALIKE = 0.01  # ratios of semi-axes of stone and cell differ by less where they may be of one shape
 SAME = 1e-6  # and by less than this where they nearly certainly are
-FLIPS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
+FLIPS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])  # proper turns of axes
 
 
 class Solids:
@@ -44,8 +44,12 @@ class Solids:
             self._made["cell", j] = solid_of(block.vertices - self._cells.centre[j], block.faces, f"block '{block.id}'")
         return self._made["cell", j]
 
+    def radius(self, i: int) -> float:
+        """Of gyration of stone i (m)."""
+        return float(np.sqrt((self._stones[i].half ** 2).sum() / 5.0))
+
     def shared(self, i: int, j: int, rotation: Floats, shift: Floats) -> float:
-        """Volume (m3) that stone i, posed by its body frame about the cell's centre, has in common with cell j."""
+        """Volume (m3) that stone i, turned (3, 3) and shifted (3,) m from cell j's centre, has in common with it."""
         vertices, triangles = mesh_of(intersection(moved(self.stone(i), rotation, shift), self.cell(j)))
         return _volume(vertices[triangles])
 
@@ -80,7 +84,7 @@ def _volume(corner: Floats) -> float:
 
 
 def climbed(
-    solids: Solids, i: int, j: int, rotation: Floats, shift: Floats, radius: float, steps: int
+    solids: Solids, i: int, j: int, rotation: Floats, shift: Floats, steps: int
 ) -> tuple[float, Floats, Floats]:
     """Volume in common, rotation and shift after a climb by exact volumes (BFGS), from a pose near the top.
 
@@ -92,13 +96,12 @@ def climbed(
         Stone and cell.
     rotation, shift : (3, 3), (3,) float
         Pose to begin with.
-    radius : float
-        Of the stone (m): what a turn by a radian moves it.
     steps : int
         Of the climb.
     """
     from scipy.optimize import minimize
 
+    radius = solids.radius(i)  # what a turn by a radian moves the stone
     unit = radius**3
 
     def posed(x: Floats) -> tuple[Floats, Floats]:
@@ -130,7 +133,7 @@ def unlikeness(half: Floats, cell_half: Floats) -> Floats:
 
 
 def registered(axes: Floats) -> Floats:
-    """(..., 4, 3, 3) rotations that put a stone's principal axes on those of a cell (..., 3, 3), either way round."""
+    """(4, 3, 3) or (b, 4, 3, 3) rotations that put a stone's axes on those of cells (3, 3) or (b, 3, 3), either way."""
     return np.asarray(np.swapaxes(axes, -1, -2)[..., None, :, :] * FLIPS[:, None, :])
 
 

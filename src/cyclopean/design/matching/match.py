@@ -27,7 +27,7 @@ Bond = Literal["free", "into", "along"]
 TWINS = 3  # stones of a cell's own shape that are refined in it, whatever their rank
 NEARLY = 4  # pairs a cell, next in line by their prices, that are polished with the chosen ones to begin with
 EAGER = 2  # rounds in which they are
-ROUNDS = 12
+ROUNDS = 12  # of measuring and assigning anew, at most
 GAP_SLACK = 0.01  # by which the total gap may miss what was asked before it is said
 
 
@@ -79,7 +79,7 @@ class Placement:
 
     @classmethod
     def of(cls, number: int, cell: int, stone: Stone, cells: Cells, pose: tuple[Floats, Floats], shared: float) -> Self:
-        """Stone of this number in a cell, from the pose of its body frame about the cell's centre and m3 in common."""
+        """A stone in a cell, by the pose (3, 3), (3,) m of its body frame about the cell's centre and m3 in common."""
         rotation, room = pose[0] @ stone.axes, float(cells.volume[cell])
         shift = cells.centre[cell] + pose[1] - rotation @ stone.centroid
         carved, gap = (max(0.0, 1.0 - shared / whole) for whole in (stone.volume, room))

@@ -29,7 +29,7 @@ BATCH = 1 << 18  # points times planes at a time: what the fast memory of a core
 KEPT = 0.6  # of the last step's direction that is kept in the next
 # takes a vector to the matrix of its cross product, row by row
 CROSS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]], float)
-AXES, NEXT, AFTER = [0, 1, 2], [1, 2, 0], [2, 0, 1]
+AXES, NEXT, AFTER = [0, 1, 2], [1, 2, 0], [2, 0, 1]  # of a cross product
 FEW = 4  # one of so many points is used in early steps
 TOUCH = 1e-6  # of the stone's radius: points so near to a plane count as inside
 

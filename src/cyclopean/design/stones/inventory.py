@@ -17,7 +17,7 @@ from cyclopean.errors import InputError
 __all__ = ["CLASSES", "FlatFace", "Inventory", "Shape", "aspect_class", "flat_faces", "shape_of", "size_of"]
 
 CLASSES = ("block", "slab", "bar", "blade")  # Zingg's sphere, disc, rod and blade
-ZINGG = 2.0 / 3.0
+ZINGG = 2.0 / 3.0  # his limit of both ratios
 FLAT_ANGLE = 15.0  # degrees by which triangles of a flat face may look away from it
 FLAT_SHARE = 0.04  # of the surface; below it a flat face is no bed. A sphere's best cap within 15 degrees has 0.017
 FLAT_MOST = 8  # faces told of; a box has six

@@ -30,12 +30,12 @@ __all__ = ["DETAIL", "VOLUME", "laid_out", "quarry"]
 
 VOLUME = (0.03, 0.2)  # m3: 80 to 500 kg, what is set with a small crane
 DETAIL = (1, 6)  # subdivisions of the icosahedron: 42 to 40,962 vertices
-FACETS = (5, 11)
+FACETS = (5, 11)  # planes that cut a stone, least and most
 CANDIDATES = 6  # random directions for each facet, of which those far from each other are kept
 REACH = (0.75, 1.05)  # of the planes from the middle
 ROUND = 1.25  # radius of the sphere that the planes cut
-SHARPNESS = 14.0
-WAVES = 6
+SHARPNESS = 14.0  # p: arrises as worn as those of field stone
+WAVES = 6  # that make a stone uneven
 WAVE_NUMBER = (2.0, 6.5)  # radians a radius
 LEVEL = 1.3  # deviations at which crests and hollows level off; beyond, stones would grow lobes
 UNEVENNESS = (0.15, 0.3)  # factor of the waves in log R; the hollows that part a stone from its hull

@@ -50,7 +50,7 @@ class _Heights:
         return self.sign * (v[self.corner] - edge)
 
     def level(self, aim: Floats, meets: Bools) -> Bools:
-        """Corner and edge end on one line, or the corner on the end of the edge below or above it, if both may meet."""
+        """(m,) corner and edge end on one line, or the corner on the edge's end below or above it, if both may meet."""
         end = np.where(self.share == 0.0, self.first, np.where(self.share == 1.0, self.second, -1))
         one = (aim[self.corner] == aim[self.first]) & (aim[self.corner] == aim[self.second])
         both = (aim[self.corner] == aim[end]) & meets[self.corner] & meets[end]

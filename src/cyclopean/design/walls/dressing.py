@@ -158,7 +158,7 @@ def quoin_stones(
 
 
 def shared_coping(quoins: Quoins, lines: Floats) -> tuple[float, float]:
-    """What the coping has in common with that of the wall round the corner, at the left and right end (m).
+    """What the coping shares with that of the wall round the corner, at the left and right end (m); lines (k,) m.
 
     The coping goes on with the alternation of the quoins below a straight foot: where the next of them would be short,
     so is the coping's last stone.

@@ -54,7 +54,7 @@ __all__ = [
     "seed_grid",
 ]
 
-LEAST_SEEDS = 3
+LEAST_SEEDS = 3  # fewer make no pattern
 PASSES = 12  # of culling; a cull makes its neighbours larger, so few are needed
 RIM = 0.15  # of the spacing: no seed starts nearer to the end of a row than this
 
