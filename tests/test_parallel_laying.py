@@ -148,8 +148,8 @@ def test_no_front_changes_forces_beyond_the_middle(between, at, held):
     vertices, triangles = box(20.0, 20.0, 1.0, at=(-10.0, -10.0, -1.0))
     structure = Structure(Surface.of(vertices[triangles]), 1e-3)
     for x in (0.0, 1.2):
-        fresh = structure.fresh(*slab((1.0, 1.0, 1.0), (x, 0.0, 0.0)), list(structure.mass))
+        fresh = structure.fresh(*slab((1.0, 1.0, 1.0), (x, 0.0, 0.0)), list(structure.stones))
         structure.lay((fresh,), structure.held((fresh,)))
     structure.between = between
-    fresh = structure.fresh(*slab((1.0, 1.0, 1.0), (at, 0.0, 1.0)), list(structure.mass))
+    fresh = structure.fresh(*slab((1.0, 1.0, 1.0), (at, 0.0, 1.0)), list(structure.stones))
     assert (structure.held((fresh,)) is not None) == held

@@ -29,7 +29,7 @@ def ground():
 def laid(structure, size, at):
     """Lay a box, if that stands; say whether."""
     surface, mass = slab(size, at)
-    fresh = structure.fresh(mass, surface, range(len(structure.mass)))
+    fresh = structure.fresh(mass, surface, range(len(structure.stones)))
     state = structure.held((fresh,))
     if state is not None:
         structure.lay((fresh,), state)
@@ -38,15 +38,15 @@ def laid(structure, size, at):
 
 def leftover(structure):
     """Largest force or moment that all known forces leave over on any stone, by sums over the joints."""
-    over = np.zeros((len(structure.mass), 6))
-    over[:, 2] = [-mass.weight for mass in structure.mass.values()]
+    over = np.zeros((len(structure.stones), 6))
+    over[:, 2] = [-stone.mass.weight for stone in structure.stones.values()]
     for (k, i), force in structure.force.items():
-        joint = structure.joints[k][i]
+        joint = structure.stones[k].joints[i]
         point = np.concatenate([part.polygon for part in joint.parts if len(part.polygon)])
         for stone, sign in ((k, 1.0), (joint.below, -1.0)):
             if stone >= 0:
                 over[stone, :3] += sign * force[0].sum(axis=0)
-                over[stone, 3:] += sign * np.cross(point - structure.mass[stone].centre, force[0]).sum(axis=0)
+                over[stone, 3:] += sign * np.cross(point - structure.stones[stone].mass.centre, force[0]).sum(axis=0)
     return np.abs(over).max()
 
 
@@ -98,10 +98,12 @@ def test_known_forces_balance_a_whole_wall():
             long = float(draw.uniform(0.4, 0.9))
             laid(structure, (long, 0.5, 0.3), (x, 0.0, 0.3 * course))
             x += long
-    assert len(structure.mass) > 15
+    assert len(structure.stones) > 15
     assert leftover(structure) < 1e-6
-    total = sum(force[0, :, 2].sum() for (k, i), force in structure.force.items() if structure.joints[k][i].below < 0)
-    assert total == pytest.approx(sum(mass.weight for mass in structure.mass.values()))
+    total = sum(
+        force[0, :, 2].sum() for (k, i), force in structure.force.items() if structure.stones[k].joints[i].below < 0
+    )
+    assert total == pytest.approx(sum(stone.mass.weight for stone in structure.stones.values()))
 
 
 def test_less_friction_holds_less():
@@ -150,10 +152,10 @@ def leftover_of_all(structure):
     """Largest sum of forces that is not the weight, over all ways of gravity."""
     worst = 0.0
     for k, down in enumerate(structure.down):
-        over = np.array([mass.weight * down for mass in structure.mass.values()])
+        over = np.array([stone.mass.weight * down for stone in structure.stones.values()])
         for (stone, i), force in structure.force.items():
             over[stone] += force[k].sum(axis=0)
-            if structure.joints[stone][i].below >= 0:
-                over[structure.joints[stone][i].below] -= force[k].sum(axis=0)
+            if structure.stones[stone].joints[i].below >= 0:
+                over[structure.stones[stone].joints[i].below] -= force[k].sum(axis=0)
         worst = max(worst, float(np.abs(over).max()))
     return worst

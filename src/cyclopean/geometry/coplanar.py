@@ -59,6 +59,15 @@ class PlanarRegions:
         here, first = self.vertex[self.corner], self.region_corner_start[:-1]
         return np.minimum.reduceat(here, first, axis=0), np.maximum.reduceat(here, first, axis=0)
 
+    def body_boxes(self) -> tuple[Floats, Floats]:
+        """(n, 3) lower and (n, 3) upper corner of each body's bounding box (m); inverted for a body without regions."""
+        low, high = np.full((len(self.body_start) - 1, 3), np.inf), np.full((len(self.body_start) - 1, 3), -np.inf)
+        held = np.diff(self.body_start) > 0
+        if held.any():
+            (first, last), start = self.boxes(), self.body_start[:-1][held]
+            low[held], high[held] = np.minimum.reduceat(first, start), np.maximum.reduceat(last, start)
+        return low, high
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Faces:
@@ -70,6 +79,11 @@ class _Faces:
     centre: Floats  # (F, 3) m, mean of the corners
     twin: Ints  # (K,) the same edge seen from the neighbouring face; -1 = none
 
+    @classmethod
+    def of(cls, mesh: Polyhedra) -> "_Faces":
+        normal = face_normals(mesh)
+        return cls(mesh, normal, unit(normal), _centres(mesh), twin_edges(mesh))
+
 
 def planar_regions(mesh: Polyhedra, tolerance: float) -> PlanarRegions:
     """Merge neighbouring faces of each body that lie in one plane within half the tolerance (m).
@@ -79,7 +93,7 @@ def planar_regions(mesh: Polyhedra, tolerance: float) -> PlanarRegions:
     A chain of merges that has crept out of its mean plane (a finely faceted curve) is undone face by face. Edges that
     run inside a region vanish, also the seam of a face that is drawn round a hole.
     """
-    faces = _measured(flattened(mesh, tolerance)[0], tolerance)
+    faces = _Faces.of(flattened(mesh, tolerance)[0])
     label = _merged(faces, tolerance)
     body = np.zeros(label.max(initial=-1) + 1, np.int64)
     body[label] = faces.mesh.face_body
@@ -109,6 +123,8 @@ def planar_regions(mesh: Polyhedra, tolerance: float) -> PlanarRegions:
 
 def _centres(mesh: Polyhedra) -> Floats:
     """(F, 3) mean of each face's corners."""
+    if not len(mesh.corner):
+        return np.zeros((0, 3))
     total = np.add.reduceat(mesh.vertex[mesh.corner], mesh.corner_start[:-1], axis=0)
     return np.asarray(total / np.diff(mesh.corner_start)[:, None])
 
@@ -148,13 +164,6 @@ def flattened(mesh: Polyhedra, tolerance: float) -> tuple[Polyhedra, Ints]:
         np.searchsorted(body, np.arange(len(mesh) + 1)),
     )
     return flat, whose[order]
-
-
-def _measured(mesh: Polyhedra, tolerance: float) -> _Faces:
-    """Normals, centres and neighbours of all faces."""
-    normal = face_normals(mesh)
-    centre = _centres(mesh) if len(mesh.corner) else np.zeros((0, 3))
-    return _Faces(mesh, normal, unit(normal), centre, twin_edges(mesh))
 
 
 def twin_edges(mesh: Polyhedra) -> Ints:

@@ -1,6 +1,6 @@
 """Where planar regions of different bodies lie face to face: candidates by boxes and planes, exact polygon overlay."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,14 +32,10 @@ def facing_regions(regions: PlanarRegions, pairs: tuple[Ints, Ints], tolerance: 
     Kept are those whose boxes come within the tolerance, whose normals are opposed, and whose planes come within the
     tolerance of each other somewhere in the regions.
     """
-    low, high = regions.boxes()
-    first = np.minimum(regions.body_start[:-1], max(len(regions) - 1, 0))
     none = np.zeros(0, np.int64)
     if not len(regions) or not len(pairs[0]):
         return none, none
-    held = (np.diff(regions.body_start) > 0)[:, None]
-    body_low = np.where(held, np.minimum.reduceat(low, first, axis=0), np.inf)
-    body_high = np.where(held, np.maximum.reduceat(high, first, axis=0), -np.inf)
+    (low, high), (body_low, body_high) = regions.boxes(), regions.body_boxes()
     radius = np.linalg.norm(np.maximum(high - regions.point, regions.point - low), axis=1)
     i, j = pairs
     pair_a, region_a = _near(regions, low, high, i, body_low[j], body_high[j], tolerance)
@@ -80,59 +76,92 @@ def region_overlaps(regions: PlanarRegions, a: Ints, b: Ints, tolerance: float) 
 
     if not len(a):
         return Overlaps(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros((0, 3)))
-    mean = regions.normal[a] - regions.normal[b]
-    frame = frames_from_normals(unit(mean))
-    smaller = np.where(regions.area[a] <= regions.area[b], a, b)
-    origin = regions.point[smaller]
-    one, two = (_flat_coordinates(regions, side, frame, origin) for side in (a, b))
-    pair = np.flatnonzero(_boxes_overlap(one, two, len(a), tolerance))
-    if not len(pair):
-        return region_overlaps(regions, a[:0], b[:0], tolerance)
-    part, index = _polygons(_common(one, two, pair, len(a), tolerance))
-    part, index = _wide_parts(part, index, tolerance)
-    ring = shapely.get_exterior_ring(part)
-    xy, whose = shapely.get_coordinates(ring, return_index=True)
+    pairs = _Pairs.of(regions, a, b)
+    one, two = pairs.drawn(a), pairs.drawn(b)
+    (low, high), (low2, high2) = one.boxes(), two.boxes()
+    overlapping = np.all(np.minimum(high, high2) - np.maximum(low, low2) > tolerance, axis=1)  # most do not
+    if not overlapping.all():
+        found = region_overlaps(regions, a[overlapping], b[overlapping], tolerance)
+        return replace(found, pair=np.flatnonzero(overlapping)[found.pair])
+    part, index = _wide_parts(*_polygons(_common(one, two, tolerance)), tolerance)
+    xy, whose = shapely.get_coordinates(shapely.get_exterior_ring(part), return_index=True)
     closing = np.concatenate([whose[1:] != whose[:-1], [True]])[: len(whose)]
     start = offsets(np.bincount(whose[~closing], minlength=len(part)))
     xy, start = _without_collinear(_counter_clockwise(xy[~closing], start), start, tolerance / 2.0)
-    return _lifted(regions, a, b, pair[index], xy, start, frame, origin, tolerance)
+    return pairs.lifted(index, xy, start, tolerance)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Drawing:
-    """Regions laid into the frames of their pairs."""
+    """Polygons in the plane, one for each pair, in order."""
 
     xy: Floats  # (k, 2) m
-    pair: Ints  # (k,)
-    ring: Ints  # (k,) running number of the ring
-    ring_pair: Ints  # pair of each ring
+    start: Ints  # (n + 1,) corners of each polygon, all rings together
+    ring_start: Ints  # (r + 1,) corners of each ring
+    ring_polygon: Ints  # (r,)
 
-    def packed(self, count: int) -> tuple[Floats, Ints, Ints]:
-        """As `common_areas` takes polygons."""
-        rings = np.append(0, np.flatnonzero(np.diff(self.ring, append=-1)) + 1)
-        return self.xy, following(rings), np.searchsorted(self.pair, np.arange(count + 1))
+    def boxes(self) -> tuple[Floats, Floats]:
+        """(n, 2) lower and (n, 2) upper corners."""
+        return np.minimum.reduceat(self.xy, self.start[:-1]), np.maximum.reduceat(self.xy, self.start[:-1])
 
+    def shapes(self) -> Any:
+        """Shapely polygons, repaired where a ring touches itself."""
+        import shapely
 
-def _flat_coordinates(regions: PlanarRegions, region: Ints, frame: Floats, origin: Floats) -> _Drawing:
-    ring_pair, ring = ragged(regions.ring_start, region)
-    number, position = ragged(regions.corner_start, ring)
-    pair = ring_pair[number]
-    away = regions.vertex[regions.corner[position]] - origin[pair]
-    return _Drawing(np.einsum("ki,kji->kj", away, frame[pair, 1:]), pair, number, ring_pair)
-
-
-def _boxes_overlap(one: _Drawing, two: _Drawing, count: int, tolerance: float) -> Any:
-    """(count,) whether the flat bounding boxes overlap by more than the tolerance: cheap, and most pairs fail it."""
-    bounds = []
-    for side in (one, two):
-        first = np.searchsorted(side.pair, np.arange(count))
-        bounds.append((np.minimum.reduceat(side.xy, first, axis=0), np.maximum.reduceat(side.xy, first, axis=0)))
-    (low, high), (low2, high2) = bounds
-    return np.all(np.minimum(high, high2) - np.maximum(low, low2) > tolerance, axis=1)
+        indices = np.repeat(np.arange(len(self.ring_polygon)), np.diff(self.ring_start))
+        polygon = shapely.polygons(shapely.linearrings(self.xy, indices=indices), indices=self.ring_polygon)
+        broken = ~shapely.is_valid(polygon)
+        polygon[broken] = shapely.make_valid(polygon[broken])
+        return polygon
 
 
-def _common(one: _Drawing, two: _Drawing, pair: Ints, count: int, tolerance: float) -> Any:
-    """Shapely intersections of the wanted pairs.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pairs:
+    """Pairs of regions (n), each with a frame about a point between the two."""
+
+    regions: PlanarRegions
+    a: Ints  # (n,)
+    b: Ints  # (n,)
+    frame: Floats  # (n, 3, 3) normal first
+    origin: Floats  # (n, 3) m
+
+    @classmethod
+    def of(cls, regions: PlanarRegions, a: Ints, b: Ints) -> "_Pairs":
+        frame = frames_from_normals(unit(regions.normal[a] - regions.normal[b]))
+        smaller = np.where(regions.area[a] <= regions.area[b], a, b)
+        return cls(regions, a, b, frame, regions.point[smaller])
+
+    def drawn(self, region: Ints) -> _Drawing:
+        """One region of each pair, laid into its frame."""
+        pair, ring = ragged(self.regions.ring_start, region)
+        number, position = ragged(self.regions.corner_start, ring)
+        away = self.regions.vertex[self.regions.corner[position]] - self.origin[pair[number]]
+        xy = np.einsum("ki,kji->kj", away, self.frame[pair[number], 1:])
+        start = offsets(np.diff(self.regions.region_corner_start)[region])
+        return _Drawing(xy, start, offsets(np.diff(self.regions.corner_start)[ring]), pair)
+
+    def lifted(self, pair: Ints, xy: Floats, start: Ints, tolerance: float) -> Overlaps:
+        """Put polygons (m) on the mid-plane of their pairs; drop those over which the planes gape or cross too far."""
+        if not len(pair):
+            return Overlaps(pair, np.zeros(1, np.int64), np.zeros((0, 3)))
+        which = np.repeat(pair, np.diff(start))
+        flat = self.origin[which] + np.einsum("kj,kji->ki", xy, self.frame[which, 1:])
+        up = self.frame[which, 0]
+        heights = []
+        for side in (self.a[which], self.b[which]):
+            normal = self.regions.normal[side]
+            down = np.einsum("ki,ki->k", flat - self.regions.point[side], normal)
+            heights.append(-down / np.einsum("ki,ki->k", up, normal))
+        gap = np.maximum.reduceat(np.abs(heights[1] - heights[0]), start[:-1])
+        count = np.diff(start)
+        middle = np.add.reduceat(heights[0] + heights[1], start[:-1]) / (2.0 * count)
+        kept = np.flatnonzero(gap <= tolerance)
+        point = flat + np.repeat(middle, count)[:, None] * up
+        return Overlaps(pair[kept], offsets(count[kept]), point[ragged(start, kept)[1]])
+
+
+def _common(one: _Drawing, two: _Drawing, tolerance: float) -> Any:
+    """Shapely intersections.
 
     With edges that nearly lie on each other, or meet nearly at a corner, GEOS now and then finds nothing, or a whole
     polygon, depending on how they lie in its axes. So the areas are found in another way too, and where they differ the
@@ -140,29 +169,13 @@ def _common(one: _Drawing, two: _Drawing, pair: Ints, count: int, tolerance: flo
     """
     import shapely
 
-    a, b = _drawn(one, pair, count), _drawn(two, pair, count)
+    a, b = one.shapes(), two.shapes()
     common = shapely.intersection(a, b)
     around = np.maximum(shapely.length(a), shapely.length(b))
-    areas = common_areas(one.packed(count), two.packed(count))[pair]
+    areas = common_areas(*((side.xy, following(side.ring_start), side.start) for side in (one, two)))
     doubted = np.abs(shapely.area(common) - areas) > 0.1 * tolerance * around
     common[doubted] = shapely.intersection(a[doubted], b[doubted], grid_size=GRID * tolerance)
     return common
-
-
-def _drawn(drawing: _Drawing, pair: Ints, count: int) -> Any:
-    """Shapely polygons of the wanted pairs, repaired where a ring touches itself."""
-    import shapely
-
-    rank = np.full(count, -1)
-    rank[pair] = np.arange(len(pair))
-    here = rank[drawing.pair] >= 0
-    rings = rank[drawing.ring_pair] >= 0
-    number = np.cumsum(rings) - 1
-    ring = shapely.linearrings(drawing.xy[here], indices=number[drawing.ring[here]])
-    polygon = shapely.polygons(ring, indices=rank[drawing.ring_pair[rings]])
-    broken = ~shapely.is_valid(polygon)
-    polygon[broken] = shapely.make_valid(polygon[broken])
-    return polygon
 
 
 def _polygons(shape: Any) -> tuple[Any, Ints]:
@@ -279,37 +292,3 @@ def _without_collinear(xy: Floats, start: Ints, tolerance: float) -> tuple[Float
         start = offsets(np.bincount(ring[~drop], minlength=len(start) - 1))
         xy = xy[~drop]
     return xy, start
-
-
-def _lifted(
-    regions: PlanarRegions,
-    a: Ints,
-    b: Ints,
-    pair: Ints,
-    xy: Floats,
-    start: Ints,
-    frame: Floats,
-    origin: Floats,
-    tolerance: float,
-) -> Overlaps:
-    """Put flat polygons on the mid-plane of their regions; drop those over which the planes gape or cross too far."""
-    if not len(pair):
-        return Overlaps(pair, np.zeros(1, np.int64), np.zeros((0, 3)))
-    which = np.repeat(pair, np.diff(start))
-    flat = origin[which] + np.einsum("kj,kji->ki", xy, frame[which, 1:])
-    up = frame[which, 0]
-    heights = []
-    for side in (a[which], b[which]):
-        normal = regions.normal[side]
-        down = np.einsum("ki,ki->k", flat - regions.point[side], normal)
-        heights.append(-down / np.einsum("ki,ki->k", up, normal))
-    gap = np.maximum.reduceat(np.abs(heights[1] - heights[0]), start[:-1])
-    count = np.diff(start)
-    middle = np.add.reduceat(heights[0] + heights[1], start[:-1]) / (2.0 * count)
-    kept = np.flatnonzero(gap <= tolerance)
-    point = flat + np.repeat(middle, count)[:, None] * up
-    return Overlaps(
-        pair[kept],
-        offsets(count[kept]),
-        point[ragged(start, kept)[1]],
-    )

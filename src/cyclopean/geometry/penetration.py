@@ -159,7 +159,7 @@ def _sampled(mesh: Polyhedra, regions: PlanarRegions, pairs: tuple[Ints, Ints], 
     is looked up in the other by its winding number (rays in one oblique direction, all triangles).
     """
     found = np.zeros(len(pairs[0]), bool)
-    low, high = _body_boxes(regions)
+    low, high = regions.body_boxes()
     samples = [_samples(regions, i, j, low, high, tolerance) for i, j in (pairs, pairs[::-1])]
     pair = np.concatenate([k for k, _ in samples])
     point = np.concatenate([p for _, p in samples])
@@ -167,16 +167,6 @@ def _sampled(mesh: Polyhedra, regions: PlanarRegions, pairs: tuple[Ints, Ints], 
     inside = _inside(mesh, target, point)
     found[pair[inside]] = True
     return found
-
-
-def _body_boxes(regions: PlanarRegions) -> tuple[Floats, Floats]:
-    """(n, 3) bounding boxes; inverted for a body without faces."""
-    low, high = regions.boxes()
-    n = len(regions.body_start) - 1
-    body_low, body_high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
-    np.minimum.at(body_low, regions.body, low)
-    np.maximum.at(body_high, regions.body, high)
-    return body_low, body_high
 
 
 def _samples(

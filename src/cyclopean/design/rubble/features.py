@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,11 +10,20 @@ from numpy.typing import ArrayLike
 from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, pack
+from cyclopean.geometry.frames import unit
 from cyclopean.geometry.solids import Solid, moved, solid_of
 
 __all__ = ["Body", "Features", "body_of"]
 
 FLAT = 1e-6  # sine of the bend below which an edge counts as straight
+
+
+# What each array of the features tells, and of what: rows of points, faces or edges
+PLACES, RUNS = ("point", "middle", "start", "edge_middle"), ("run",)
+DIRECTIONS, LENGTHS = ("point_outward", "plane", "inward", "outward"), ("radius", "edge_radius")
+POINTS = ("point", "point_outward", "point_spread", "point_body")
+FACES = ("plane", "offset", "lenient", "middle", "radius", "face_body")
+EDGES = ("start", "run", "edge_middle", "edge_radius", "inward", "outward", "edge_spread", "edge_body")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,68 +51,37 @@ class Features:
 
     def scaled(self, scale: float, rotation: Floats, shift: Floats) -> "Features":
         """The same at scale rotation x + shift."""
-        plane = (self.plane.reshape(-1, 3) @ rotation.T).reshape(self.plane.shape)  # as one product, not as many
-        offset = scale * self.offset + plane @ shift
-        return replace(
-            self,
-            point=scale * self.point @ rotation.T + shift,
-            point_outward=self.point_outward @ rotation.T,
-            plane=plane,
-            offset=offset,
-            middle=scale * self.middle @ rotation.T + shift,
-            radius=scale * self.radius,
-            start=scale * self.start @ rotation.T + shift,
-            run=scale * self.run @ rotation.T,
-            edge_middle=scale * self.edge_middle @ rotation.T + shift,
-            edge_radius=scale * self.edge_radius,
-            inward=(self.inward.reshape(-1, 3) @ rotation.T).reshape(self.inward.shape),
-            outward=self.outward @ rotation.T,
-        )
+        old = {name: getattr(self, name) for name in self.__slots__}
+        new = {name: scale * old[name] @ rotation.T + shift for name in PLACES}
+        new |= {name: scale * old[name] @ rotation.T for name in RUNS}
+        new |= {name: scale * old[name] for name in LENGTHS}
+        # as one product each, not as many
+        new |= {name: (old[name].reshape(-1, 3) @ rotation.T).reshape(old[name].shape) for name in DIRECTIONS}
+        return replace(self, offset=scale * self.offset + new["plane"] @ shift, **new)
 
     def cropped(self, low: Floats, high: Floats, number: int = 0) -> "Features":
         """Those in the box from `low` to `high`, as belonging to body `number`."""
-        k, m, e = (
-            _reaching(middle, radius, low, high)
-            for middle, radius in (
-                (self.point, None),
-                (self.middle, self.radius),
-                (self.edge_middle, self.edge_radius),
-            )
-        )
-        return Features(
-            self.point[k],
-            self.point_outward[k],
-            self.point_spread[k],
-            np.full(len(k), number),
-            self.plane[m],
-            self.offset[m],
-            self.lenient[m],
-            self.middle[m],
-            self.radius[m],
-            np.full(len(m), number),
-            self.start[e],
-            self.run[e],
-            self.edge_middle[e],
-            self.edge_radius[e],
-            self.inward[e],
-            self.outward[e],
-            self.edge_spread[e],
-            np.full(len(e), number),
-        )
+        found: dict[str, Any] = {}
+        for names, middle, radius in (
+            (POINTS, self.point, 0.0),
+            (FACES, self.middle, self.radius),
+            (EDGES, self.edge_middle, self.edge_radius),
+        ):
+            kept = _reaching(middle, radius, low, high)
+            found |= {name: getattr(self, name)[kept] for name in names[:-1]}
+            found[names[-1]] = np.full(len(kept), number)
+        return Features(**found)
 
     @classmethod
     def joined(cls, parts: Sequence["Features"]) -> "Features":
-        """All of them in one."""
-        none, index, size = np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(0)
-        faces = np.zeros((0, 4, 3)), np.zeros((0, 4)), np.zeros((0, 3), np.bool_), none, size, index
-        empty = cls(none, none, size, index, *faces, none, none, none, size, np.zeros((0, 2, 3)), none, size, index)
-        return cls(*(np.concatenate([getattr(p, name) for p in (empty, *parts)]) for name in cls.__slots__))
+        """All of one or more in one."""
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__slots__))
 
 
-def _reaching(middle: Floats, radius: Floats | None, low: Floats, high: Floats) -> Ints:
-    """Which balls, or points, reach into a box."""
-    place, reach = np.ascontiguousarray(middle.T), 0.0 if radius is None else radius  # one long row for each axis
-    x, y, z = (place >= low[:, None] - reach) & (place <= high[:, None] + reach)
+def _reaching(middle: Floats, radius: Floats | float, low: Floats, high: Floats) -> Ints:
+    """Which balls reach into a box."""
+    place = np.ascontiguousarray(middle.T)  # one long row for each axis
+    x, y, z = (place >= low[:, None] - radius) & (place <= high[:, None] + radius)
     return np.flatnonzero(x & y & z)
 
 
@@ -155,17 +134,17 @@ def _features(point: Floats, corner: Ints, name: str) -> Features:
     """Outer vertices, faces and convex edges of one mesh."""
     p = point[corner]
     along = p[:, [1, 2, 0]] - p
-    normal = _unit(np.cross(along[:, 0], along[:, 1]))
-    plane = np.concatenate([normal[:, None, :], _unit(np.cross(along, normal[:, None, :]))], axis=1)
+    normal = unit(np.cross(along[:, 0], along[:, 1]))
+    plane = np.concatenate([normal[:, None, :], unit(np.cross(along, normal[:, None, :]))], axis=1)
     edge, face, side = _edges(corner, len(point), name)
     run = point[edge[:, 1]] - point[edge[:, 0]]
-    unit, first, second = _unit(run), normal[face[:, 0]], normal[face[:, 1]]
-    convex = np.einsum("ei,ei->e", np.cross(first, second), unit) > FLAT
+    ahead, first, second = unit(run), normal[face[:, 0]], normal[face[:, 1]]
+    convex = np.einsum("ei,ei->e", np.cross(first, second), ahead) > FLAT
     outer = np.unique(edge[convex])
     outward: Floats = np.stack([np.bincount(corner.reshape(-1), np.repeat(n, 3), len(point)) for n in normal.T], 1)
-    inward = np.stack([np.cross(first, unit), -np.cross(second, unit)], axis=1)
+    inward = np.stack([np.cross(first, ahead), -np.cross(second, ahead)], axis=1)
     middle = (p.min(axis=1) + p.max(axis=1)) / 2.0
-    mean = _unit(outward)
+    mean = unit(outward)
     lean = _angle(np.einsum("tci,ti->tc", mean[corner], normal))
     spread = np.zeros(len(point))
     np.maximum.at(spread, corner, lean)
@@ -185,7 +164,7 @@ def _features(point: Floats, corner: Ints, name: str) -> Features:
         (point[edge[convex, 0]] + point[edge[convex, 1]]) / 2.0,
         np.linalg.norm(run[convex], axis=1) / 2.0,
         inward[convex],
-        _unit(first + second)[convex],
+        unit(first + second)[convex],
         _angle(np.einsum("ei,ei->e", first, second)[convex]) / 2.0,
         np.zeros(int(convex.sum()), np.int64),
     )
@@ -194,12 +173,6 @@ def _features(point: Floats, corner: Ints, name: str) -> Features:
 def _angle(cosine: Floats) -> Floats:
     """Radians."""
     return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
-
-
-def _unit(vector: Floats) -> Floats:
-    """Vectors (..., 3) of length 1; of length 0 where they have none."""
-    length = np.linalg.norm(vector, axis=-1, keepdims=True)
-    return np.asarray(vector / np.where(length > 0.0, length, 1.0))
 
 
 def _edges(corner: Ints, count: int, name: str) -> tuple[Ints, Ints, Ints]:

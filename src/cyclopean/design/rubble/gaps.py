@@ -10,7 +10,6 @@ prism over the face); a vertex sunk into several faces of one body is held to le
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -26,7 +25,7 @@ WIDEST = 1.8  # radians: features that look farther past each other never touch
 CONE = 0.02  # sine by which a direction may leave the normal cone of an edge
 APART = 1e-9  # unit lengths: nearer, two points give no direction
 LENIENCE = 0.25  # of the reach: how far beyond a side over which the surface does not fall away a face is looked at
-CROWD = 400_000  # pairs of balls that are looked at each with each
+CROWD = 400_000  # pairs of balls that are looked at together
 ROUNDING = 4e-6  # of the square of the largest length: what single precision may get wrong, and more
 GROUND = -1
 
@@ -100,52 +99,21 @@ def near_pairs(
 def _close(a: Floats, a_radius: Floats, b: Floats, b_radius: Floats, zone: float) -> tuple[Ints, Ints]:
     """Pairs of balls that come within `zone` of each other, in order.
 
-    Of a few, each with each; in single precision, so that some are found that are a little farther.
+    Each with each, in single precision, so that some are found that are a little farther: a tree takes longer.
     """
     if not (len(a) and len(b)):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    if len(a) * len(b) > CROWD:
-        return _Trees.around(a, a_radius).near(_Trees.around(b, b_radius), zone)
     origin = b.mean(axis=0)
-    left, right = np.ones((len(a), 6)), np.ones((6, len(b)))  # of |p - q|^2 - (r + s)^2, one matrix product
+    left, right = np.ones((len(a), 6), np.float32), np.ones((6, len(b)), np.float32)  # of |p - q|^2 - (r + s)^2
     p, q, r = a - origin, b - origin, a_radius + zone
     left[:, :3], left[:, 3], left[:, 5] = -2.0 * p, np.einsum("ki,ki->k", p, p) - r * r, -2.0 * r
     right[:3], right[4], right[5] = q.T, np.einsum("ki,ki->k", q, q) - b_radius * b_radius, b_radius
     slack = np.float32(ROUNDING * max(float(np.abs(left[:, 3]).max()), float(np.abs(right[4]).max())))
-    near = (left.astype(np.float32) @ right.astype(np.float32) <= slack).ravel().nonzero()[0]
+    step = max(CROWD // len(b), 1)
+    first = range(0, len(a), step)  # one matrix product for so many rows
+    near = np.concatenate([(left[k : k + step] @ right <= slack).ravel().nonzero()[0] + k * len(b) for k in first])
     rows = near // len(b)
     return rows, near - rows * len(b)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Trees:
-    """Balls in trees of about one size each, so that large ones do not make small ones look far."""
-
-    trees: tuple[tuple[Any, Ints, Floats], ...]  # tree of the middles, which features, their radii
-
-    @classmethod
-    def around(cls, middle: Floats, radius: Floats) -> "_Trees":
-        """Of the balls with these middles (n, 3) and radii (n,)."""
-        from scipy.spatial import cKDTree
-
-        size = np.zeros(len(radius), np.int64)
-        size[radius > 0.0] = np.floor(np.log2(radius[radius > 0.0]))
-        found = [np.flatnonzero(size == k) for k in np.unique(size)]
-        return cls(tuple((cKDTree(middle[which]), which, radius[which]) for which in found))
-
-    def near(self, other: "_Trees", zone: float) -> tuple[Ints, Ints]:
-        """Pairs of this and of the other that come within `zone` of each other, in order."""
-        found = [(np.zeros(0, np.int64), np.zeros(0, np.int64))]
-        for tree, which, radius in self.trees:
-            for there, other_which, other_radius in other.trees:
-                reach = zone + float(radius.max()) + float(other_radius.max())
-                pair = tree.sparse_distance_matrix(there, reach, output_type="ndarray")
-                i, j = pair["i"], pair["j"]
-                kept = pair["v"] <= zone + radius[i] + other_radius[j]
-                found.append((which[i[kept]], other_which[j[kept]]))
-        i, j = (np.concatenate(part) for part in zip(*found, strict=True))
-        order = np.lexsort((j, i))
-        return i[order], j[order]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

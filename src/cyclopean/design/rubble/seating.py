@@ -207,7 +207,7 @@ def _scene(
     low, high = low - spare, high + spare - np.array([0.0, 0.0, limit[2]])
     middle, half = unit * (low + high) / 2.0 @ frame + centre, unit * (high - low) / 2.0 @ np.abs(frame)
     which: list[int] = []
-    there: list[Features] = []
+    there = [stone.cropped(np.full(3, np.inf), np.full(3, -np.inf))]  # nothing
     for k, other in enumerate(placed):
         if np.all((other.low <= middle + half) & (other.high >= middle - half)):
             near = other.features.cropped(middle - half, middle + half, len(which))

@@ -66,7 +66,7 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fresh:
-    """A stone that is to be laid."""
+    """A stone that is to be laid, or was."""
 
     mass: Mass
     surface: Surface
@@ -103,10 +103,7 @@ class Structure:
     ) -> None:
         self.ground, self.band, self.touch, self.friction = ground, band, min(touch, band), friction
         self.down = _ways_down(lean)  # (c, 3)
-        self.mass: dict[int, Mass] = {}
-        self.surface: dict[int, Surface] = {}
-        self.joints: dict[int, tuple[Joint, ...]] = {}
-        self.contacts: dict[int, tuple[Joint, ...]] = {}
+        self.stones: dict[int, Fresh] = {}
         self.force: dict[tuple[int, int], Floats] = {}  # (c, q, 3) N
         self.above: dict[int, list[tuple[int, int]]] = {}  # joints of later stones with each stone
         self.next = 0  # number of the stone that is laid next
@@ -126,7 +123,7 @@ class Structure:
 
     def _met(self, surface: Surface, near: Sequence[int], others: Sequence[Surface], band: float) -> tuple[Joint, ...]:
         """Joints of a surface with the ground, those of `near`, and others, within a band."""
-        beside = {GROUND: self.ground, **{k: self.surface[k] for k in near}}
+        beside = {GROUND: self.ground, **{k: self.stones[k].surface for k in near}}
         beside |= {self.next + i: other for i, other in enumerate(others)}
         met = meetings(list(beside.values()), surface, band)
         return tuple(Joint(k, tuple(parts)) for k, parts in zip(beside, met, strict=True) if parts)
@@ -138,7 +135,7 @@ class Structure:
         numbers = tuple(range(self.next, self.next + len(fresh)))
         bearers = self._bearers([j.below for new in fresh for j in new.joints if j.below < self.next])
         low, high = self.between
-        if not all(low <= self.mass[k].centre[0] <= high for k in bearers):
+        if not all(low <= self.stones[k].mass.centre[0] <= high for k in bearers):
             return None
         return self._balanced((*bearers, *numbers), fresh)
 
@@ -146,9 +143,7 @@ class Structure:
         """Add stones, with the forces that hold them."""
         for new in fresh:
             number, self.next = self.next, self.next + 1
-            self.mass[number], self.surface[number], self.joints[number] = new.mass, new.surface, new.joints
-            self.contacts[number] = new.contacts
-            self.above[number] = []
+            self.stones[number], self.above[number] = new, []
             for k, joint in enumerate(new.joints):
                 if joint.below != GROUND:
                     self.above[joint.below].append((number, k))
@@ -157,8 +152,8 @@ class Structure:
     def meetings(self, block: Mapping[int, int]) -> dict[tuple[int, int], tuple[Meeting, ...]]:
         """Contacts of the model, between blocks a < b; `block` is the number of each stone, and the ground block 0."""
         found = {}
-        for k, contacts in self.contacts.items():
-            for joint in contacts:
+        for k, stone in self.stones.items():
+            for joint in stone.contacts:
                 a, b = 0 if joint.below == GROUND else block[joint.below], block[k]
                 found[min(a, b), max(a, b)] = joint.parts if a < b else tuple(map(_turned, joint.parts))
         return found
@@ -171,27 +166,26 @@ class Structure:
             k = fresh.pop()
             if k != GROUND and k not in found:
                 found.add(k)
-                fresh += [joint.below for joint in self.joints[k] if len(joint.bearing)]
+                fresh += [joint.below for joint in self.stones[k].joints if len(joint.bearing)]
         return tuple(sorted(found))
 
     def _balanced(self, free: tuple[int, ...], fresh: Sequence[Fresh]) -> State | None:
         """Forces in all joints of these stones, new ones last, with all others as they are."""
-        new = dict(zip(free[len(free) - len(fresh) :], fresh, strict=True))
-        joints = {k: new[k].joints if k in new else self.joints[k] for k in free}
+        stones = {k: self.stones[k] for k in free[: -len(fresh)]} | dict(zip(free[-len(fresh) :], fresh, strict=True))
         row = {k: i for i, k in enumerate(free)}
-        masses = [new[k].mass if k in new else self.mass[k] for k in free]
+        masses = [stone.mass for stone in stones.values()]
         load = np.zeros((len(self.down), len(free), 6))
         load[:, :, :3] = self.down[:, None] * np.array([m.weight for m in masses])[:, None]
         found: dict[tuple[int, int], Joint] = {}
-        for k in free:
-            for i, joint in enumerate(joints[k]):
+        for k, stone in stones.items():
+            for i, joint in enumerate(stone.joints):
                 if joint.below == GROUND or joint.below in row:
                     found[k, i] = joint
                 elif (k, i) in self.force:
-                    _push(load[:, row[k]], self.force[k, i], joint, masses[row[k]].centre)
+                    _push(load[:, row[k]], self.force[k, i], joint, stone.mass.centre)
             for above, i in self.above.get(k, ()):
                 if above not in row:
-                    _push(load[:, row[k]], -self.force[above, i], self.joints[above][i], masses[row[k]].centre)
+                    _push(load[:, row[k]], -self.force[above, i], self.stones[above].joints[i], stone.mass.centre)
         ends = np.array([(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()])
         system = _system(masses, load[0], list(found.values()), ends, self.friction)
         if system is None:
