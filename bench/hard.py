@@ -14,7 +14,6 @@ import numpy as np
 
 from cyclopean.analysis import Settings, check
 from cyclopean.analysis.coupled.hopping import hop
-from cyclopean.analysis.coupled.polish import polish
 from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Assembly, Block
 from cyclopean.io import read_model
@@ -60,7 +59,7 @@ def hopped(name: str, model: Assembly, seed: int, seconds: float) -> str:
     posed = prepare(model, settings)
     system = posed.system()
     began = perf_counter()
-    (merit, _, _), residuals = hop(system, settings.bounds(), polish, seconds, seed, hops=1_000_000)
+    (merit, _, _), residuals = hop(system, settings.bounds(), seconds, seed, hops=1_000_000)
     found = "none" if residuals is None else f"a state, worst residual {residuals.worst:.0e}"
     return f"{name:>14} seed {seed}: {found}, merit {merit:.2g}, {perf_counter() - began:.0f} s"
 

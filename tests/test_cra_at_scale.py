@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 
 from cyclopean.analysis import quadratic_cones as q3
 from cyclopean.analysis.coupled.at_scale import Plan, _Search, solve_at_scale
-from cyclopean.analysis.coupled.block_newton import BlockNewton, Doubled
+from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
 from cyclopean.analysis.coupled.central_path import _Kinds, _settled, follow_path
-from cyclopean.analysis.coupled.polish import Sets
+from cyclopean.analysis.coupled.halves import Halves
+from cyclopean.analysis.coupled.kkt import Doubled
 from cyclopean.analysis.coupled.proximal import Prices, prox, prox_jacobian, proximal_newton
-from cyclopean.analysis.coupled.sliding import SlidingProgram
 from cyclopean.analysis.coupled.sliding_interior import sliding_interior
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.assembly import Assembly
@@ -173,7 +173,7 @@ def test_programme_a_agrees_with_clarabel(name: str, tilt: float) -> None:
     fine = sliding_interior(system, schur, prices, gap=1e-8)
     exact = proximal_newton(system, schur, prices, inner.f, inner.q, enough=1e-9)
     assert exact.word == "solved"
-    other = SlidingProgram(system, prices.slide).solve(np.zeros(system.points), prices.stiff)
+    other = Halves(system, BOUNDS).priced(prices)
     assert prices.of(exact.f) == pytest.approx(prices.of(other.f), rel=1e-7)
     assert prices.of(inner.f) == pytest.approx(prices.of(other.f), rel=1e-3)
     assert prices.of(fine.f) == pytest.approx(prices.of(other.f), rel=1e-6)
@@ -205,14 +205,14 @@ def test_newton_recovers_a_disturbed_state() -> None:
     f = state.f * (1 + 1e-4 * rng.normal(size=state.f.shape))
     dq = state.dq * (1 + 1e-4 * rng.normal(size=state.dq.shape))
     pressed, rubbing = state.f[:, 0] > 0.0, np.hypot(state.f[:, 1], state.f[:, 2]) > 0.0
-    none = np.zeros_like(pressed)
     assert measure(system, BOUNDS, f, dq).worst > 1e-6
     edge = rubbing & (np.hypot(f[:, 1], f[:, 2]) > 0.999 * system.mu * f[:, 0])
-    newton = BlockNewton(system, Doubled(Schur(system)))
-    found = newton.solve(Sets(pressed, pressed, rubbing, edge), none, 0.02, f, dq)
+    newton = BlockNewton(system, BOUNDS)
+    *found, worst = newton.solve(Sets.of(pressed, rubbing, edge), f, dq)
     left = measure(system, BOUNDS, *found)
+    assert worst < 1e-13
     assert max(left.equilibrium, left.complementarity, left.gap) < 1e-11
-    assert newton.factorisations <= 3
+    assert newton.doubled.factorisations <= 3
     assert (found[0][~pressed] == 0.0).all()
     assert (found[0][~rubbing, 1:] == 0.0).all()
 
@@ -224,9 +224,7 @@ def test_newton_puts_friction_on_its_bound_and_sliding_on_beta() -> None:
     pressed, rubbing = state.f[:, 0] > 0.0, np.hypot(state.f[:, 1], state.f[:, 2]) > 0.0
     edge, slow = np.zeros_like(pressed), np.zeros_like(pressed)
     edge[0], slow[1] = True, True
-    f, dq = BlockNewton(system, Doubled(Schur(system))).solve(
-        Sets(pressed, pressed, rubbing, edge), slow, 0.02, state.f, state.dq
-    )
+    f, dq, _ = BlockNewton(system, BOUNDS).solve(Sets(pressed, pressed, rubbing, edge, slow), state.f, state.dq)
     assert np.hypot(f[0, 1], f[0, 2]) == pytest.approx(0.7 * f[0, 0], rel=1e-11)
     assert system.gap(dq)[1, 1:] @ f[1, 1:] == pytest.approx(-0.02 * np.hypot(*f[1, 1:]), rel=1e-11)  # against it
     assert np.abs(system.residual(f)).max() < 1e-12

@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 
 from cyclopean.analysis.certificates import certify
 from cyclopean.analysis.coupled.branches import EngagementSplit, SectorSplit, SpeedSplit, symmetries, tree_document
+from cyclopean.analysis.coupled.halves import Halves
 from cyclopean.analysis.coupled.hopping import hop
 from cyclopean.analysis.coupled.leaves import (
     Leaf,
-    Sides,
     closes,
     least_work,
     most_work,
@@ -28,7 +28,6 @@ from cyclopean.analysis.coupled.leaves import (
     support,
     work_limits,
 )
-from cyclopean.analysis.coupled.polish import polish
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.analysis.coupled.tree import refute
 from cyclopean.analysis.preparation import PreparedModel
@@ -91,7 +90,7 @@ def certificate(assembly, mu, root, eps=1.0, bounds=UNIT):
 @pytest.fixture(scope="module")
 def refuted():
     system = prepared(frame(), 0.84)[2]
-    return system, refute(system, UNIT, 60.0, 2000, polish)
+    return system, refute(system, UNIT, 60.0, 2000)
 
 
 # -- by hand ----------------------------------------------------------------------------------------------------------
@@ -109,7 +108,7 @@ def test_frame_is_refuted_and_the_checker_agrees(refuted):
 
 @pytest.mark.parametrize(("mu", "word"), [(0.59, "refuted"), (0.61, "coupled")])
 def test_frame_stands_from_twice_height_over_length_on(mu, word):
-    answer = refute(prepared(frame(length=1.0), mu)[2], UNIT, 60.0, 2000, polish)
+    answer = refute(prepared(frame(length=1.0), mu)[2], UNIT, 60.0, 2000)
     assert answer.word == word
     if word == "coupled":
         assert answer.residuals.accepted
@@ -121,12 +120,12 @@ def test_a_cube_on_the_ground_does_exactly_its_weight():
     system = prepared(
         Assembly((cuboid("ground", (-1, -1, -1), (2, 2, 0), True), cuboid("cube", (0, 0, 0), (1, 1, 1)))), 0.5
     )[2]
-    cell, sides = root_cell(system, UNIT), Sides(system, UNIT)
-    word, f, y = sides.forces(cell)
+    cell, halves = root_cell(system, UNIT), Halves(system, UNIT)
+    word, f, y = halves.forces(cell)
     assert word == "solved"
     assert f[:, 0].sum() == pytest.approx(1.0, abs=1e-7)  # in mean block weights; sinks by eps = 1
     assert least_work(system, UNIT, cell, system.gap(y)) == pytest.approx(1.0, abs=1e-6)
-    word, _, w = sides.motions(cell)
+    word, _, w = halves.motions(cell)
     assert most_work(UNIT, cell, w) == pytest.approx(1.0, abs=1e-6)
     assert np.allclose(system.A @ w.ravel(), system.p, atol=1e-13)
 
@@ -156,7 +155,7 @@ def test_multiples_of_a_motion_are_limited_by_pressure_and_by_rubbing():
 @pytest.fixture(scope="module")
 def state():
     system = prepared(frame(length=1.0), 0.84)[2]
-    answer = refute(system, UNIT, 60.0, 2000, polish)
+    answer = refute(system, UNIT, 60.0, 2000)
     assert answer.word == "coupled"
     return system, answer.f, answer.dq
 
@@ -184,14 +183,14 @@ def cell_around(system, f, dq, random):
 def test_no_leaf_closes_a_cell_that_holds_a_state(state, seed):
     system, f, dq = state
     random, work = np.random.default_rng(seed), float(system.p @ dq)
-    cell, sides, known = cell_around(system, f, dq, random), Sides(system, UNIT), prior(system, UNIT)
-    _, _, y = sides.forces(cell)
-    _, _, w = sides.motions(cell)
+    cell, halves, known = cell_around(system, f, dq, random), Halves(system, UNIT), prior(system, UNIT)
+    _, _, y = halves.forces(cell)
+    _, _, w = halves.motions(cell)
     for noise in (0.0, 0.1, 1.0):
         y_any = y + noise * random.normal(size=y.shape)
         y_any = y_any / (system.p @ y_any)
         null = random.normal(size=w.shape)
-        w_any = w + noise * (null - (sides.lift @ (sides.A @ null.ravel())).reshape(-1, 3))
+        w_any = w + noise * (null - (halves.lift @ (system.A @ null.ravel())).reshape(-1, 3))
         t, u = least_work(system, UNIT, cell, system.gap(y_any)), most_work(UNIT, cell, w_any)
         assert t <= work + 1e-6
         assert u >= work - 1e-6
@@ -235,7 +234,7 @@ def test_image_of_a_split_keeps_its_sectors():
 
 
 def test_a_budget_ends_the_search():
-    answer = refute(prepared(frame(), 0.84)[2], UNIT, 60.0, 5, polish)
+    answer = refute(prepared(frame(), 0.84)[2], UNIT, 60.0, 5)
     assert (answer.word, answer.root) == ("undecided", None)
     assert answer.nodes <= 5
     assert 0.0 <= answer.bound < 1.0
@@ -246,8 +245,8 @@ def test_a_block_tied_to_no_support_is_left_undecided():
     blocks = cuboid("ground", ground, (2, 2, 0), True), cuboid("a", a, (1, 1, 2)), cuboid("b", b, (1, 1, 3))
     loose = Assembly(blocks)
     system = prepared(loose, 0.84)[2]
-    assert refute(system, UNIT, 5.0, 100, polish).word == "undecided"
-    assert hop(system, UNIT, polish, 1.0)[1] is None
+    assert refute(system, UNIT, 5.0, 100).word == "undecided"
+    assert hop(system, UNIT, 1.0)[1] is None
 
 
 @pytest.mark.parametrize("damage", ["swap", "leaf", "force", "eta", "friction"])
@@ -287,7 +286,7 @@ def test_splits_that_are_settled_are_left_out():
 def test_a_free_standing_frame_stands_if_displacements_may_be_twelve_times_eps():
     """Its columns twist. At eta = 10 no state is known."""
     system, wide = prepared(standing_frame(), 0.84)[2], Bounds(1.0, 12.0, 0.01)
-    (_, f, dq), residuals = hop(system, wide, polish, 60.0, seed=7)
+    (_, f, dq), residuals = hop(system, wide, 60.0, seed=7)
     assert residuals is not None
     assert measure(system, wide, f, dq).accepted
     assert not measure(system, UNIT, f, dq).accepted

@@ -21,7 +21,7 @@ from cyclopean.analysis import (
     prepare,
     recheck,
 )
-from cyclopean.analysis.coupled.block_newton import Doubled
+from cyclopean.analysis.coupled.kkt import Doubled
 from cyclopean.analysis.coupled.states import measure
 from cyclopean.analysis.warm_start.inward import inward
 from cyclopean.analysis.warm_start.region import around, region, way_down

@@ -243,7 +243,6 @@ def _angle(mu: Floats) -> str:
 _ROUTES = {
     "RBE": "rigid-block equilibrium, which settles it already",
     "A": "A: convex programmes, gap-shifted",
-    "A within eta": "A: convex programmes, gap-shifted, within eta",
     "A at scale": "A at scale: convex programmes on the structured system",
     "B": "B: forces and displacement in turn",
     "D": "D: a tree of cases",

@@ -33,9 +33,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cyclopean.analysis.coupled.block_newton import BlockNewton, Doubled
+from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
 from cyclopean.analysis.coupled.central_path import follow_path
-from cyclopean.analysis.coupled.polish import Sets
+from cyclopean.analysis.coupled.kkt import Doubled
 from cyclopean.analysis.coupled.proximal import Prices, proximal_newton
 from cyclopean.analysis.coupled.sliding_interior import sliding_interior
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
@@ -54,7 +54,6 @@ LOOSE = 1e-4  # how well the programme is solved while some friction is at its b
 TIGHT = 2e-11  # ... and once none is
 FEW = 1e-2  # lambda up to which it is worth to solve to rounding before anything else
 NEAR = 1e-2  # work fn |dn + 1| from which points at their bound may be let go
-SOLVED = 1e-7  # residual of the equations of a polish from which its inequalities are worth a look
 WORTH = 0.5  # work fn |dn + 1| up to which a polish may succeed on sloping joints
 WEAK = 0.3  # mean block weights per eps of gap below which a point at its bound may be let go
 MENDS = 4  # sets tried in one polish
@@ -169,7 +168,6 @@ class _Search:
         self.begin(PLAIN)
         self.f, self.dq = np.zeros((system.points, 3)), np.zeros(self.schur.size)
         self.best = self.f, self.dq, measure(system, bounds, self.f, self.dq)
-        self.newton: BlockNewton | None = None
         self.solves = self.polishes = self.paths = 0
         self.doubled: Doubled | None = None
         self.reason = ""
@@ -364,39 +362,14 @@ class _Search:
         return False
 
     def polished(self, edge: Bools, without: Bools) -> bool:
-        """Newton with friction on its bound at `edge` and nothing at `without`; whether it finds a state.
-
-        Points that then pull are let go, friction beyond its bound is put on it, points pressed too far are shut, and
-        points that slide too little or the wrong way are made to slide by beta.
-        """
-        mu, beta = self.system.mu, self.bounds.beta
+        """Newton with friction on its bound at `edge` and nothing at `without`; whether it finds a state."""
         pressed = (self.f[:, 0] > 0.0) & ~without
-        rubbing = pressed & (np.hypot(self.f[:, 1], self.f[:, 2]) > 0.0)
-        shut, edge, slow = pressed, edge & rubbing, np.zeros_like(edge)
-        newton = self.newton = self.newton or BlockNewton(self.system, self.twice())
-        for _ in range(MENDS):
+        sets = Sets.of(pressed, pressed & (np.hypot(self.f[:, 1], self.f[:, 2]) > 0.0), edge)
+        newton = BlockNewton(self.system, self.bounds, self.twice())
+        for pair in newton.repaired(sets, self.f, self.dq, [], MENDS):
             self.polishes += 1
-            f, dq = newton.solve(Sets(pressed, shut, rubbing, edge), slow, self.least, self.f, self.dq)
-            if self.keep(f, dq):
+            if self.keep(*pair):
                 return True
-            left, d = measure(self.system, self.bounds, f, dq), self.system.gap(dq)
-            along = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2]
-            pulls = pressed & (f[:, 0] < 0.0)
-            beyond = rubbing & ~edge & (np.hypot(f[:, 1], f[:, 2]) > mu * f[:, 0] + 1e-11)
-            low = ~shut & (d[:, 0] < -1.0 - 1e-10)
-            stuck = rubbing & ~slow & ((along > 0.0) | (np.hypot(d[:, 1], d[:, 2]) < beta))
-            solved = max(left.equilibrium, left.complementarity) <= SOLVED
-            if not (solved and (pulls | beyond | low | stuck).any()):
-                return False
-            pressed, rubbing = (
-                pressed & ~pulls,
-                rubbing & ~pulls & (mu * f[:, 0] > 1e-12),
-            )
-            edge, slow, shut = (
-                (edge | beyond) & rubbing,
-                (slow | stuck) & rubbing,
-                shut | low,
-            )
         return False
 
     def answer(self, reason: str) -> ScaleAnswer:

@@ -19,26 +19,21 @@ Friction of little force that stands in the way of a step is let go. Below nu = 
 plainly press would be stiffer than rounding allows: g = 0 replaces them one by one, and points that are plainly let go
 lose their force, so that nu may go to rounding at the rest. The same steps on fixed sets then end it.
 
-As in `block_newton`, forces and multipliers are eliminated point by point, which leaves twelve unknowns a block: with
-W = H_f^-1, K = (C W C' + slack)^-1, P = W - W C'K C W, Q = H_d and r for what the rows C df + G dd = -r miss,
-
-    [ -A P A'          A (W C'K G) A'           ] [ -y ]   [ off - A (P b_f + W C'K r)      ]
-    [ A (G'K C W) A'   delta + A (Q + G'K G) A' ] [ dq ] = [ -A (b_d + G'K (r - C W b_f))   ]
-
-The slack is a small share of C W C' itself, which goes with g^2, but no less than `LEAST` where fn > g; what it leaves
-behind is taken up by solving again for what is still off, with the multipliers known so far.
+Forces and multipliers are eliminated point by point, see `kkt`. The slack is a small share of C W C' itself, which goes
+with g^2, but no less than `LEAST` where fn > g; what it leaves behind is taken up by solving again for what is still
+off, with the multipliers known so far.
 
 By hand: with fn = 1 and g = 0.1 kept from moving, a step to nu = 0.03 takes g to 0.03.
 """
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from cyclopean.analysis.coupled.block_newton import Doubled, Scaled
+from cyclopean.analysis.coupled.kkt import Doubled, Eliminated, PointRows, Step
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
-from cyclopean.analysis.quadratic_cones import apply
 from cyclopean.arrays import Bools, Floats
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem
@@ -64,12 +59,10 @@ PLAINLY, TRIFLE = 1e6, 1e-6  # fn / g, or its inverse, from which this is so; fo
 ENDS = 40  # steps on fixed sets
 FEW = 12  # points that may change sets in one of them
 BENT, LIGHT = 0.03, 1e-2  # sine between friction and sliding, and force, of points whose friction is turned there
-DELTA = 1.0  # of |dq|^2
 SLACK = 1e-14  # on fixed sets, and of directions
 RELATIVE = 1e-2  # slack in terms of C W C' on the path
 LEAST = 1e-14  # slack on the path where fn > g: below that, rows are stiffer than rounding allows
 SHIFT = 1e-11  # of A P A', relative to its diagonal
-REFINEMENTS = 8
 TINY = 1e-300
 
 
@@ -174,37 +167,6 @@ class _Barrier:
     bd: Floats  # (q, 3)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Local:
-    """The rows of every point, and what eliminating them leaves."""
-
-    C: Floats  # (q, 2, 3) rows product, sine
-    G: Floats  # (q, 2, 3)
-    r: Floats  # (q, 2)
-    CW: Floats
-    K: Floats  # (q, 2, 2)
-    P: Floats  # (q, 3, 3)
-
-    def back(self, nu: Floats) -> Floats:
-        """C'nu."""
-        return np.asarray(np.einsum("nij,ni->nj", self.C, nu))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Step:
-    """A step and the multipliers that go with it."""
-
-    df: Floats  # (q, 3)
-    dq: Floats  # (6 m,)
-    d: Floats  # (q, 3)
-    e: Floats  # (q, 3) A'y
-    nu: Floats  # (q, 2)
-
-    def plus(self, more: "_Step") -> "_Step":
-        """The sum of two."""
-        return _Step(self.df + more.df, self.dq + more.dq, self.d + more.d, self.e + more.e, self.nu + more.nu)
-
-
 def _told_apart(system: EquilibriumSystem, bounds: Bounds, f: Floats, dq: Floats) -> _Kinds:
     """Which points rub, which press without friction, and which are let go."""
     d = system.gap(dq)
@@ -299,7 +261,7 @@ class _Path:
                 at = self.at(at.f + length * move.df, at.dq + length * move.dq, kinds)
         return best[1], best[2]
 
-    def mended(self, at: _At, move: _Step, kinds: _Kinds) -> _Kinds:
+    def mended(self, at: _At, move: Step, kinds: _Kinds) -> _Kinds:
         """Other sets where a few points are in the way of a step; else the same object."""
         f, d, left = at.f + move.df, at.d + move.d, 1.0 - ROOM
         tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
@@ -344,62 +306,27 @@ class _Path:
         bd[:, 0] += 1.0 / (eta - at.d[:, 0])
         return _Barrier(H, 0.5 * (W + W.transpose(0, 2, 1)), b, Q, bd)
 
-    def local(self, at: _At, kinds: _Kinds, W: Floats, target: Floats) -> _Local:
-        """The rows: fn g = target, or g = 0 on fixed sets, and friction against sliding."""
-        q, fn, g, k = len(at.f), at.f[:, 0], at.gap, np.flatnonzero(kinds.rubs)
-        C, G, r = np.zeros((q, 2, 3)), np.zeros((q, 2, 3)), np.zeros((q, 2))
+    def rows(self, at: _At, kinds: _Kinds, W: Floats, target: Floats) -> tuple[PointRows, Floats]:
+        """Rows fn g = target, or g = 0 on fixed sets, and friction against sliding; and the slack of each."""
+        fn, g = at.f[:, 0], at.gap
+        rows = PointRows.empty(len(fn), 2)
         share = kinds.pairs / np.maximum(np.maximum(fn, g), TINY)
-        C[:, 0, 0], G[:, 0, 0] = g * share, fn * share + kinds.shut
-        r[:, 0] = (fn * g - target) * share + np.where(kinds.shut, g, 0.0)
-        r[k, 1] = at.sine[k]
-        C[k, 1, 1], C[k, 1, 2] = at.out[k, 1] / at.tangent[k], -at.out[k, 0] / at.tangent[k]
-        G[k, 1, 1], G[k, 1, 2] = -at.e[k, 1] / at.slide[k], at.e[k, 0] / at.slide[k]
-        CW = C @ W
-        M = CW @ C.transpose(0, 2, 1)
-        slack = np.maximum(RELATIVE * M[:, 0, 0], np.where(fn > g, LEAST, TINY))
-        M[:, 0, 0] += np.where(kinds.pairs, slack, np.where(kinds.shut, SLACK, 1.0))
-        M[:, 1, 1] += np.where(kinds.rubs, SLACK, 1.0)
-        K = np.asarray(np.linalg.inv(M))
-        return _Local(C, G, r, CW, K, W - CW.transpose(0, 2, 1) @ (K @ CW))
+        rows.C[:, 0, 0], rows.G[:, 0, 0] = g * share, fn * share + kinds.shut
+        rows.r[:, 0] = (fn * g - target) * share + np.where(kinds.shut, g, 0.0)
+        rows.sine(kinds.rubs, at.f, at.d)
+        slack = rows.slack(SLACK)
+        loose = np.maximum(RELATIVE * rows.C[:, 0, 0] ** 2 * W[:, 0, 0], np.where(fn > g, LEAST, TINY))
+        slack[:, 0] = np.where(kinds.pairs, loose, slack[:, 0])
+        return rows, slack
 
-    def step(self, at: _At, kinds: _Kinds, barrier: _Barrier, target: Floats) -> _Step:
+    def step(self, at: _At, kinds: _Kinds, barrier: _Barrier, target: Floats) -> Step:
         """The step, refined until what it leaves off is small; the best met if that never happens."""
-        rows = self.local(at, kinds, barrier.W, target)
-        off, tie = self.system.residual(at.f), np.zeros_like(at.dq)
-        turned = rows.G.transpose(0, 2, 1)
-        mixed, motion = turned @ (rows.K @ rows.CW), barrier.Q + turned @ (rows.K @ rows.G)
-        factor = self.doubled.factor(rows.P, mixed, motion, SHIFT, 1e-6, DELTA)
-        total = self.solved(factor, barrier.W, rows, off, rows.r, barrier.b, barrier.bd, tie)
-        best, least = total, np.inf
-        for _ in range(REFINEMENTS):
-            left = off + self.system.A @ total.df.ravel()
-            miss = rows.r + apply(rows.C, total.df) + apply(rows.G, total.d)
-            wrong = _wrong(at, kinds, rows.r, off, left, miss)
-            if wrong < least:
-                best, least = total, wrong
-            if wrong <= 1.0 or not (wrong <= 1e3 * least):
-                break
-            slope = barrier.b + apply(barrier.H, total.df) + total.e + rows.back(total.nu)
-            slope[~(kinds.rubs | kinds.soft), 1:] = 0.0
-            slope[kinds.free] = 0.0
-            bend = barrier.bd + apply(barrier.Q, total.d) + np.einsum("nij,ni->nj", rows.G, total.nu)
-            total = total.plus(self.solved(factor, barrier.W, rows, left, miss, slope, bend, DELTA * total.dq))
-        return best
+        rows, slack = self.rows(at, kinds, barrier.W, target)
+        local = Eliminated(self.doubled, self.system, barrier.W, barrier.Q, rows, slack, (SHIFT, 1e-6))
+        off = self.system.residual(at.f)
+        return local.refined(off, rows.r, barrier.b, barrier.bd, partial(_wrong, at, kinds, rows.r, off))
 
-    def solved(
-        self, factor: Scaled, W: Floats, rows: _Local, off: Floats, r: Floats, b: Floats, bd: Floats, tie: Floats
-    ) -> _Step:
-        """One solution with a factorisation at hand."""
-        A, Kr = self.system.A, apply(rows.K, r)
-        lean = r - apply(rows.CW, b)
-        first = off - A @ (apply(rows.P, b) + np.einsum("nij,ni->nj", rows.CW, Kr)).ravel()
-        second = -(A @ (bd + np.einsum("nij,ni->nj", rows.G, apply(rows.K, lean))).ravel()) - tie
-        y, dq = self.doubled.solve(factor, first, second)
-        e, d = -self.system.gap(y), self.system.gap(dq)
-        nu = apply(rows.K, lean - apply(rows.CW, e) + apply(rows.G, d))
-        return _Step(-apply(W, b + e + rows.back(nu)), dq, d, e, nu)
-
-    def length(self, at: _At, move: _Step, kinds: _Kinds) -> float:
+    def length(self, at: _At, move: Step, kinds: _Kinds) -> float:
         """Longest of 1, 0.8, ... that goes at most `ROOM` of the way to every bound; 0 where none does."""
         length = 1.0
         while length > SHORTEST:
@@ -409,13 +336,13 @@ class _Path:
             length *= SHORTER
         return 0.0
 
-    def hindering(self, at: _At, move: _Step, kinds: _Kinds, length: float) -> Bools:
+    def hindering(self, at: _At, move: Step, kinds: _Kinds, length: float) -> Bools:
         """(q,) points of little friction whose bounds cut a step short: they can do without any."""
         if length >= BRIEF:
             return np.zeros_like(kinds.rubs)
         return ~self.within(at, move, kinds, max(length / SHORTER, SHORTEST))[1] & (at.tangent < LITTLE)
 
-    def within(self, at: _At, move: _Step, kinds: _Kinds, length: float) -> tuple[bool, Bools]:
+    def within(self, at: _At, move: Step, kinds: _Kinds, length: float) -> tuple[bool, Bools]:
         """Whether a step of that length keeps what holds at all points; (q,) and what holds where points rub."""
         left, eta, on, pairs = 1.0 - ROOM, self.bounds.eta, ~kinds.free, kinds.pairs
         watched = kinds.free & ~kinds.shut

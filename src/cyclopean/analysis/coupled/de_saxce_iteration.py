@@ -16,8 +16,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cyclopean.analysis.coupled.halves import Halves, SlidingAnswer
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
-from cyclopean.analysis.coupled.sliding import SlidingAnswer, SlidingProgram
+from cyclopean.analysis.coupled.proximal import Prices
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.arrays import Floats
 from cyclopean.statics import EquilibriumSystem
@@ -27,7 +28,6 @@ __all__ = ["de_saxce_iteration"]
 NEAR = 1e-2  # largest fn |dn + 1| from which a polish is worth its time
 CLOSE = 1e-3  # ... with every choice of sets
 SETTLED = 1e-8  # ... and at which another round brings nothing new
-FICTITIOUS = 1e-6  # fictitious forces that count as none
 STALLED = 0.6  # share of the work three rounds ago from which the loop is left to others
 LOST = 1e8  # ... and at which the loop has run away
 
@@ -35,8 +35,6 @@ LOST = 1e8  # ... and at which the loop has run away
 def de_saxce_iteration(
     system: EquilibriumSystem,
     bounds: Bounds,
-    program: SlidingProgram | None = None,
-    compliance: float = 1.0,
     rounds: int = 14,
     deadline: float = np.inf,
 ) -> Attempt:
@@ -48,28 +46,24 @@ def de_saxce_iteration(
         Scaled.
     bounds : Bounds
         With eps = 1.
-    program : SlidingProgram, optional
-        With real cones; built here (without a bound eta) if not given.
-    compliance : float
-        alpha times the 90th percentile of |f_t|.
     rounds : int
         Conic solves at most.
     deadline : float
         Of `time.perf_counter`.
     """
-    program = SlidingProgram(system, 2.0 * bounds.beta) if program is None else program
-    s, alpha = np.zeros(system.points), np.full(system.points, compliance)
+    halves, beta = Halves(system, bounds, deadline), 2.0 * bounds.beta
+    s, alpha = np.zeros(system.points), np.ones(system.points)
     damping, last, polished, iterations, done = 1.0, np.inf, NEAR, 0, 0
     best, history = nothing(system, bounds), list[float]()
     for done in range(1, rounds + 1):
-        answer = program.solve(s, alpha, deadline=deadline)
+        answer = halves.priced(Prices(1.0 + s, beta, alpha))
         iterations += answer.iterations
         if answer.word != "solved":
             best = replace(best, infeasible=answer.word == "infeasible" and done == 1)
             break
         d = system.gap(answer.dq)
         work = float(np.max(np.abs(answer.f[:, 0] * (d[:, 0] + 1.0)), initial=0.0))
-        if work < polished and answer.fictitious < FICTITIOUS:
+        if work < polished:
             polished = 0.5 * work  # no second polish before this much is gained
             near = polish(system, bounds, answer.f, answer.dq, *([] if work < CLOSE else [1]))
             best = better(best, attempt(system, bounds, *near[:2]))
@@ -81,8 +75,8 @@ def de_saxce_iteration(
         if len(history) > 4 and work > STALLED * history[-4]:
             break
         if done == 1:
-            alpha = np.full(system.points, compliance / _typical(answer))
-        step = _shift(system, program.beta, alpha, answer, d) - s
+            alpha = np.full(system.points, 1.0 / _typical(answer))
+        step = _shift(system, beta, alpha, answer, d) - s
         size = float(np.max(np.abs(step), initial=0.0))
         damping = max(0.3, 0.7 * damping) if size > last else damping
         s, last = s + damping * step, size

@@ -8,16 +8,18 @@ although it does; a walk that makes no progress for long begins anew.
 """
 
 import time
-from collections.abc import Callable
+from itertools import islice
 
 import numpy as np
 
-from cyclopean.analysis.coupled.leaves import Cell, Sides, prior, root_cell
-from cyclopean.analysis.coupled.states import Bounds, Residuals, merit
+from cyclopean.analysis.coupled.halves import Halves
+from cyclopean.analysis.coupled.leaves import Cell, prior
+from cyclopean.analysis.coupled.polish import polish, total_merit
+from cyclopean.analysis.coupled.states import Bounds, Residuals
 from cyclopean.arrays import Floats
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["DENSE", "Hopping", "Pair", "Polish", "fit", "hop"]
+__all__ = ["DENSE", "Hopping", "Pair", "fit", "hop"]
 
 NEAR = 1e-2  # merit from which a pair is worth polishing
 ROUNDS, PROGRESS = 60, 0.997  # of one hop: at most so many rounds, each of which takes the merit down to this share
@@ -26,14 +28,12 @@ HOPS = 20  # for each contact point: a shelf of 92 points was met after several 
 PATIENCE = 40  # hops without progress after which the walk begins anew
 DENSE = 40_000  # points times blocks beyond which dense programmes are not set up
 
-Polish = Callable[[EquilibriumSystem, Bounds, Floats, Floats], tuple[Floats, Floats, Residuals]]
 Pair = tuple[float, Floats, Floats]  # merit, (q, 3) forces, (6 m,) motion
 
 
 def hop(
     system: EquilibriumSystem,
     bounds: Bounds,
-    polish: Polish,
     seconds: float = 60.0,
     seed: int = 0,
     hops: int | None = None,
@@ -51,7 +51,7 @@ def hop(
     tied = prior(system, bounds).finite
     if not tied or not 0 < system.points * system.blocks <= DENSE:
         return (np.inf, np.zeros((system.points, 3)), np.zeros(len(system.p))), None
-    hopping = Hopping(Sides(system, bounds), polish, seed)
+    hopping = Hopping(Halves(system, bounds), seed)
     for _ in range(HOPS * system.points if hops is None else hops):
         if time.perf_counter() > until:
             break
@@ -60,20 +60,14 @@ def hop(
     return hopping.best, None
 
 
-def fit(sides: Sides, cell: Cell, f: Floats, dq: Floats, rounds: int, progress: float) -> Pair:
+def fit(halves: Halves, cell: Cell, f: Floats, dq: Floats, rounds: int, progress: float) -> Pair:
     """Fit motion and forces of a cell to each other, from (q, 3) forces; the best pair met."""
     best: Pair = (np.inf, f, dq)
-    for _ in range(rounds):
-        word, dq = sides.fitted_motions(cell, f)
-        if word != "solved":
-            break
-        word, f = sides.fitted_forces(cell, sides.system.gap(dq))
-        if word != "solved":
-            break
-        value = float(sum(np.sum(part) for part in merit(sides.system, sides.bounds, f, dq)))
+    for near, moved in islice(halves.fitted(cell, f), rounds):
+        value = total_merit(halves.system, halves.bounds, near, moved)
         stalled = not (value < progress * best[0])
         if value < best[0]:
-            best = (value, f, dq)
+            best = (value, near, moved)
         if stalled or value < 1e-7:
             break
     return best
@@ -82,17 +76,16 @@ def fit(sides: Sides, cell: Cell, f: Floats, dq: Floats, rounds: int, progress: 
 class Hopping:
     """A walk from minimum to minimum; reproducible."""
 
-    def __init__(self, sides: Sides, polish: Polish | None, seed: int = 0) -> None:
-        system = sides.system
-        self.sides, self.polish, self.random = sides, polish, np.random.default_rng(seed)
-        self.root = root_cell(system, sides.bounds)
+    def __init__(self, halves: Halves, seed: int = 0) -> None:
+        system = halves.system
+        self.halves, self.random = halves, np.random.default_rng(seed)
         self.best: Pair = (np.inf, np.zeros((system.points, 3)), np.zeros(len(system.p)))
         self.kept, self.idle = self.best, 0  # idle: hops since the last progress
 
     def once(self) -> Residuals | None:
         """One hop; the residuals of a state (then `best`) if it ends in one."""
         f = self._fresh() if self.random.random() < 0.5 or not np.isfinite(self.kept[0]) else self._disturbed()
-        pair = fit(self.sides, self.root, f, self.kept[2], ROUNDS, PROGRESS)
+        pair = fit(self.halves, self.halves.root, f, self.kept[2], ROUNDS, PROGRESS)
         self.idle = 0 if pair[0] < 0.999 * self.kept[0] else self.idle + 1
         if pair[0] < LEVEL * self.kept[0] or self.random.random() < UPHILL:
             self.kept = pair
@@ -104,15 +97,15 @@ class Hopping:
         """Take note of a pair, polish one that almost is a state; the residuals if that makes it one."""
         if pair[0] < self.best[0]:
             self.best = pair
-        if pair[0] < NEAR and self.polish is not None:
-            f, dq, residuals = self.polish(self.sides.system, self.sides.bounds, *pair[1:])
+        if pair[0] < NEAR:
+            f, dq, residuals = polish(self.halves.system, self.halves.bounds, *pair[1:])
             if residuals.accepted:
                 self.best = (pair[0], f, dq)
                 return residuals
         return None
 
     def _fresh(self) -> Floats:
-        q = self.sides.system.points
+        q = self.halves.system.points
         f = self.random.normal(size=(q, 3)) * self.random.integers(0, 2, size=(q, 1))
         f[:, 0] = np.abs(f[:, 0])
         return f
@@ -126,7 +119,7 @@ class Hopping:
         elif kind == 1:
             dq = dq * np.exp(0.5 * random.normal(size=dq.shape))
             dq = dq + random.choice([0.1, 0.5, 2.0]) * random.normal(size=dq.shape)
-            f = self.sides.fitted_forces(self.root, self.sides.system.gap(dq))[1]
+            f = self.halves.fitted_forces(self.halves.root, self.halves.system.gap(dq))[1]
         else:
             f = f.copy()
             f[random.integers(len(f), size=2)] *= random.choice([0.0, 10.0, -1.0])

@@ -1,4 +1,4 @@
-"""What one cell of a refuting tree proves: the convex programmes of its two sides, and the test of a leaf.
+"""What one cell of a refuting tree proves: bounds of the work of its two sides, and the test of a leaf.
 
 A cell says of every contact point whether it is engaged (dn = -1), unloaded (f = 0) or open, in which sector it slides
 (dd_t = s e, f_t = -r e, e in S) and how fast (lo <= s <= hi). A coupled state in the cell does the work
@@ -21,14 +21,11 @@ A cell is closed when t p.y > U, when nothing limits t, or when A w = 0 and U < 
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
 
 import numpy as np
-import scipy.sparse as sp
 
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.solvers import ConicAnswer, ConicProgram, solve
 from cyclopean.statics import EquilibriumSystem
 
 __all__ = [
@@ -38,7 +35,6 @@ __all__ = [
     "Cell",
     "Leaf",
     "Prior",
-    "Sides",
     "closes",
     "least_work",
     "most_work",
@@ -52,10 +48,6 @@ __all__ = [
 OPEN, ENGAGED, UNLOADED = 0, 1, -1
 COMFORT = 1e-8  # share of all terms by which a leaf must close in floats, so that the exact checker agrees
 DETOUR = 10.0  # the checker may bound motions along other contacts than `prior` does
-OPTIONS: dict[str, Any] = {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9, "max_threads": 1}
-
-Rows = tuple[Literal["zero", "nonnegative", "second-order"], int, Floats, Floats]  # cone, its size, M, b: b - M x in it
-Word = Literal["solved", "infeasible", "failed"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -253,158 +245,3 @@ def closes(system: EquilibriumSystem, bounds: Bounds, cell: Cell, known: Prior, 
         loss = float(most_work(bounds, cell, leaf.w) + slack)
         scale += max(1.0, bounds.eta) * float(np.sum(np.abs(leaf.w)))
     return gain - loss > COMFORT * scale
-
-
-class Sides:
-    """The convex programmes of a system, laid out once; cells choose rows and columns. Dense: for small models."""
-
-    def __init__(self, system: EquilibriumSystem, bounds: Bounds) -> None:
-        self.system, self.bounds = system, bounds
-        self.A = np.asarray(system.A.toarray())
-        self.gaps = self.A.T.reshape(system.points, 3, -1)  # (q, 3, 6 m): dd of each point
-        self.lift = np.linalg.pinv(self.A)
-        self.solves = 0
-
-    def forces(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
-        """Forces of the cell that do the least work.
-
-        Returns
-        -------
-        word : {"solved", "infeasible", "failed"}
-        f : (q, 3)
-        y : (6 m,) multiplier of equilibrium or proof of infeasibility, with p.y = 1; None if there is none
-        """
-        on = np.flatnonzero(cell.status != UNLOADED)
-        n, p = len(on), self.system.p
-        cost = np.concatenate([np.ones(n), np.zeros(2 * n), np.maximum(self.bounds.beta, cell.lo[on])])
-        answer = self._solve(self._force_rows(cell, on, 4 * n), cost)
-        y = answer.z[: len(p)]
-        power = float(p @ y)
-        usable = answer.word != "failed" and power > 0.0
-        return answer.word, self._spread(on, answer), y / power if usable else None
-
-    def fitted_forces(self, cell: Cell, gap: Floats) -> tuple[Word, Floats]:
-        """Forces of the cell with the least merit against the (q, 3) gaps of a motion."""
-        on = np.flatnonzero(cell.status != UNLOADED)
-        n, d = len(on), gap[on]
-        fn = np.arange(n)
-        fu, fv, r, late = n + fn, 2 * n + fn, 3 * n + fn, 4 * n + fn
-        normal = np.maximum(d[:, 0] + 1.0, 0.0) + 1e-6  # a little more than it is worth: no idle compression
-        cost = np.concatenate([normal, d[:, 1], d[:, 2], np.hypot(d[:, 1], d[:, 2]), np.ones(n)])
-        lag = np.zeros((2 * n, 5 * n))
-        lag[fn, r], lag[fn, fu], lag[fn, fv] = 2.0 * self.bounds.beta, d[:, 1], d[:, 2]
-        lag[fn, late] = lag[n + fn, late] = -1.0
-        answer = self._solve([*self._force_rows(cell, on, 5 * n), ("nonnegative", 1, lag, np.zeros(2 * n))], cost)
-        return answer.word, self._spread(on, answer)
-
-    def motions(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
-        """Motions of the cell that do the most work.
-
-        Returns
-        -------
-        word : {"solved", "infeasible", "failed"}
-        dq : (6 m,)
-        w : (q, 3) multipliers with A w = p to rounding (A w = 0 where infeasible); None if there are none
-        """
-        system, (rows, faces) = self.system, self._motion_rows(cell)
-        disc = self.gaps.copy()
-        disc[:, 0] = 0.0
-        radius = np.zeros((system.points, 3))
-        radius[:, 0] = cell.hi
-        answer = self._solve([*rows, ("second-order", 3, -disc.reshape(-1, len(system.p)), radius.ravel())], -system.p)
-        if answer.word == "failed":
-            return answer.word, answer.x, None
-        w, row = np.zeros((system.points, 3)), 0
-        for points, direction in faces:
-            np.add.at(w, points, direction * answer.z[row : row + len(points), None])
-            row += len(points)
-        w[:, 1:] -= answer.z[row:].reshape(-1, 3)[:, 1:]
-        target = system.p if answer.word == "solved" else np.zeros(len(system.p))
-        for _ in range(2):
-            w = w + (self.lift @ (target - self.A @ w.ravel())).reshape(-1, 3)
-        return answer.word, answer.x, w
-
-    def fitted_motions(self, cell: Cell, force: Floats) -> tuple[Word, Floats]:
-        """Motions of the cell with the least merit against (q, 3) forces."""
-        q, m = self.system.points, len(self.system.p)
-        k = np.arange(q)
-        slide, late, columns = m + k, m + q + k, m + 2 * q
-        N, U, V = (self.gaps[:, j] for j in range(3))
-        tangent = np.hypot(force[:, 1], force[:, 2])
-        pull = np.maximum(force[:, 0], 0.0) @ N + force[:, 1] @ U + force[:, 2] @ V
-        cost = np.concatenate([pull, tangent + 1e-7, np.ones(q)])  # 1e-7: no idle sliding
-        lag = np.zeros((3 * q, columns))
-        lag[:q, :m] = force[:, 1, None] * U + force[:, 2, None] * V
-        lag[k, late] = lag[q + k, late] = -1.0
-        lag[2 * q + k, slide] = 1.0
-        rhs = np.concatenate([-2.0 * self.bounds.beta * tangent, np.zeros(q), cell.hi])
-        size = np.zeros((3 * q, columns))
-        size[3 * k, slide], size[1::3, :m], size[2::3, :m] = -1.0, -U, -V
-        rows: list[Rows] = [
-            (kind, n, np.hstack([M, np.zeros((len(M), 2 * q))]), b) for kind, n, M, b in self._motion_rows(cell)[0]
-        ]
-        rows += [("nonnegative", 1, lag, rhs), ("second-order", 3, size, np.zeros(3 * q))]
-        answer = self._solve(rows, cost)
-        return answer.word, answer.x[:m]
-
-    def _solve(self, rows: list[Rows], cost: Floats) -> ConicAnswer:
-        self.solves += 1
-        program = ConicProgram(
-            sp.csc_matrix((len(cost), len(cost))),
-            cost,
-            sp.csc_matrix(np.vstack([M for _, _, M, _ in rows])),
-            np.concatenate([b for *_, b in rows]),
-            tuple((kind, size, len(b) // size) for kind, size, _, b in rows if len(b)),
-        )
-        return solve(program, **OPTIONS)
-
-    def _spread(self, on: Ints, answer: ConicAnswer) -> Floats:
-        f = np.zeros((self.system.points, 3))
-        if answer.word == "solved":
-            f[on] = answer.x[: 3 * len(on)].reshape(3, -1).T
-        return f
-
-    def _force_rows(self, cell: Cell, on: Ints, columns: int) -> list[Rows]:
-        """Balance, friction cones and sectors, in the unknowns (fn, fu, fv, r >= |f_t|) of the points `on`."""
-        n, p = len(on), self.system.p
-        fn = np.arange(n)
-        fu, fv, r = n + fn, 2 * n + fn, 3 * n + fn
-        balance = np.zeros((len(p), columns))
-        balance[:, : 3 * n] = np.hstack([self.A[:, 3 * on + j] for j in range(3)])
-        cone = np.zeros((n, columns))
-        cone[fn, fn], cone[fn, r] = -self.system.mu[on], 1.0
-        size = np.zeros((3 * n, columns))
-        size[3 * fn, r] = size[3 * fn + 1, fu] = size[3 * fn + 2, fv] = -1.0
-        sign = np.zeros((n, columns))  # follows from the cones unless mu = 0
-        sign[fn, fn] = -1.0
-        rows: list[Rows] = [("zero", 1, balance, -p), ("nonnegative", 1, np.vstack([cone, sign]), np.zeros(2 * n))]
-        split = np.flatnonzero(cell.sector[on])
-        if len(split):  # -f_t lies between the rays
-            a, b, i = cell.ray_a[on[split]], cell.ray_b[on[split]], np.arange(len(split))
-            inside = np.zeros((2 * len(split), columns))
-            inside[i, fu[split]], inside[i, fv[split]] = -a[:, 1], a[:, 0]
-            inside[len(split) + i, fu[split]], inside[len(split) + i, fv[split]] = b[:, 1], -b[:, 0]
-            rows.append(("nonnegative", 1, inside, np.zeros(2 * len(split))))
-        return [*rows, ("second-order", 3, size, np.zeros(3 * n))]
-
-    def _motion_rows(self, cell: Cell) -> tuple[list[Rows], list[tuple[Ints, Floats]]]:
-        """Flat faces of the cell of motions: as rows, and as (points, direction in (n, u, v)) of each group of rows."""
-        pressed, loose = np.flatnonzero(cell.status == ENGAGED), np.flatnonzero(cell.status != ENGAGED)
-        split = np.flatnonzero(cell.sector)
-        a, b = cell.ray_a[split], cell.ray_b[split]
-        middle = a + b
-        middle = middle / np.linalg.norm(middle, axis=1)[:, None]
-        chord = cell.lo[split] * np.maximum(np.sum(middle * a, axis=1), 0.0)
-        ones, zero = np.ones(len(loose)), np.zeros(len(split))
-        plan: list[tuple[Literal["zero", "nonnegative"], Ints, Floats, Floats]] = [
-            ("zero", pressed, np.tile([1.0, 0.0, 0.0], (len(pressed), 1)), -np.ones(len(pressed))),
-            ("nonnegative", loose, np.tile([-1.0, 0.0, 0.0], (len(loose), 1)), ones),
-            ("nonnegative", loose, np.tile([1.0, 0.0, 0.0], (len(loose), 1)), self.bounds.eta * ones),
-            ("nonnegative", split, np.column_stack([zero, a[:, 1], -a[:, 0]]), zero),
-            ("nonnegative", split, np.column_stack([zero, -b[:, 1], b[:, 0]]), zero),
-            ("nonnegative", split, np.column_stack([zero, -middle]), -chord),
-        ]
-        rows: list[Rows] = [
-            (kind, 1, np.einsum("kj,kjm->km", c, self.gaps[points]), rhs) for kind, points, c, rhs in plan
-        ]
-        return rows, [(points, c) for _, points, c, _ in plan]

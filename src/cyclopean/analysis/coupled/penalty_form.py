@@ -31,8 +31,9 @@ import scipy.sparse as sp
 
 from cyclopean.analysis.coupled.biconvex import alternation
 from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
+from cyclopean.analysis.coupled.halves import Halves
 from cyclopean.analysis.coupled.polish import Attempt, nothing
-from cyclopean.analysis.coupled.sliding import SlidingProgram
+from cyclopean.analysis.coupled.proximal import Prices
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure, merit
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
@@ -158,8 +159,8 @@ def _unglued(
 def _balanced(system: EquilibriumSystem, bounds: Bounds, opening: float) -> Attempt:
     """Forces and pulls of the convex programme, whose sliding dilates: balanced, but not yet coupled."""
     both = glued(system, opening)
-    zero = np.zeros(both.points)
-    answer = SlidingProgram(both, 2.0 * bounds.beta).solve(zero, zero + 1.0)
+    one = np.ones(both.points)
+    answer = Halves(both, bounds).priced(Prices(one, 2.0 * bounds.beta, one))
     if answer.word != "solved":
         raise SolverError("no forces balance the loads, not even with glue in every joint")
     f = np.where(np.abs(answer.f) < 1e-8, 0.0, answer.f)

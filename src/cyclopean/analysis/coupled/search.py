@@ -2,8 +2,8 @@
 
 In this order: equilibrium alone (where no forces balance the loads at all, a mechanism says so), friction that stiffens
 (route "A at scale"), the gap-shifted loop (route "A"), the alternation between forces and motion (route "B"), the
-simplex crossover, the gap-shifted loop within eta, the branching tree (route "D"), which can also prove that no state
-exists, and last hopping from start to start. Whatever a route claims is measured here at every contact point.
+branching tree (route "D"), which can also prove that no state exists, and last hopping from start to start. Whatever a
+route claims is measured here at every contact point.
 """
 
 import time
@@ -15,11 +15,9 @@ import numpy as np
 
 from cyclopean.analysis.coupled.at_scale import solve_at_scale
 from cyclopean.analysis.coupled.biconvex import alternation
-from cyclopean.analysis.coupled.crossover import crossover
 from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
 from cyclopean.analysis.coupled.hopping import hop
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
-from cyclopean.analysis.coupled.sliding import SlidingProgram
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.analysis.coupled.tree import Node, refute
 from cyclopean.analysis.equilibrium.components import Part, components, in_own_units
@@ -38,9 +36,10 @@ SMOOTH = 1e-6  # friction coefficient that the stiffening route needs at least
 STIFFENINGS = 10  # rounds of it; most models need one to seven
 LARGE = 1000  # contact points beyond which "A at scale" takes nearly all the time: the others do not get that far
 NEARLY = 0.95
-SHARES = {"A at scale": 0.6, "A": 0.4, "B": 0.6, "crossover": 0.5, "A within eta": 0.5}  # of the time left
+SHARES = {"A at scale": 0.6, "A": 0.4, "B": 0.6}  # of the time left
 
 Route = tuple[str, str, Callable[[float], Attempt]]  # name, solver, and what to run until a deadline
+Tried = list[dict[str, Any]]  # what each route did
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,8 +54,19 @@ class CoupledOutcome:
     part: EquilibriumSystem | None = None  # of the component that the tree is about; None = the whole model
     merit: float = np.inf  # of the best triple
     bound: float = 0.0  # share of the tree that is closed
-    route: str = ""  # "RBE", "A", "A at scale", "B", "crossover", "A within eta", "D", "hopping"
+    route: str = ""  # "RBE", "A", "A at scale", "B", "D", "hopping"
     provenance: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What a search is asked for."""
+
+    bounds: Bounds  # with eps = 1
+    solver: str
+    deadline: float  # of `time.perf_counter`
+    nodes: int  # of the tree
+    progress: Callable[[str], None]
 
 
 def solve_cra(
@@ -102,8 +112,8 @@ def solve_cra(
     """
     if system.pull.any():  # its cones are shifted, and (10) of the coupled conditions is not made for that
         raise InputError("joints that pull: coupled analysis has none; use `method` rbe")
-    bounds, began = bounds.unit(), time.perf_counter()
-    deadline = began + seconds
+    began = time.perf_counter()
+    asked = _Asked(bounds.unit(), solver, began + seconds, nodes, progress)
     rigid = solve_rbe(system, solver) if rigid is None else rigid
     factorisations = int(rigid.provenance.get("factorisations", 0))
     tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=factorisations)]
@@ -112,20 +122,12 @@ def solve_cra(
         return CoupledOutcome("collapse", y=rigid.y, merit=np.inf, route="RBE", provenance=provenance)
     parts = components(system)
     if len(parts) <= 1:
-        return _component(system, bounds, rigid.f, solver, deadline, nodes, progress, tried)
-    return _together(system, bounds, parts, rigid.f, solver, deadline, nodes, progress, tried)
+        return _component(system, asked, rigid.f, tried)
+    return _together(system, asked, parts, rigid.f, tried)
 
 
 def _together(
-    system: EquilibriumSystem,
-    bounds: Bounds,
-    parts: list[Part],
-    given: Floats | None,
-    solver: str,
-    deadline: float,
-    nodes: int,
-    progress: Callable[[str], None],
-    tried: list[dict[str, Any]],
+    system: EquilibriumSystem, asked: _Asked, parts: list[Part], given: Floats | None, tried: Tried
 ) -> CoupledOutcome:
     """Each component apart: one that is refuted refutes the model; one that stays open leaves it open."""
     f, dq = np.zeros((system.points, 3)), np.zeros((system.blocks, 6))
@@ -133,7 +135,7 @@ def _together(
     for part in parts:
         own, force, length = in_own_units(part.system)
         start = None if given is None else given[part.points] / force
-        found = _component(own, bounds, start, solver, deadline, nodes, progress, list(tried))
+        found = _component(own, asked, start, list(tried))
         tried = list(found.provenance["tried"])
         if found.word == "refuted":
             return replace(found, part=own)
@@ -151,26 +153,16 @@ def _together(
     return CoupledOutcome("undecided", f, dq.ravel(), merit=merit, bound=bound, provenance=provenance)
 
 
-def _component(
-    system: EquilibriumSystem,
-    bounds: Bounds,
-    given: Floats | None,
-    solver: str,
-    deadline: float,
-    nodes: int,
-    progress: Callable[[str], None],
-    tried: list[dict[str, Any]],
-) -> CoupledOutcome:
+def _component(system: EquilibriumSystem, asked: _Asked, given: Floats | None, tried: Tried) -> CoupledOutcome:
     """The routes, one after the other, for blocks that touch; `given` are forces of rigid-block equilibrium."""
-    best = nothing(system, bounds)
+    best = nothing(system, asked.bounds)
     if best.found:  # nothing loaded, or nothing free
         return _coupled(best, "RBE", tried)
-    schur = Schur(system) if solver == "auto" else None
-    for name, by, run in _routes(system, bounds, [] if given is None else [given], solver, schur):
-        left = deadline - time.perf_counter()
+    for name, by, run in _routes(system, asked, [] if given is None else [given]):
+        left = asked.deadline - time.perf_counter()
         if left <= 0.0:
             break
-        progress(f"searching a coupled state: {name}")
+        asked.progress(f"searching a coupled state: {name}")
         began = time.perf_counter()
         try:
             share = NEARLY if name == "A at scale" and system.points > LARGE else SHARES[name]
@@ -179,36 +171,21 @@ def _component(
             tried.append(_entry(name, by, "failed", began))
             continue
         word = "state" if found.found else "infeasible" if found.infeasible else "none"
-        tried.append(_entry(name, by, word, began, found.solves, found.rounds, factorisations=found.iterations))
+        counts = {"solves": found.solves, "rounds": found.rounds, "factorisations": found.iterations}
+        tried.append(_entry(name, by, word, began, **counts))
         best = better(best, found)
         if best.found:
             return _coupled(best, name, tried)
-    return _branched(system, bounds, best, tried, deadline, nodes, progress)
+    return _branched(system, asked, best, tried)
 
 
-def _routes(
-    system: EquilibriumSystem, bounds: Bounds, given: list[Floats], solver: str, schur: Schur | None
-) -> Iterator[Route]:
+def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats]) -> Iterator[Route]:
     """The routes to a state in the order of their cost."""
-    seen: list[Attempt] = []
-
-    def kept(found: Attempt) -> Attempt:
-        seen.append(found)
-        return found
-
-    if solver not in ("clarabel", "osqp") and system.blocks > FEW:
-        yield "A at scale", "interior", lambda until: kept(_stiffened(system, bounds, until, schur))
-    yield "A", "clarabel", lambda until: kept(de_saxce_iteration(system, bounds, deadline=until))
-    yield "B", "clarabel", lambda until: kept(alternation(system, bounds, given, until))
-    near = min(seen, key=lambda one: one.merit, default=None)
-    if near is not None and np.isfinite(near.merit):
-        yield (
-            "crossover",
-            "highs",
-            lambda until: crossover(system, bounds, near.f, near.dq, until - time.perf_counter()),
-        )
-    within = SlidingProgram(system, 2.0 * bounds.beta, eta=bounds.eta)
-    yield "A within eta", "clarabel", lambda until: de_saxce_iteration(system, bounds, within, 0.1, deadline=until)
+    if asked.solver not in ("clarabel", "osqp") and system.blocks > FEW:
+        schur = Schur(system) if asked.solver == "auto" else None
+        yield "A at scale", "interior", lambda until: _stiffened(system, asked.bounds, until, schur)
+    yield "A", "clarabel", lambda until: de_saxce_iteration(system, asked.bounds, deadline=until)
+    yield "B", "clarabel", lambda until: alternation(system, asked.bounds, given, until)
 
 
 def _stiffened(system: EquilibriumSystem, bounds: Bounds, until: float, schur: Schur | None) -> Attempt:
@@ -224,24 +201,16 @@ def _stiffened(system: EquilibriumSystem, bounds: Bounds, until: float, schur: S
     return replace(found, solves=answer.solves, rounds=answer.rounds, iterations=answer.factorisations)
 
 
-def _branched(
-    system: EquilibriumSystem,
-    bounds: Bounds,
-    best: Attempt,
-    tried: list[dict[str, Any]],
-    deadline: float,
-    nodes: int,
-    progress: Callable[[str], None],
-) -> CoupledOutcome:
+def _branched(system: EquilibriumSystem, asked: _Asked, best: Attempt, tried: Tried) -> CoupledOutcome:
     """The last resorts: refute by branching, or meet a state there; then hop from start to start until the deadline."""
-    began = time.perf_counter()
-    left = deadline - began
+    bounds, began = asked.bounds, time.perf_counter()
+    left = asked.deadline - began
     if left <= 0.0:
         return _undecided(best, tried, 0.0, "the time was up before the refuting search began")
     small = system.points <= TREE_POINTS
-    progress("refuting by branching")
-    answer = refute(system, bounds, TREE_SHARE * left, nodes if small else min(nodes, GLANCE), polish)
-    tried.append(_entry("D", "clarabel", answer.word, began, answer.solves, nodes=answer.nodes))
+    asked.progress("refuting by branching")
+    answer = refute(system, bounds, TREE_SHARE * left, asked.nodes if small else min(asked.nodes, GLANCE))
+    tried.append(_entry("D", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
     if answer.word == "refuted":
         provenance = _provenance("D", tried) | {"leaves": answer.leaves}
         return CoupledOutcome(
@@ -251,8 +220,8 @@ def _branched(
     if best.found:
         return _coupled(best, "D", tried)
     began = time.perf_counter()
-    progress("hopping")
-    (_, f, dq), _ = hop(system, bounds, polish, deadline - began)
+    asked.progress("hopping")
+    (_, f, dq), _ = hop(system, bounds, asked.deadline - began)
     best = better(best, attempt(system, bounds, f, dq))
     tried.append(_entry("hopping", "clarabel", "state" if best.found else "none", began))
     if best.found:
@@ -260,46 +229,29 @@ def _branched(
     why = f"after {answer.nodes} nodes and {time.perf_counter() - began:.0f} s of hopping from start to start"
     if not small:
         why += f"; the refuting search is exponential, so beyond {TREE_POINTS} contact points it is cut short"
-    elif answer.nodes < nodes and answer.seconds < TREE_SHARE * left:
+    elif answer.nodes < asked.nodes and answer.seconds < TREE_SHARE * left:
         why += "; a case of the refuting search is too narrow for floating point"
     return _undecided(best, tried, answer.bound, why)
 
 
-def _coupled(best: Attempt, route: str, tried: list[dict[str, Any]]) -> CoupledOutcome:
-    return CoupledOutcome(
-        "coupled", best.f, best.dq, merit=best.merit, route=route, provenance=_provenance(route, tried)
-    )
+def _coupled(best: Attempt, route: str, tried: Tried) -> CoupledOutcome:
+    provenance = _provenance(route, tried)
+    return CoupledOutcome("coupled", best.f, best.dq, merit=best.merit, route=route, provenance=provenance)
 
 
-def _undecided(best: Attempt, tried: list[dict[str, Any]], bound: float, why: str) -> CoupledOutcome:
+def _undecided(best: Attempt, tried: Tried, bound: float, why: str) -> CoupledOutcome:
     provenance = _provenance("", tried) | {"why": why}
     return CoupledOutcome("undecided", best.f, best.dq, merit=best.merit, bound=bound, provenance=provenance)
 
 
-def _entry(
-    route: str,
-    solver: str,
-    word: str,
-    began: float,
-    solves: int = 1,
-    rounds: int = 1,
-    factorisations: int = 0,
-    nodes: int = 0,
-) -> dict[str, Any]:
-    """What one route did."""
-    return {
-        "route": route,
-        "solver": solver,
-        "word": word,
-        "solves": solves,
-        "rounds": rounds,
-        "factorisations": factorisations,
-        "nodes": nodes,
-        "seconds": round(time.perf_counter() - began, 6),
-    }
+def _entry(route: str, solver: str, word: str, began: float, **counts: int) -> dict[str, Any]:
+    """What one route did; one solve and one round where nothing else is told."""
+    known = {"solves": 1, "rounds": 1, "factorisations": 0, "nodes": 0, **counts}
+    seconds = round(time.perf_counter() - began, 6)
+    return {"route": route, "solver": solver, "word": word, **known, "seconds": seconds}
 
 
-def _provenance(route: str, tried: list[dict[str, Any]]) -> dict[str, Any]:
+def _provenance(route: str, tried: Tried) -> dict[str, Any]:
     """How the answer was found: the last route's solver, the work of all."""
     total = {key: sum(entry[key] for entry in tried) for key in ("solves", "rounds", "factorisations", "nodes")}
     solver = tried[-1]["solver"]

@@ -32,7 +32,8 @@ from cyclopean.analysis.coupled.branches import (
     symmetries,
     tree_document,
 )
-from cyclopean.analysis.coupled.hopping import DENSE, Hopping, Polish, fit
+from cyclopean.analysis.coupled.halves import Halves
+from cyclopean.analysis.coupled.hopping import DENSE, Hopping, fit
 from cyclopean.analysis.coupled.leaves import (
     ENGAGED,
     OPEN,
@@ -40,12 +41,10 @@ from cyclopean.analysis.coupled.leaves import (
     Cell,
     Leaf,
     Prior,
-    Sides,
     closes,
     least_work,
     most_work,
     prior,
-    root_cell,
     work_limits,
     work_parts,
 )
@@ -90,7 +89,6 @@ def refute(
     bounds: Bounds,
     seconds: float = 20.0,
     nodes: int = 2000,
-    polish: Polish | None = None,
 ) -> TreeAnswer:
     """Search all coupled states: none exists (a closed tree), here is one, or the budget is spent.
 
@@ -102,8 +100,6 @@ def refute(
         Of the displacement; only eta / eps and beta_min / eps matter.
     seconds, nodes : float, int
         Budgets.
-    polish : callable
-        Makes a state of a pair that almost is one; without it no state is claimed.
     """
     began = time.perf_counter()
     bounds = bounds.unit()
@@ -111,7 +107,7 @@ def refute(
     if not known.finite or not 0 < system.points * system.blocks <= DENSE:
         nothing = np.zeros((system.points, 3)), np.zeros(len(system.p))
         return TreeAnswer("undecided", None, *nothing, None, np.inf, 0.0, 0, 0, 0, time.perf_counter() - began)
-    search = _Search(Sides(system, bounds), known, began + seconds, nodes, polish)
+    search = _Search(Halves(system, bounds), known, began + seconds, nodes)
     root = search.run()
     value, f, dq = search.hopping.best
     return TreeAnswer(
@@ -124,7 +120,7 @@ def refute(
         bound=1.0 if root is not None else search.closed,
         nodes=search.nodes,
         leaves=0 if root is None else leaf_count(root),
-        solves=search.sides.solves,
+        solves=search.halves.solves,
         seconds=time.perf_counter() - began,
     )
 
@@ -240,20 +236,20 @@ class _Task:
 
 
 class _Search:
-    def __init__(self, sides: Sides, known: Prior, until: float, nodes: int, polish: Polish | None) -> None:
-        self.sides, self.known, self.until, self.most = sides, known, until, nodes
-        self.system, self.bounds = sides.system, sides.bounds
+    def __init__(self, halves: Halves, known: Prior, until: float, nodes: int) -> None:
+        self.halves, self.known, self.until, self.most = halves, known, until, nodes
+        self.system, self.bounds = halves.system, halves.bounds
         self.nodes, self.closed = 0, 0.0
         self.residuals: Residuals | None = None
         self.pool = _Pool(self.system, self.bounds)
-        self.hopping = Hopping(sides, polish)
+        self.hopping = Hopping(halves)
         self.symmetries = list(symmetries(self.system)) if self.system.points <= FEW else []
 
     def run(self) -> Node | None:
         """The closed tree, or None."""
         sight = _Sight(np.zeros((self.system.points, 3)), np.zeros(len(self.system.p)))
         try:
-            return self._close(_Task(root_cell(self.system, self.bounds), sight, 1.0))
+            return self._close(_Task(self.halves.root, sight, 1.0))
         except (_StoppedError, RecursionError):
             return None
 
@@ -276,7 +272,7 @@ class _Search:
         if leaf is not None:
             self.closed += task.share
             return leaf
-        pair = fit(self.sides, task.cell, sight.f, sight.dq, ROUNDS, 0.8)
+        pair = fit(self.halves, task.cell, sight.f, sight.dq, ROUNDS, 0.8)
         self._noted(self.hopping.met(pair))
         return self._split(_Task(task.cell, sight, task.share), *pair[1:])
 
@@ -287,12 +283,12 @@ class _Search:
         """A leaf from the cell's own programmes, or what they say."""
         cell, (f, dq, y, w) = task.cell, (task.sight.f, task.sight.dq, task.sight.y, task.sight.w)
         if task.force:
-            word, f, y = self.sides.forces(cell)
+            word, f, y = self.halves.forces(cell)
             self.pool.add(y, None)
             if word == "infeasible" and y is not None and self._proves(cell, leaf := Leaf(y, None)):
                 return leaf, task.sight
         if task.motion:
-            word, dq, w = self.sides.motions(cell)
+            word, dq, w = self.halves.motions(cell)
             if word == "infeasible" and w is not None:
                 if self._proves(cell, leaf := Leaf(None, w)):
                     self.pool.add(None, w, idle=True)

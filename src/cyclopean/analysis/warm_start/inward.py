@@ -13,7 +13,7 @@ solved a barrier, -c sum log s, draws it to the middle. No step takes more than 
     dn + 1, eta - dn where open         eta - |dd_t|
 
 With W = (sum a a' / s^2)^-1 over the rows a of a point's force slacks and M the same sum over those of its motion, the
-rows C df + G dd = -r of the equations are eliminated point by point as in `coupled.block_newton`: 12 unknowns a block.
+equations are eliminated point by point, see `coupled.kkt`: 12 unknowns a block.
 A force that shrinks tenfold from step to step is meant to vanish; it is let go.
 
 All of it happens in a region. Forces between that and the rest of the blocks do not change, W = 0, but what they ask
@@ -28,9 +28,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cyclopean.analysis.coupled.block_newton import Doubled
+from cyclopean.analysis.coupled.kkt import Doubled, Eliminated, PointRows
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
-from cyclopean.analysis.quadratic_cones import apply
 from cyclopean.analysis.warm_start.region import Region
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.errors import SolverError
@@ -197,44 +196,19 @@ def _step(
 ) -> tuple[float, Floats, Floats]:
     """The largest residual of the equations, and the step (df, dq) that solves them at the least cost."""
     system = at.part
-    C, G, r = _equations(sets, f, d)
-    off = system.residual(f)
-    worst = max(float(np.max(np.abs(off), initial=0.0)), float(np.max(np.abs(r), initial=0.0)))
-    W, drawn, M, motion_pull = _metrics(sets, at.rim, walls, c)
-    CW = C @ W
-    inner = CW @ C.transpose(0, 2, 1)
-    used = (np.abs(C).sum(2) + np.abs(G).sum(2)) > 0.0
-    inner[:, range(2), range(2)] += np.where(used, SLACK, 1.0)
-    K = np.asarray(np.linalg.inv(inner), float)
-    Ct, Gt, A = C.transpose(0, 2, 1), G.transpose(0, 2, 1), system.A
-    KCW, KG = K @ CW, K @ G
-    factor = doubled.factor(W - CW.transpose(0, 2, 1) @ KCW, Gt @ KCW, M + Gt @ KG, SLACK, 1e-3, 1.0)
-    left = r + apply(C, drawn)
-    lead = apply(K, left)
-    first = off - A @ (apply(W, apply(Ct, lead)) - drawn).ravel()
-    y, step = doubled.solve(factor, first, A @ (motion_pull - apply(Gt, lead)).ravel())
-    strain, shift = system.gap(y), system.gap(step)
-    nu = -apply(K, apply(C, apply(W, strain)) + apply(G, shift) + left)
-    return worst, apply(W, strain + apply(Ct, nu)) + drawn, step
-
-
-def _equations(sets: _Sets, f: Floats, d: Floats) -> tuple[Floats, Floats, Floats]:
-    """(q, 2, 3) C on forces and G on displacements, and (q, 2) residuals: shut, and the sine of friction to sliding."""
-    C, G, r = np.zeros((len(f), 2, 3)), np.zeros((len(f), 2, 3)), np.zeros((len(f), 2))
-    k = np.flatnonzero(sets.pressed)
-    G[k, 0, 0], r[k, 0] = 1.0, d[k, 0] + 1.0
-    k = np.flatnonzero(sets.rubbing)
-    share = 1.0 / np.maximum(np.hypot(f[k, 1], f[k, 2]) * np.hypot(d[k, 1], d[k, 2]), 1e-9)
-    r[k, 1] = (f[k, 1] * d[k, 2] - f[k, 2] * d[k, 1]) * share
-    C[k, 1, 1], C[k, 1, 2] = d[k, 2] * share, -d[k, 1] * share
-    G[k, 1, 1], G[k, 1, 2] = -f[k, 2] * share, f[k, 1] * share
-    return C, G, r
+    off, rows = system.residual(f), PointRows.empty(len(f), 2)
+    rows.shut(sets.pressed, d)
+    rows.sine(sets.rubbing, f, d)
+    worst = max(float(np.max(np.abs(off), initial=0.0)), float(np.max(np.abs(rows.r), initial=0.0)))
+    W, slope, M, bend = _metrics(sets, at.rim, walls, c)
+    step = Eliminated(doubled, system, W, M, rows, rows.slack(SLACK)).step(off, rows.r, slope, bend)
+    return worst, step.df, step.dq
 
 
 def _metrics(
     sets: _Sets, rim: Bools, walls: tuple[list[_Wall], list[_Wall]], c: float
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """W and what the barrier adds to forces; M and the barrier's pull on displacements. At the rim no force moves."""
+    """W and the barrier's slope on forces; M and its slope on displacements. At the rim no force moves."""
     q = len(sets.pressed)
     H, pull, M, motion_pull = np.zeros((q, 3, 3)), np.zeros((q, 3)), np.zeros((q, 3, 3)), np.zeros((q, 3))
     for wall in walls[0]:
@@ -251,4 +225,4 @@ def _metrics(
     scale = 1.0 / np.sqrt(H[:, i, i])
     both = scale[:, :, None] * scale[:, None, :]
     W = np.asarray(np.linalg.inv(H * both), float) * both * (active[:, :, None] & active[:, None, :])
-    return W, apply(W, pull), M, motion_pull
+    return W, -pull, M, -motion_pull

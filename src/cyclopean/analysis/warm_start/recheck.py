@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.analysis.checking import decide
-from cyclopean.analysis.coupled.block_newton import Doubled
+from cyclopean.analysis.coupled.kkt import Doubled
 from cyclopean.analysis.coupled.polish import attempt
 from cyclopean.analysis.coupled.search import CoupledOutcome
 from cyclopean.analysis.coupled.states import Bounds

@@ -1,6 +1,6 @@
 """How new stones sit on others that are known to stand: programme A for a few blocks, the rest held where it is.
 
-With the motion of the rest given, dd = dd0 + A'dq, and for prices beta, alpha of friction (see `coupled.sliding`)
+With the motion of the rest given, dd = dd0 + A'dq, and for prices beta, alpha of friction (see `coupled.halves`)
 
     min  sum (1 + dn0) fn + dd0_t.f_t + beta |f_t| + 1/2 alpha |f_t|^2     s.t.  A f = -p,  |f_t| <= mu fn
 
@@ -11,13 +11,12 @@ them costs no change: beta + alpha |f_t| = |dd_t|.
 """
 
 import numpy as np
-import scipy.sparse as sp
 
-from cyclopean.analysis.coupled.sliding import SlidingProgram, tolerances
+from cyclopean.analysis.coupled.halves import Halves
+from cyclopean.analysis.coupled.proximal import Prices
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.analysis.warm_start.region import region
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.solvers import ConicProgram, solve
 from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["seated"]
@@ -59,7 +58,7 @@ def seated(
         return None
     given = cut.given(system, dq)
     beta, alpha = _prices(part, bounds, f[point], system.gap(dq)[point], old[point])
-    found = _stiffened(part, given, beta, alpha, 2.0 * bounds.beta)
+    found = _stiffened(part, bounds, given, beta, alpha)
     if found is None:
         return None
     force, motion = f.copy(), dq.copy()
@@ -80,26 +79,16 @@ def _prices(part: EquilibriumSystem, bounds: Bounds, f: Floats, d: Floats, old: 
 
 
 def _stiffened(
-    part: EquilibriumSystem, given: Floats, beta: Floats, alpha: Floats, least: float
+    part: EquilibriumSystem, bounds: Bounds, given: Floats, beta: Floats, alpha: Floats
 ) -> tuple[Floats, Floats] | None:
     """(q, 3) forces and (6 k,) motion; None where nothing balances."""
-    program = SlidingProgram(part, least)
-    q, rows = part.points, len(part.p)
-    b = np.zeros(program.A.shape[0])
-    b[:rows] = -part.p
-    cost = np.zeros(program.size)
-    cost[: 3 * q] = given.ravel()
-    cost[0 : 3 * q : 3] += 1.0
-    cost[3 * q :] = beta[program.rough]
-    f, motion = np.zeros((q, 3)), np.zeros(rows)
+    halves, one = Halves(part, bounds), np.ones(part.points)
+    f, motion = np.zeros((part.points, 3)), np.zeros(len(part.p))
     for _ in range(ROUNDS):
-        curve = np.zeros(program.size)
-        curve[1 : 3 * q : 3] = curve[2 : 3 * q : 3] = alpha
-        matrix = sp.diags(curve, format="csc")
-        answer = solve(ConicProgram(matrix, cost, program.A, b, program.cones), **tolerances(part.blocks))
+        answer = halves.priced(Prices(one, beta, alpha), given)
         if answer.word != "solved":
             return None
-        f, motion = answer.x[: 3 * q].reshape(-1, 3), answer.z[:rows]
+        f, motion = answer.f, answer.dq
         d = given + part.gap(motion)
         tangent = np.hypot(f[:, 1], f[:, 2])
         over = np.hypot(d[:, 1], d[:, 2]) - beta - alpha * tangent
@@ -109,4 +98,4 @@ def _stiffened(
         alpha = np.where(bound, (alpha * tangent + over) / (EASE * np.maximum(tangent, 1e-9)), alpha)
     f = np.where((f[:, 0] > NOTHING[0])[:, None], f, 0.0)
     f[np.hypot(f[:, 1], f[:, 2]) < NOTHING[1], 1:] = 0.0
-    return f, motion.copy()
+    return f, motion
