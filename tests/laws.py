@@ -1,9 +1,17 @@
-"""How many examples a law is tried on: a quarter of them by default, all of them by `--thorough`."""
+"""How much a law is tried on: a quarter of its examples by default, all of them by `--thorough`."""
 
-__all__ = ["chosen", "examples", "quick"]
+import os
+from collections.abc import Sequence
+from typing import TypeVar
 
+import pytest
+
+__all__ = ["cases", "chosen", "examples", "nightly", "quick", "some"]
+
+Case = TypeVar("Case")
 _THOROUGH = [False]
-FEWEST = 5  # below that hypothesis tries little more than zeros and ones
+SHARE = 4  # one in so many is tried for every change
+FEWEST = 5  # examples; below that hypothesis tries little more than zeros and ones
 
 
 def chosen(thorough: bool) -> None:
@@ -18,4 +26,19 @@ def quick() -> bool:
 
 def examples(thorough: int) -> int:
     """How many examples a law gets that is given so many at night."""
-    return max(thorough // 4, min(thorough, FEWEST)) if quick() else thorough
+    return max(thorough // SHARE, min(thorough, FEWEST)) if quick() else thorough
+
+
+def cases(variable: str, thorough: int) -> int:
+    """How many random cases: what the variable of the environment says, or as many as for `examples`."""
+    return int(os.environ.get(variable) or examples(thorough))
+
+
+def some(thorough: Sequence[Case]) -> list[Case]:
+    """Cases that are alike but for a word: the first of every four, or all at night."""
+    return list(thorough[:: SHARE if quick() else 1])
+
+
+def nightly(test: object) -> object:
+    """A test that takes long and repeats in another order what quicker ones hold."""
+    return pytest.mark.skipif(quick(), reason="runs with --thorough")(test)

@@ -16,6 +16,7 @@ from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cone, Cylinder, Sphere
 from cyclopean.io import MESH_SUFFIXES, read_model
+from laws import nightly
 
 MADE = [
     (["stack", 3, "--size", "1,2,0.5", "--offset", "-0.2", "--slope", "10"],
@@ -218,6 +219,7 @@ def test_a_polygonal_wall_that_cannot_be_made(run, argv, says):
     assert os.listdir() == []
 
 
+@nightly  # each run of continuous integration does the demo by itself
 def test_demo_draws_a_wall_finds_it_stones_and_proves_it(run):
     status, out, err = run("demo")
     assert status == 0

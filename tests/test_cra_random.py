@@ -5,7 +5,6 @@ certificate that verifies; and damaged certificates are rejected, sealed anew or
 says that what they prove of the changed model is true. Set CYCLOPEAN_CASES to run more or fewer.
 """
 
-import os
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -20,9 +19,10 @@ from cyclopean.analysis.coupled.at_scale import solve_at_scale
 from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.proving import coupled_claim, prove
 from cyclopean.proof import seal, verify
+from laws import cases, nightly
 from second_opinion import conditions
 
-CASES = min(int(os.environ.get("CYCLOPEAN_CASES", "100")), 500)
+CASES = min(cases("CYCLOPEAN_CASES", 100), 500)
 BATCH = 10
 NODES = 30  # of the refuting search: decides what is easy to refute, and the suite stays quick
 SECONDS = 1.5  # of the whole search; a second way of asking gets a third of it
@@ -106,6 +106,7 @@ def test_damaged_certificates_are_rejected(first: int) -> None:
                 assert conditions(wrong) <= 0.0, where
 
 
+@nightly
 def test_few_are_undecided() -> None:
     """What 30 nodes do not settle: of 500 cases 111 (22 %), all but one of them squeezed or wedged."""
     undecided = [seed for seed in range(CASES) if answer(seed).verdict == "undecided"]

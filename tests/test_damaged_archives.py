@@ -22,10 +22,11 @@ from cyclopean.errors import InputError
 from cyclopean.io import archives, write_exchange, write_mesh
 from cyclopean.io.fields import ROWS
 from cyclopean.io.stone_cache import Reading, packed
+from laws import cases
 
 resource = pytest.importorskip("resource", reason="this system has no limits for a process")
 
-CASES = int(os.environ.get("CYCLOPEAN_DAMAGED", "300"))
+CASES = cases("CYCLOPEAN_DAMAGED", 300)
 SHARES = {"model.glb": 0.3, "model.ifc": 0.25, "model.3dm": 0.05, "pack.npz": 0.4}
 NEEDS = {"model.ifc": "ifcopenshell", "model.3dm": "rhino3dm"}
 ROOM = 1 << 30  # bytes beside what the process has when everything is loaded
@@ -38,6 +39,7 @@ from cyclopean.errors import InputError
 from cyclopean.io import read_model
 from cyclopean.io.npz import UNREADABLE, arrays_of
 from cyclopean.io.stone_cache import read_pack
+from laws import cases
 
 for name in sys.argv[3:]:
     if importlib.util.find_spec(name):

@@ -17,9 +17,10 @@ import pytest
 from cyclopean.cli import main
 from cyclopean.io import write_exchange, write_mesh, write_model
 from cyclopean.proof import seal
+from laws import cases
 from test_io_fuzz import FEWER, FORMATS, PAIR, ascii_ply, binary_stl, compas, damaged, dump
 
-CASES = int(os.environ.get("CYCLOPEAN_CLI_FUZZ", "400"))
+CASES = cases("CYCLOPEAN_CLI_FUZZ", 400)
 LIMIT = 10  # s
 COMMANDS = ("check", "check", "info", "convert")
 OTHERS = [

@@ -5,7 +5,6 @@ seeds are fixed; `CYCLOPEAN_FUZZ` asks for another number of cases of each forma
 """
 
 import json
-import os
 import random
 import struct
 import time
@@ -16,8 +15,9 @@ import pytest
 from cyclopean.assembly import Assembly, Block, Contacts, Load
 from cyclopean.errors import InputError
 from cyclopean.io import read_model, write_exchange, write_mesh, write_model
+from laws import cases
 
-CASES = int(os.environ.get("CYCLOPEAN_FUZZ", "250"))  # of each of eleven files
+CASES = cases("CYCLOPEAN_FUZZ", 250)  # of each of eleven files
 FEWER = {"model.3dm": 10}  # each that is not plainly broken costs a process of its own: one case for so many of others
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)

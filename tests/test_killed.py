@@ -6,8 +6,6 @@ CYCLOPEAN_KILLS=20 kills each command at twenty moments, drawn evenly from the t
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -15,13 +13,12 @@ import numpy as np
 import pytest
 
 from cyclopean.io.checkpoints import Checkpoints
+from laws import nightly
+from processes import SMALL, called, drawn
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs what Unix has")
 
 KILLS = int(os.environ.get("CYCLOPEAN_KILLS", "1"))
-LONG = 300.0  # s: that a busy machine may take
-STONES = "make stones --count 7 --seed 2 --detail 1 --out stones.glb"
-WALL = "make polygonal --columns 3 --rows 2 --width 1.4 --height 0.9 --depth 0.3 --out wall.json"
 COMMANDS = {
     "match": "match stones.glb wall.json --out {0} --workers 2 --negotiate 1 --rounds 2",
     "settle": "settle stones.glb --out {0}/a.json --json {0}/b.json --workers 2 --ways 2 --yaws 2 --look-ahead 2",
@@ -31,22 +28,8 @@ COMMANDS = {
 
 @pytest.fixture(scope="module")
 def yard(tmp_path_factory):
-    place = tmp_path_factory.mktemp("yard")
-    for line in (STONES, WALL):
-        subprocess.run([sys.executable, "-m", "cyclopean", *line.split()], cwd=place, check=True, capture_output=True)
-    return place
-
-
-def called(line, place, seconds=LONG):
-    """Status of a command; it is killed after so many seconds."""
-    argv = [sys.executable, "-m", "cyclopean", *line.split()]
-    with subprocess.Popen(argv, cwd=place, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
-        try:
-            process.communicate(timeout=seconds)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.communicate(timeout=LONG)  # its workers end too, and let go of the pipe
-    return process.returncode
+    with pytest.MonkeyPatch.context() as patch:
+        return drawn(tmp_path_factory.mktemp("yard"), SMALL, patch)
 
 
 def held(folder):
@@ -68,20 +51,21 @@ def test_a_run_that_was_killed_comes_to_the_same_end(yard, command):
     line, whole = COMMANDS[command], yard / f"whole-{command}"
     whole.mkdir()
     began = time.monotonic()
-    assert called(line.format(whole), yard) == 0
+    assert called(line.format(whole), yard)[0] == 0
     took = time.monotonic() - began
     for k, moment in enumerate(np.random.default_rng(1).uniform(0.0, took, KILLS)):
         place = yard / f"killed-{command}-{k}"
         place.mkdir()
-        assert called(line.format(place), yard, moment) in (0, -signal.SIGKILL)
-        assert called(line.format(place), yard) == 0
+        assert called(line.format(place), yard, moment)[0] in (0, -signal.SIGKILL)
+        assert called(line.format(place), yard)[0] == 0
         assert held(place) == held(whole)
 
 
+@nightly
 def test_a_cluster_that_loses_a_worker_answers_the_same(run, monkeypatch):
     """One of its two processes is killed as soon as the first part of the work is done."""
     distributed = pytest.importorskip("distributed", reason="needs dask")
-    for line in (STONES, WALL):
+    for line in SMALL:
         assert run(*line.split())[0] == 0
     for name in ("alone", "together"):
         Path(name).mkdir()

@@ -4,15 +4,14 @@ The fast path must give the right word on every one, with a certificate that ver
 code with it beyond A and p, must give the same. Set CYCLOPEAN_CASES to run more or fewer.
 """
 
-import os
-
 import numpy as np
 import pytest
 
 from cyclopean.analysis import Settings, check
+from laws import cases
 from near_limit import random_case
 
-CASES = int(os.environ.get("CYCLOPEAN_CASES", "2000"))
+CASES = cases("CYCLOPEAN_CASES", 2000)
 BATCH = 50
 
 

@@ -26,6 +26,7 @@ from cyclopean.errors import InputError
 from cyclopean.io import write_model
 from cyclopean.io.stones import read_stones
 from fixtures_stones import SCANS, box, largest_overlap, needs_scans, sphere
+from laws import nightly
 
 
 def stone(vertices, triangles, name="a"):
@@ -355,6 +356,7 @@ def test_wedges_steady_stones_that_would_rock():
     assert largest_overlap(found.assembly)[0] <= OVERLAP
 
 
+@nightly
 @needs_scans
 def test_real_scans_stand_beside_each_other():
     inventory, _ = read_stones(SCANS, "m")
