@@ -12,7 +12,7 @@ import numpy as np
 
 from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide_rigid
 from cyclopean.analysis.equilibrium.neighbour import Neighbour
-from cyclopean.analysis.limit_analysis.limit import find_limit, limit_of
+from cyclopean.analysis.limit_analysis.limit import Found, find_limit, proved_limit
 from cyclopean.analysis.limit_analysis.live_load import Live
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.proving import polished, prove, rigid_claim
@@ -104,14 +104,15 @@ def _least_tilt(model: PreparedModel) -> tuple[Bracket | None, float | None]:
     """Tilt towards the worst azimuth, and that azimuth; None where gravity is not vertical, or nothing falls."""
     if model.gravity[:2].any() or not model.gravity[2] < 0.0 or model.settled is not None or model.fixed.all():
         return None, None
-    found = [
-        (find_limit(model, Live(tilt=float(az))).outcome, float(az)) for az in np.arange(AZIMUTHS) * 360.0 / AZIMUTHS
-    ]
-    bounded = [(outcome.upper, azimuth) for outcome, azimuth in found if outcome.word == "limit"]
+    found: dict[float, Found] = {}
+    for azimuth in np.linspace(0.0, 360.0, AZIMUTHS, endpoint=False).tolist():
+        known = next(iter(found.values())).growing if found and not model.assembly.loads else None
+        found[azimuth] = find_limit(model, Live(tilt=azimuth), beside=known)
+    bounded = [(one.outcome.upper, azimuth) for azimuth, one in found.items() if one.outcome.word == "limit"]
     if not bounded:
         return None, None
     _, azimuth = min(bounded)
-    result = limit_of(model, Live(tilt=azimuth))  # proved
+    result = proved_limit(model, Live(tilt=azimuth), found[azimuth])
     lower, upper = result.angle or (None, None)
     return (None, None) if lower is None else (Bracket(lower, upper, result.governing), azimuth)
 

@@ -11,6 +11,7 @@ from cyclopean.statics.equilibrium import EquilibriumSystem
 
 __all__ = ["Schur"]
 
+ALONE = 200  # blocks up to which threads cost more than they save
 BATCH = 4  # contact points an element takes together; most joints have four corners
 
 
@@ -36,6 +37,7 @@ class Schur:
         indices = unique % max(self.size, 1)
         indptr = np.searchsorted(unique // max(self.size, 1), np.arange(self.size + 1))
         self._entries = len(unique)
+        threads = 1 if threads is None and system.blocks <= ALONE else threads
         self.symbolic: Symbolic = analyse(indptr, indices, backend, threads)
 
     def on(self, system: EquilibriumSystem) -> "Schur":

@@ -116,17 +116,17 @@ def solve_rbe(
     if cone.kind != "exact" or solver == "clarabel":
         return _by_clarabel(system, cone, weights, [])
     chain = {"auto": ("newton", "interior"), "newton": ("newton",), "interior": ("interior",)}[solver]
-    if schur is None or weights != (1.0, 1.0):
-        schur = Schur(scaled)
+    schur = Schur(system) if schur is None else schur
+    columns = schur if weights == (1.0, 1.0) else schur.on(scaled)
     lost = (LOST + 20.0 / system.blocks) * float(np.max(1.0 / stretch))
     tried: list[dict[str, Any]] = []
     outcome = Outcome("undecided")
     for name in chain:
         if name == "interior" and scaled.mu.min() < SMALLEST_MU:
             continue
-        before = schur.factorisations
-        answer = _attempt(name, scaled, schur, lost if solver == "auto" else np.inf)
-        tried.append({"solver": name, "word": answer.word, "factorisations": schur.factorisations - before})
+        before = columns.factorisations
+        answer = _attempt(name, scaled, columns, lost if solver == "auto" else np.inf)
+        tried.append({"solver": name, "word": answer.word, "factorisations": columns.factorisations - before})
         found = replace(answer, f=answer.f * stretch)
         outcome = _settled(system, found, name, tried, schur)
         if outcome.word != "undecided":
@@ -196,25 +196,26 @@ def _settled(
         f = project_cones(answer.f, system.mu)
         balance = _balance(system, f)
         if schur is not None and not (balance <= 1e-2 * BALANCE):
-            f, balance = _repaired(system, f, balance)
+            f, balance = _repaired(system, schur, f, balance)
         return Outcome("balanced" if balance <= BALANCE else "undecided", f, None, balance, 0.0, provenance)
     y, bound = answer.y, collapse_bound(system, answer.y)
     if schur is not None and PROMISING < bound < 3.0 * COLLAPSE:
-        extra = Schur(system)
-        y = sharpen_mechanism(system, extra, y)
+        before = schur.factorisations
+        y = sharpen_mechanism(system, schur, y)
         bound = collapse_bound(system, y)
-        tried.append({"solver": "sharpening", "word": name, "factorisations": extra.factorisations})
+        tried.append({"solver": "sharpening", "word": name, "factorisations": schur.factorisations - before})
     provenance["factorisations"] = sum(t["factorisations"] for t in tried)
     return Outcome("collapse" if bound >= COLLAPSE else "undecided", None, y, np.inf, bound, provenance)
 
 
-def _repaired(system: EquilibriumSystem, f: Floats, balance: float, rounds: int = 4) -> tuple[Floats, float]:
+def _repaired(
+    system: EquilibriumSystem, schur: Schur, f: Floats, balance: float, rounds: int = 4
+) -> tuple[Floats, float]:
     """Restore A f = -p by moves f += D A' (A D A')^-1 r with D the inverse Hessian of the cone's barrier at f.
 
     In x = (mu fn, fu, fv) that is D = 2 x x' - det(x) J: points at the apex stay there, and others move little
     across their cone's side. What still leaves a cone is projected back, and the best state met is returned.
     """
-    schur = Schur(system)
     stretch = np.ones_like(f)
     stretch[:, 0] = 1.0 / np.maximum(system.mu, SMALLEST_MU)
     scale = stretch[:, :, None] * stretch[:, None, :]
@@ -294,7 +295,7 @@ def balanced(system: EquilibriumSystem, x: Floats, repair: bool = True) -> tuple
     """Forces of a solver put into the exact cones and, where that is needed, back into balance; and how good."""
     f = project_cones(x.reshape(-1, 3), system.mu)
     balance = _balance(system, f)
-    return _repaired(system, f, balance) if repair and not (balance <= 1e-2 * BALANCE) else (f, balance)
+    return _repaired(system, Schur(system), f, balance) if repair and not (balance <= 1e-2 * BALANCE) else (f, balance)
 
 
 def _condemned(system: EquilibriumSystem, y: Floats, provenance: dict[str, Any]) -> Outcome:

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from cyclopean.analysis.equilibrium.exact_balance import Balance, exact_balance, own_loads, product, stretched
+from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
 from cyclopean.analysis.limit_analysis.live_load import Live, live_loads
 from cyclopean.analysis.limit_analysis.load_family import Pencil, pencil
 from cyclopean.analysis.preparation import PreparedModel
@@ -40,6 +41,17 @@ class GrowingModel:
     def schur(self) -> Schur | None:
         """S of the system, whatever loads act; None without contacts."""
         return Schur(self.system) if self.system.points else None
+
+    @cached_property
+    def rest(self) -> Outcome:
+        """What rigid-block equilibrium says of the dead loads alone."""
+        return solve_rbe(self.system, schur=self.schur)
+
+    def beside(self, live: Live) -> "GrowingModel":
+        """The same under other live loads: what is known of the dead loads is kept."""
+        other = GrowingModel.of(self.model, live)
+        other.__dict__.update(system=self.system, schur=self.schur, rest=self.rest)
+        return other
 
     @cached_property
     def live(self) -> Floats:

@@ -27,7 +27,7 @@ from cyclopean.statics import turned_gravity
 
 BACK = 1e-8  # radians between what a solver says of a tilt and what is proved: room for forces, and for a motion
 
-__all__ = ["Found", "find_limit", "limit", "limit_of"]
+__all__ = ["Found", "find_limit", "limit", "proved_limit"]
 
 
 def limit(
@@ -77,37 +77,16 @@ def limit(
     budget = UNLIMITED if seconds is None else Budget(seconds)
     clock = {"start": time.perf_counter()}
     model = prepare(assembly, settings, progress, clock)
-    result = limit_of(model, live, solver, progress, budget)
-    contacts = {"contacts": clock["contacts"] - clock["margin"]}
-    return replace(result, seconds=contacts | result.seconds | {"total": time.perf_counter() - clock["start"]})
-
-
-def limit_of(
-    model: PreparedModel,
-    live: Live,
-    solver: str = "auto",
-    progress: Callable[[str], None] = lambda _: None,
-    budget: Budget = UNLIMITED,
-) -> LimitResult:
-    """Do the same for a model that is ready for analysis; its `seconds` are those of the solution and of the proof."""
-    clock = {"start": time.perf_counter()}
+    clock["ready"] = time.perf_counter()
     progress("solving")
     found = find_limit(model, live, solver, budget.before_proof(len(model.contacts.point)))
     clock["solved"] = time.perf_counter()
     progress("verifying")
-    proved = prove_bounds(found.growing, found.outcome, found.angle is None, budget)
+    result = proved_limit(model, live, found, budget)
     clock["verified"] = time.perf_counter()
-    seconds = {"solve": clock["solved"] - clock["start"], "verify": clock["verified"] - clock["solved"]}
-    return replace(_result(model, live, found, proved), seconds=seconds)
-
-
-def find_limit(model: PreparedModel, live: Live, solver: str = "auto", budget: Budget = UNLIMITED) -> "Found":
-    """What the solvers find, before anything is proved."""
-    if live.tilt is not None and _turns_unevenly(model, live.tilt):
-        return _turned(model, live.tilt, solver, budget)
-    growing = GrowingModel.of(model, live)
-    outcome = solve_limit(growing.pencil, solver, budget)
-    return Found(growing, in_users_units(outcome, growing.pencil.unit))
+    spans = {"contacts": ("margin", "contacts"), "solve": ("ready", "solved"), "verify": ("solved", "verified")}
+    stages = {name: clock[end] - clock[start] for name, (start, end) in spans.items()}
+    return replace(result, seconds=stages | {"total": time.perf_counter() - clock["start"]})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,6 +96,21 @@ class Found:
     growing: GrowingModel
     outcome: LimitOutcome
     angle: tuple[float | None, float | None] | None = None  # radians at multipliers 0 and 1, where they stand for that
+
+
+def find_limit(
+    model: PreparedModel,
+    live: Live,
+    solver: str = "auto",
+    budget: Budget = UNLIMITED,
+    beside: GrowingModel | None = None,
+) -> Found:
+    """What the solvers find, before anything is proved; from what is known `beside`, of other live loads."""
+    if live.tilt is not None and _turns_unevenly(model, live.tilt):
+        return _turned(model, live.tilt, solver, budget)
+    growing = GrowingModel.of(model, live) if beside is None else beside.beside(live)
+    outcome = solve_limit(growing.pencil, solver, budget, growing.schur, growing.rest)
+    return Found(growing, in_users_units(outcome, growing.pencil.unit))
 
 
 def _turns_unevenly(model: PreparedModel, azimuth: float) -> bool:
@@ -142,7 +136,9 @@ def _turned(model: PreparedModel, azimuth: float, solver: str, budget: Budget) -
     return Found(GrowingModel(replace(model, gravity=first), last - first), turn.outcome, (low, end))
 
 
-def _result(model: PreparedModel, live: Live, found: Found, proved: Proved) -> LimitResult:
+def proved_limit(model: PreparedModel, live: Live, found: Found, budget: Budget = UNLIMITED) -> LimitResult:
+    """What of it the checker confirms."""
+    proved = prove_bounds(found.growing, found.outcome, found.angle is None, budget)
     system, outcome = found.growing.system, found.outcome
     lower, upper = proved.lower, proved.upper
     if found.angle is not None:  # 0 and 1 stand for two angles

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from cyclopean.analysis.equilibrium.newton import collapse_bound
-from cyclopean.analysis.equilibrium.rbe import COLLAPSE, solve_rbe
+from cyclopean.analysis.equilibrium.rbe import COLLAPSE, Outcome, solve_rbe
 from cyclopean.analysis.equilibrium.reference import BIG
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
 from cyclopean.analysis.limit_analysis.interior import SCALE, SMALLEST_MU, LimitPoint, Start, limit_interior
@@ -47,7 +47,13 @@ class LimitOutcome:
     provenance: dict[str, Any] = field(default_factory=dict)
 
 
-def solve_limit(loads: Pencil, solver: str = "auto", budget: Budget = UNLIMITED) -> LimitOutcome:
+def solve_limit(
+    loads: Pencil,
+    solver: str = "auto",
+    budget: Budget = UNLIMITED,
+    schur: Schur | None = None,
+    rest: Outcome | None = None,
+) -> LimitOutcome:
     """Find the largest s with A f = -(p0 + s q), f in K.
 
     "auto" takes the structured interior point, and Clarabel where that does not close the gap; what either finds is
@@ -61,21 +67,24 @@ def solve_limit(loads: Pencil, solver: str = "auto", budget: Budget = UNLIMITED)
         One of them alone, or both.
     budget : Budget
         When to stop; both bounds are then as far apart as they are.
+    schur, rest : optional
+        S of the system, and what rigid-block equilibrium says without live loads, where they are known.
     """
     tried: list[dict[str, Any]] = []
-    rest = solve_rbe(loads.system)
+    schur = Schur(loads.system) if schur is None and loads.system.points else schur
+    rest = solve_rbe(loads.system, schur=schur) if rest is None else rest
     spent = int(rest.provenance.get("factorisations", 0))
     tried.append({"solver": f"rbe: {rest.provenance['solver']}", "word": rest.word, "factorisations": spent})
     if rest.word == "collapse" and rest.provenance["solver"] == "connectivity":
         return _settled(_fallen(loads, rest.y), tried)
-    if loads.system.points == 0:
+    if schur is None:
         return LimitOutcome("undecided", provenance={"solver": "none", "tried": tried})
-    outcome = _bounded(loads, solver, rest.f if rest.word == "balanced" else None, tried, budget)
+    outcome = _bounded(loads, schur, solver, rest.f if rest.word == "balanced" else None, tried, budget)
     if rest.word != "collapse":
         return _settled(outcome, tried)
     if outcome.word == "falls" or outcome.y is None:  # no multiplier at all was found
         return _settled(_fallen(loads, outcome.y if outcome.word == "falls" else rest.y), tried)
-    back = _bounded(loads.turned(), solver, None, tried, budget)
+    back = _bounded(loads.turned(), schur, solver, None, tried, budget)
     least = -back.lower if back.word in ("limit", "undecided") else -np.inf
     return _settled(replace(outcome, word="falls", least=least), tried)
 
@@ -99,11 +108,10 @@ def _fallen(loads: Pencil, y: Floats | None) -> LimitOutcome:
 
 
 def _bounded(
-    loads: Pencil, solver: str, f0: Floats | None, tried: list[dict[str, Any]], budget: Budget
+    loads: Pencil, schur: Schur, solver: str, f0: Floats | None, tried: list[dict[str, Any]], budget: Budget
 ) -> LimitOutcome:
     """Both bounds of the largest s; `f0` are forces at s = 0, where there are any."""
     chain = ("interior", "clarabel") if solver == "auto" else (solver,)
-    schur = Schur(loads.system)
     bracket = Bracket()
     if f0 is not None:
         bracket.raise_lower(loads, f0, 0.0)
