@@ -26,7 +26,7 @@ are held stay as they are drawn. A cell without a stone is left out, with its jo
 the best plane through their corners stay that plane, and both faces are laid into it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -98,50 +98,34 @@ def carved_wall(
         raise InputError(f"corners: a contact needs at least 3, got {corners}")
     held = supports(wall)[0] if fixed is None else sealed("fixed", fixed, len(wall), dtype=np.bool_)
     stones = _by_block(wall, carved, held.tolist())
+    present = [i for i in range(len(wall)) if held[i] or i in stones]
+    place = np.full(len(wall), -1)
+    place[present] = np.arange(len(present))
     joints, furthest = _drawn_joints(wall)
-    tolerance = length_tolerance(wall)
+    tolerance, frames = length_tolerance(wall), joints.frame
+    near = max(tolerance, 2.0 * furthest)
+    ends = np.stack([joints.a, joints.b], 1)
     touching, kept = np.zeros(len(joints)), np.ones(len(joints))
-    frames = joints.frame
     polygons: list[Floats] = []
     which: list[int] = []
-    for k in range(len(joints)):
-        ends = int(joints.a[k]), int(joints.b[k])
-        if any(i not in stones and not held[i] for i in ends):
-            continue
-        found = _touching(
-            joints.polygon(k),
-            frames[k],
-            [stones.get(i) for i in ends],
-            max(tolerance, 2.0 * furthest),
-            corners,
-            tolerance,
-        )
+    for k in np.flatnonzero((place[ends] >= 0).all(axis=1)).tolist():
+        sides = [stones.get(i) for i in ends[k].tolist()]
+        found = _touching(joints.polygon(k), frames[k], sides, near, corners, tolerance)
         if found is not None:
             polygon, touching[k], kept[k] = found
             polygons.append(polygon)
             which.append(k)
-    present = [i for i in range(len(wall)) if held[i] or i in stones]
-    place = {block: k for k, block in enumerate(present)}
-    number = np.full(len(wall), -1)
-    number[present] = np.arange(len(present))
     loaded = surface_loads_at_points(wall)
-    contacts = Contacts.of(
-        [(place[int(joints.a[k])], place[int(joints.b[k])]) for k in which],
-        polygons,
-        [None if np.isnan(joints.mu[k]) else float(joints.mu[k]) for k in which],
-    )  # dry, whatever the drawn joint may pull: hulls are larger than what touches
+    mu = [None if np.isnan(joints.mu[k]) else float(joints.mu[k]) for k in which]
+    # dry, whatever the drawn joint may pull: hulls are larger than what touches
+    contacts = Contacts.of([(int(a), int(b)) for a, b in place[ends[which]]], polygons, mu)
     blocks = tuple(_block(wall.blocks[i], stones.get(i), bool(held[i])) for i in present)
-    built = part(loaded, blocks, contacts, number, name=f"{wall.name}, carved")
-    missing = tuple(block.id for i, block in enumerate(wall.blocks) if i not in place)
-    return CarvedWall(
-        built,
-        missing,
-        joints.area,
-        touching,
-        kept,
-        np.array(which, np.int64),
-        _notes(wall, joints, missing, touching, _loads(loaded) - _loads(built), place),
-    )
+    built = part(loaded, blocks, contacts, place, name=f"{wall.name}, carved")
+    missing = tuple(wall.blocks[i].id for i in np.flatnonzero(place < 0))
+    apart = np.flatnonzero((place[ends] >= 0).all(axis=1) & ~(touching > 0.0))
+    names = [f"{wall.blocks[a].id}-{wall.blocks[b].id}" for a, b in ends[apart]]
+    notes = _notes(missing, _loads(loaded) - _loads(built), bool(joints.strength.any()), names)
+    return CarvedWall(built, missing, joints.area, touching, kept, np.array(which, np.int64), notes)
 
 
 def _by_block(wall: Assembly, carved: Sequence[Carved], held: Sequence[bool]) -> dict[int, Carved]:
@@ -187,8 +171,8 @@ def _touching(
     if not 2.0 * hull.area > tolerance * hull.length:  # a strip no wider than the tolerance, a line, nothing
         return None
     outline = shapely.get_coordinates(hull.exterior)[:-1]
-    ring = _inscribed(outline if _area(outline) > 0.0 else outline[::-1], corners)
-    return origin + ring @ frame[1:], float(region.area), float(_area(ring) / hull.area)
+    ring = _inscribed(outline if hull.exterior.is_ccw else outline[::-1], corners)
+    return origin + ring @ frame[1:], float(region.area), float(shapely.Polygon(ring).area / hull.area)
 
 
 def _faces_in_plane(stone: Carved, normal: Floats, origin: Floats, frame: Floats, near: float) -> Any:
@@ -202,12 +186,6 @@ def _faces_in_plane(stone: Carved, normal: Floats, origin: Floats, frame: Floats
     double = np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0])
     facing = double @ normal > ALIGNED * np.linalg.norm(double, axis=1)
     return shapely.union_all(shapely.polygons(local[flat[facing]] @ frame[1:].T))
-
-
-def _area(ring: Floats) -> float:
-    """Area (m2) of a ring; negative where it runs clockwise."""
-    x, y = (ring - ring[0]).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
 
 
 def _inscribed(ring: Floats, most: int) -> Floats:
@@ -231,31 +209,20 @@ def _loads(wall: Assembly) -> int:
     return len(wall.loads) + len(wall.actions)
 
 
-def _notes(
-    wall: Assembly,
-    joints: Contacts,
-    missing: Sequence[str],
-    touching: Floats,
-    loads_lost: int,
-    place: Mapping[int, int],
-) -> tuple[str, ...]:
+def _notes(missing: Sequence[str], loads_lost: int, pulled: bool, apart: Sequence[str]) -> tuple[str, ...]:
     """What a person should be told."""
     notes = []
     if missing:
         notes.append(f"{len(missing)} cell(s) have no stone: {_some(missing)}")
     if loads_lost:
         notes.append(f"{loads_lost} load(s) acted on cells that have no stone, and are left out")
-    if joints.strength.any():
+    if pulled:
         notes.append("what the drawn joints may pull is left out: carved joints are taken as dry")
-    there = np.array([int(a) in place and int(b) in place for a, b in zip(joints.a, joints.b, strict=True)], bool)
-    apart = np.flatnonzero(there & ~(touching > 0.0))
-    if len(apart):
-        names = [f"{wall.blocks[joints.a[k]].id}-{wall.blocks[joints.b[k]].id}" for k in apart]
-        notes.append(f"{len(apart)} drawn joint(s) do not touch once carved: {_some(names)}")
+    if apart:
+        notes.append(f"{len(apart)} drawn joint(s) do not touch once carved: {_some(apart)}")
     return tuple(notes)
 
 
 def _some(names: Sequence[str], most: int = 6) -> str:
-    return ", ".join(f"'{name}'" for name in names[:most]) + (
-        f" and {len(names) - most} more" if len(names) > most else ""
-    )
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(f"'{name}'" for name in names[:most]) + more
