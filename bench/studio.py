@@ -90,7 +90,7 @@ def measured(blocks: int, moves: int, method: str, picture: str | None) -> None:
         for share in (SHARES * (moves // len(SHARES) + 1))[:moves]:
             began = time.perf_counter()
             browser.slide(StudioPage.TILT, share, 120.0)
-            inside.append(page.desk.latest.answer.seconds)
+            inside.append(page.session.latest.answer.seconds)
             browser.settled(300.0)
             proved.append(time.perf_counter() - began)
             seen = json.loads(browser.wait("seen.picture && seen.painted && JSON.stringify(seen)", 60.0))

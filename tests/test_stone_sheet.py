@@ -32,10 +32,10 @@ def drawn(svg):
     found = []
     for group in ElementTree.fromstring(svg).findall(f"{SVG}g"):
         scale = float(re.search(r"scale\(([\d.]+)\)", group.get("transform"))[1])
-        steps = [
-            np.array(re.findall(r"-?\d+", face.get("d")), float).reshape(3, 2) for face in group.findall(f"{SVG}path")
-        ]
-        found.append((np.cumsum(steps, axis=1) * scale, [face.get("color") for face in group.findall(f"{SVG}path")]))
+        paths = group.findall(f"{SVG}path")
+        faces = [(way, path.get("color")) for path in paths for way in path.get("d").split("z")[:-1]]
+        steps = [np.array(re.findall(r"-?\d+", way), float).reshape(3, 2) for way, _ in faces]
+        found.append((np.cumsum(steps, axis=1) * scale, [colour for _, colour in faces]))
     return found
 
 
@@ -59,7 +59,7 @@ def test_all_stones_have_one_scale_and_a_bar_that_tells_it():
     (large, _), (small, _) = drawn(svg)
     wide = np.ptp(large[..., 0])
     assert wide == pytest.approx(2.0 * np.ptp(small[..., 0]), rel=0.01)
-    left, right = map(float, re.search(r'd="M([\d.]+) [\d.]+v8m0-4H([\d.]+)', svg).groups())
+    left, right = map(float, re.search(r'd="M([\d.]+) [\d.]+v10m0-5H([\d.]+)', svg).groups())
     name = next(t for t in text(svg) if t.endswith(" m") or t.endswith(" mm"))
     length = float(name.split()[0]) * (1e-3 if name.endswith("mm") else 1.0)
     assert (right - left) / length == pytest.approx(wide / 0.8, rel=0.01)

@@ -1,4 +1,4 @@
-"""The live page: at its desk, in a real browser, and as a command.
+"""The live page: its session, in a real browser, and as a command.
 
 What must never happen: "proved" beside a word whose certificate has not passed the checker, a word of one state beside
 another state, a file that replaces another.
@@ -28,15 +28,15 @@ from cyclopean.design import arch, wall
 from cyclopean.errors import InputError
 from cyclopean.io import read_model, write_model
 from cyclopean.proof import verify
-from cyclopean.view.studio import desk as desk_module
-from cyclopean.view.studio import solids
-from cyclopean.view.studio.desk import Desk, State
+from cyclopean.view import solids
+from cyclopean.view.solids import HEAD, Layer, Layers, arrow_solids, once, wires
+from cyclopean.view.studio import session as session_module
 from cyclopean.view.studio.latest_value import LatestValue
+from cyclopean.view.studio.live_scene import hit
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.panel import studio
 from cyclopean.view.studio.saving import claimed, save, written
-from cyclopean.view.studio.solids import HEAD, Sheet, Sheets, arrow_solids, once, wires
-from cyclopean.view.studio.stage import hit
+from cyclopean.view.studio.session import Session, State
 
 GRAVITY = np.array([0.0, 0.0, -9.80665])
 ARCH = arch(10, span=3.0, thickness=0.4)
@@ -44,7 +44,7 @@ LONG = 25.0  # s: a machine that is busy
 
 
 class Watched:
-    """A desk, and what it has shown."""
+    """A session, and what it has shown."""
 
     def __init__(self, model, method="rbe"):
         held = np.array([block.fixed is True for block in model.blocks])
@@ -52,7 +52,7 @@ class Watched:
         self.shown, self.said = queue.Queue(), queue.Queue()
         assumed = {"mu": 0.84, "gravity": GRAVITY.tolist()}
         first = State(home, Knobs(), method)
-        self.desk = Desk(first, Settings(), GRAVITY, assumed, self.shown.put, self.said.put)
+        self.session = Session(first, Settings(), GRAVITY, assumed, self.shown.put, self.said.put)
 
     def until(self, *stages):
         """Snapshots up to the first of one of these stages."""
@@ -67,11 +67,11 @@ def watched():
     made = Watched(ARCH)
     made.until("proved")
     yield made
-    made.desk.close()
+    made.session.close()
 
 
 def settled(watched, **knobs):
-    watched.desk.set(Knobs(**knobs))
+    watched.session.set(Knobs(**knobs))
     last = watched.until("proved", "undecided")[-1]
     while last.state.knobs != Knobs(**knobs):
         last = watched.until("proved", "undecided")[-1]
@@ -96,37 +96,37 @@ def test_what_is_assumed_goes_once_it_is_said(watched):
 
 def test_blocks_go_and_come_back_and_steps_can_be_undone(watched):
     settled(watched, tilt=0.0)
-    before = watched.desk.state.arrangement
+    before = watched.session.state.arrangement
     key = before.number("v05")
-    watched.desk.remove(key)
+    watched.session.remove(key)
     gone = watched.until("proved")[-1]
     assert (gone.word, len(gone.result.assembly)) == ("unstable", len(ARCH) - 1)
-    watched.desk.move(key, Pose(np.eye(3), np.array([0.0, 0.3, 0.0])))
+    watched.session.move(key, Pose(np.eye(3), np.array([0.0, 0.3, 0.0])))
     watched.until("proved")
-    watched.desk.move(key, Pose(np.eye(3), np.array([0.0, 0.35, 0.0])), keep=False)
+    watched.session.move(key, Pose(np.eye(3), np.array([0.0, 0.35, 0.0])), keep=False)
     watched.until("proved")
-    assert watched.desk.state.arrangement.poses.keys() == {key}
-    watched.desk.undo()
+    assert watched.session.state.arrangement.poses.keys() == {key}
+    watched.session.undo()
     assert watched.until("proved")[-1].state.arrangement.removed == {key}
-    watched.desk.undo()
+    watched.session.undo()
     assert watched.until("proved")[-1].word == "stable"
-    assert watched.desk.state.arrangement is before
-    watched.desk.undo()
+    assert watched.session.state.arrangement is before
+    watched.session.undo()
     assert watched.said.get(timeout=LONG) == "there is nothing to undo"
 
 
 def test_what_cannot_be_done_is_said(watched):
-    springers = np.flatnonzero(watched.desk.state.arrangement.held).tolist()
-    watched.desk.remove(springers[0])
+    springers = np.flatnonzero(watched.session.state.arrangement.held).tolist()
+    watched.session.remove(springers[0])
     watched.until("proved")
-    watched.desk.remove(springers[1])
+    watched.session.remove(springers[1])
     assert "the last support" in watched.said.get(timeout=LONG)
-    watched.desk.undo()
+    watched.session.undo()
     assert watched.until("proved")[-1].word == "stable"
 
 
 def test_provisional_is_what_a_slow_proof_makes_it(monkeypatch):
-    monkeypatch.setattr(desk_module, "PROMPT", -1.0)
+    monkeypatch.setattr(session_module, "PROMPT", -1.0)
     slow = Watched(ARCH, "cra")
     try:
         first = slow.until("proved")
@@ -135,14 +135,14 @@ def test_provisional_is_what_a_slow_proof_makes_it(monkeypatch):
         assert first[0].result.certificate is None
         assert "decided at rest" in first[0].sentence
         assert first[-1].result.certificate["kind"] == "cra-state"
-        slow.desk.set(Knobs(tilt=50.0))
+        slow.session.set(Knobs(tilt=50.0))
         falls = slow.until("proved")
         assert [(s.word, s.stage) for s in falls] == [("unstable", "provisional"), ("unstable", "proved")]
         for kind in ("report", "certificate"):
             with pytest.raises(InputError, match="provisional"):
                 written(kind, falls[0])
     finally:
-        slow.desk.close()
+        slow.session.close()
 
 
 def test_changes_that_come_at_once_are_answered_once():
@@ -150,13 +150,13 @@ def test_changes_that_come_at_once_are_answered_once():
     try:
         many.until("proved")
         for k in range(200):
-            many.desk.set(Knobs(tilt=0.02 * k))
+            many.session.set(Knobs(tilt=0.02 * k))
         shown = many.until("proved")
         while shown[-1].state.knobs.tilt != pytest.approx(3.98):
             shown += many.until("proved")
         assert len(shown) < 60
     finally:
-        many.desk.close()
+        many.session.close()
 
 
 def test_saved_files_say_what_the_page_says_and_replace_nothing(watched, tmp_path):
@@ -195,8 +195,8 @@ def test_a_ray_meets_the_nearest_triangle():
 def test_an_arrow_has_the_volume_of_a_prism_and_a_pyramid():
     """By hand: an octagon of radius r has area 2 sqrt(2) r2; from the middle of the neck, where the shaft is open."""
     r, head = 0.02, solids.LONG * 0.02
-    sheet = arrow_solids(np.array([[[0.0, 0, 0], [0, 0, 1]]]), np.asarray, "a", "#000000", r)
-    triangle = sheet.vertex.astype(float)[sheet.face] - [0.0, 0.0, 1.0 - head]
+    layer = arrow_solids(np.array([[[0.0, 0, 0], [0, 0, 1]]]), np.asarray, "a", "#000000", r)
+    triangle = layer.vertex.astype(float)[layer.face] - [0.0, 0.0, 1.0 - head]
     volume = np.linalg.det(triangle).sum() / 6.0
     area = 2.0 * np.sqrt(2.0) * r**2
     assert volume == pytest.approx(area * (1.0 - head) + HEAD**2 * area * head / 3.0, rel=1e-5)
@@ -205,8 +205,8 @@ def test_an_arrow_has_the_volume_of_a_prism_and_a_pyramid():
 def test_arrows_and_wires_go_from_end_to_end():
     rng = np.random.default_rng(5)
     arrow = rng.normal(size=(300, 2, 3))
-    sheet = arrow_solids(arrow, np.asarray, "a", "#000000", 1e-3)
-    corner = sheet.vertex.reshape(300, -1, 3)
+    layer = arrow_solids(arrow, np.asarray, "a", "#000000", 1e-3)
+    corner = layer.vertex.reshape(300, -1, 3)
     foot, tip = corner[:, :3].mean(axis=1), corner[:, -1]
     assert np.allclose(np.stack([foot, tip], 1), arrow, atol=1e-6)
     along = arrow[:, 1] - arrow[:, 0]
@@ -256,26 +256,26 @@ class Recorded:
 
 def test_only_what_has_changed_is_sent():
     scene = Recorded()
-    sheets = Sheets(scene)
+    layers = Layers(scene)
     vertex, face = np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.uint32)
-    sheets.put(Sheet("a", vertex, face[:0], "#000000"))
+    layers.put(Layer("a", vertex, face[:0], "#000000"))
     assert scene.take() == []
-    sheets.put(Sheet("a", vertex, face, "#000000"))
+    layers.put(Layer("a", vertex, face, "#000000"))
     assert scene.take() == [("mesh", "a")]
-    sheets.put(Sheet("a", vertex.copy(), face.copy(), "#000000"))
+    layers.put(Layer("a", vertex.copy(), face.copy(), "#000000"))
     assert {name for name, _ in scene.take()} <= {
         "opacity",
         "visible",
     }  # viser itself sends these only when they change
-    sheets.put(Sheet("a", 2.0 * vertex, face, "#000000"))
+    layers.put(Layer("a", 2.0 * vertex, face, "#000000"))
     assert ("vertices", 3) in (sent := scene.take())
     assert "faces" not in dict(sent)
-    sheets.put(Sheet("a", 2.0 * vertex, face := np.repeat(face, 2, 0), "#000000"))
+    layers.put(Layer("a", 2.0 * vertex, face := np.repeat(face, 2, 0), "#000000"))
     assert ("faces", 2) in (sent := scene.take())
     assert "vertices" not in dict(sent)
-    sheets.put(Sheet("a", vertex[:0], face[:0], "#000000"))
+    layers.put(Layer("a", vertex[:0], face[:0], "#000000"))
     assert scene.take() == [("visible", False)]
-    sheets.put(Sheet("a", 2.0 * vertex, face, "#000000", 0.5))
+    layers.put(Layer("a", 2.0 * vertex, face, "#000000", 0.5))
     assert scene.take() == [("opacity", 0.5), ("visible", True)]
 
 
@@ -337,7 +337,7 @@ def page(tmp_path_factory):
     ):
         browser.ready(LONG)
         browser.folder_of_files = folder
-        browser.desk = served.desk
+        browser.session = served.session
         yield browser
 
 
@@ -402,8 +402,8 @@ def test_a_block_is_dragged_by_its_handle(page):
     time.sleep(1.0)  # the handle is drawn
     page.drag((337, 200), (337, 120), steps=8, pause=0.05)  # its upward arrow
     page.wait("document.getElementById('for').innerText.includes('1 moved')", LONG)
-    assert page.desk.state.arrangement.poses.keys() == {page.desk.state.arrangement.number("v05")}
-    (pose,) = page.desk.state.arrangement.poses.values()
+    assert page.session.state.arrangement.poses.keys() == {page.session.state.arrangement.number("v05")}
+    (pose,) = page.session.state.arrangement.poses.values()
     assert pose.shift[2] > 0.1
     assert np.abs(pose.shift[:2]).max() < 1e-6
     page.settled(LONG)
@@ -416,7 +416,7 @@ def test_a_block_is_dragged_by_its_handle(page):
 def test_the_words_do_not_wait_for_the_drawing(page, monkeypatch):
     page.press("Level, no push")
     waited(page, word="Stable")
-    stage, go = page.desk._show.__self__._stage, threading.Event()
+    stage, go = page.session._show.__self__._scene, threading.Event()
     show = stage.show
     monkeypatch.setattr(stage, "show", lambda snapshot: (go.wait(LONG), show(snapshot)))
     try:
@@ -519,8 +519,8 @@ def test_snapshots_of_other_states_are_not_proofs_of_this_one(watched):
     """A proof that comes late is dropped."""
     last = settled(watched, tilt=1.0)
     late = replace(last.result, verdict="unstable")
-    watched.desk._todo.put(lambda: watched.desk._answered(last.ticket - 1, late))
-    watched.desk.set(Knobs(tilt=1.5))
+    watched.session._todo.put(lambda: watched.session._answered(last.ticket - 1, late))
+    watched.session.set(Knobs(tilt=1.5))
     shown = watched.until("proved")
     while shown[-1].state.knobs.tilt != 1.5:
         shown += watched.until("proved")

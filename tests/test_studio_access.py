@@ -248,13 +248,13 @@ def test_rubbish_ends_the_line_of_its_sender_only(served, client, caplog, capfd,
     ],
 )  # fmt: skip
 def test_values_that_an_element_cannot_have_are_left_out(served, client, label, value):
-    page = served.desk._show.__self__
+    page = served.session._show.__self__
     element = page._gui._gui_input_handle_from_uuid[client.elements[label]]
     turned(client, 3.0)
-    before, was, saved = served.desk.state, element.value, os.listdir(page._folder)
+    before, was, saved = served.session.state, element.value, os.listdir(page._folder)
     client.set(label, value)
     turned(client, 4.0)  # the page goes on, for the sender too
-    assert (served.desk.state.method, served.desk.state.knobs.mu) == (before.method, before.knobs.mu)
+    assert (served.session.state.method, served.session.state.knobs.mu) == (before.method, before.knobs.mu)
     assert element.value == (4.0 if label == "Tilt, degrees" else was)
     assert os.listdir(page._folder) == saved
 
@@ -278,17 +278,17 @@ def test_places_that_are_none_are_left_out(served, client, capfd, message):
     drag = {"type": "TransformControlsDragStartMessage", "name": "/handle"}
     client.send(drag)
     client.send({**MOVED, "position": [0.0, 0.0, 2.0]})
-    client.wait(lambda: served.desk.state.arrangement.poses, "the block where it was put")
-    poses = served.desk.state.arrangement.poses
+    client.wait(lambda: served.session.state.arrangement.poses, "the block where it was put")
+    poses = served.session.state.arrangement.poses
     client.send(message)
     client.send({**drag, "type": "TransformControlsDragEndMessage"})
     turned(client, 5.0)
     turned(client, 6.0)
-    left = served.desk.state.arrangement.poses
+    left = served.session.state.arrangement.poses
     client.set("Name", "v05")
     client.set("Change", "Put back")
     client.set("drag it by a handle", False)
-    client.wait(lambda: not served.desk.state.arrangement.poses, "the block in its place")
+    client.wait(lambda: not served.session.state.arrangement.poses, "the block in its place")
     assert left == poses
     assert client.notices.empty()
     assert "Traceback" not in "".join(capfd.readouterr())
@@ -302,15 +302,15 @@ def test_the_log_stays_short(caplog):
     assert len(caplog.records) == LINES
 
 
-def test_the_desk_outlives_what_it_cannot_do(served, client):
+def test_the_session_outlives_what_it_cannot_do(served, client):
     """Were such a value to get there: the word is refused, and the page goes on."""
-    method = served.desk.state.method
-    served.desk.set(method="../../x")
-    served.desk._todo.put(lambda: np.linalg.inv(np.zeros((2, 2))))
-    served.desk._todo.put(lambda: 1 / 0)
-    served.desk.set(Knobs(tilt=7.0))
+    method = served.session.state.method
+    served.session.set(method="../../x")
+    served.session._todo.put(lambda: np.linalg.inv(np.zeros((2, 2))))
+    served.session._todo.put(lambda: 1 / 0)
+    served.session.set(Knobs(tilt=7.0))
     client.until("tilt 7° towards")
-    assert served.desk.state.method == method
+    assert served.session.state.method == method
 
 
 # ---------------------------------------------------------------------- what is saved
@@ -336,7 +336,7 @@ def test_saves_of_many_clients_are_files_of_their_own_and_limited(tmp_path):
     folder = tmp_path / "results"
     folder.mkdir()
     with studio(ARCH, Settings(method="rbe"), folder=folder, stem="arch") as served:
-        served.desk._show.__self__._saves.seconds = math.inf  # however long this machine takes for them
+        served.session._show.__self__._saves.seconds = math.inf  # however long this machine takes for them
         clients = [StudioClient(served.address) for _ in range(8)]
         clients[0].until("proved: its")
         for _ in range(5):
@@ -378,7 +378,7 @@ def test_files_in_all_are_limited_and_one_that_cannot_be_written_leaves_nothing(
         StudioClient(served.address) as client,
     ):
         client.until("proved: its")
-        served.desk._show.__self__._in_all = RateLimit(1, math.inf)
+        served.session._show.__self__._in_all = RateLimit(1, math.inf)
         with monkeypatch.context() as patch:
             patch.setattr(saving, "write_text", full)
             client.set("Save model", True)

@@ -21,7 +21,7 @@ from cyclopean.analysis import Result
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.view import report_html
 from cyclopean.view import scene as scene_module
-from cyclopean.view.page import POLICY
+from cyclopean.view.markup import POLICY
 
 BOX = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 EVIL = '<script>alert("1")</script>'

@@ -3,7 +3,7 @@
 Stones are tinted by what they are for; a stroke across a stone says that it is a part of a slab.
 """
 
-from html import escape
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,15 +11,18 @@ from cyclopean.arrays import Floats
 from cyclopean.design.ashlar.planning import LaidStone
 from cyclopean.design.ashlar.wall import AshlarWall
 from cyclopean.view.colours import ACCENT, GHOST, INK
+from cyclopean.view.svg import WIDTH, legend, rect, sheet, text
 
 __all__ = ["ashlar_svg"]
 
-WIDTH, MARGIN = 1000.0, 24.0  # of the drawing, in its own units
+MARGIN = 24.0  # drawing units
 LEGEND, BETWEEN, CAPTION = 44.0, 16.0, 26.0
-PAPER, EDGE = "#ffffff", "#6f685c"
+EDGE = "#6f685c"
 TINT = {
     "stretcher": "#ddd3c1", "header": "#b7ab97", "closer": "#f3ecde", "through": "#8f8a80", "lintel": "#a9b7bd",
 }  # fmt: skip
+ASKED = f'fill="none" stroke="{GHOST}" stroke-width="1.5" stroke-dasharray="5 4"'  # clear width and height of openings
+GAP = f'fill="none" stroke="{ACCENT["unstable"]}" stroke-width="2" stroke-dasharray="3 4"'
 PLANS = 2
 
 
@@ -40,87 +43,56 @@ def ashlar_svg(wall: AshlarWall, title: str) -> str:
     settings = wall.settings
     scale = (WIDTH - 2.0 * MARGIN) / settings.length
     foot = MARGIN + settings.height * scale
-    front = [s for s in wall.laid if s.slot.leaf <= 0]
-    parts = [_stone(s, _flat(s, 2), scale, foot) for s in front]
-    parts += [_opening(wall, k, scale, foot) for k in range(len(settings.openings))]
-    parts += [_gap(wall, k, scale, foot) for k in range(len(wall.gaps))]
-    ground = f'<path d="M{MARGIN / 2:g} {foot:.1f}H{WIDTH - MARGIN / 2:g}" stroke="{EDGE}" stroke-width="4"/>'
-    parts.append(ground)
+    parts = [_stone(s, 2, scale, foot) for s in wall.laid if s.slot.leaf <= 0]
+    for one in settings.openings:
+        parts.append(_box([[one.left, one.sill], [one.left + one.width, one.top]], scale, foot, ASKED))
+    for gap in wall.gaps:
+        row = [s.slot for s in wall.laid if s.slot.course == gap.course]
+        if row and gap.leaf <= 0:
+            parts.append(_box([[gap.low, row[0].low[2]], [gap.high, row[0].high[2]]], scale, foot, GAP))
+    parts.append(f'<path d="M{MARGIN / 2:g} {foot:.1f}H{WIDTH - MARGIN / 2:g}" stroke="{EDGE}" stroke-width="4"/>')
     low = foot + BETWEEN
     for course in range(min(PLANS, wall.readout.courses)):
-        low += CAPTION
-        parts.append(f'<text x="{MARGIN:g}" y="{low - 7:.1f}" font-size="16">course {course + 1}, from above</text>')
-        low += settings.depth * scale
-        parts += [_stone(s, _flat(s, 1), scale, low) for s in wall.laid if s.slot.course == course]
+        parts.append(text(MARGIN, low + CAPTION - 7.0, f"course {course + 1}, from above", 'font-size="16"'))
+        low += CAPTION + settings.depth * scale
+        parts += [_stone(s, 1, scale, low) for s in wall.laid if s.slot.course == course]
         low += BETWEEN
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {low + LEGEND:.0f}" role="img"'
-        f' font-family="sans-serif" font-size="17" fill="{INK}">'
-        f"<title>{escape(title)}</title>"
-        f'<rect width="100%" height="100%" fill="{PAPER}"/>'
-        f"{''.join(parts)}{_legend(wall, low + 24.0)}</svg>"
-    )
+    return sheet((WIDTH, low + LEGEND), title, [*parts, *_legend(wall, low + 24.0)], letters=17.0)
 
 
-def _flat(stone: LaidStone, up: int) -> Floats:
-    """Least and largest x and y (or z) of a stone, (2, 2) m."""
-    return np.array([stone.slot.low, stone.slot.high])[:, [0, up]]
+def _box(corners: Sequence[Sequence[float]] | Floats, scale: float, foot: float, style: str) -> str:
+    """A rectangle between its least and its largest corner, (2, 2) m."""
+    (x0, y0), (x1, y1) = corners
+    return rect(MARGIN + x0 * scale, foot - y1 * scale, (x1 - x0) * scale, (y1 - y0) * scale, style)
 
 
-def _rect(box: Floats, scale: float, foot: float) -> tuple[float, float, float, float]:
-    """X, y, width and height on the sheet."""
-    (x0, y0), (x1, y1) = box.tolist()
-    return MARGIN + x0 * scale, foot - y1 * scale, (x1 - x0) * scale, (y1 - y0) * scale
-
-
-def _stone(stone: LaidStone, box: Floats, scale: float, foot: float) -> str:
-    x, y, width, height = _rect(box, scale, foot)
-    shape = f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"'
-    drawn = f'{shape} fill="{TINT[stone.slot.kind]}" stroke="{EDGE}" stroke-width="1.5"/>'
+def _stone(stone: LaidStone, up: int, scale: float, foot: float) -> str:
+    """A stone in x and y (`up` 1) or in x and z (2)."""
+    box = np.array([stone.slot.low, stone.slot.high])[:, [0, up]]
+    drawn = _box(box, scale, foot, f'fill="{TINT[stone.slot.kind]}" stroke="{EDGE}" stroke-width="1.5"')
     if not (stone.sawn.cuts or stone.sawn.offcut):
         return drawn
-    size = min(8.0, 0.3 * width, 0.3 * height)
-    a, b = x + width / 2.0, y + height / 2.0
-    return drawn + _stroke(a, b, size)
+    x, y = box.mean(axis=0) * scale
+    return drawn + _stroke(MARGIN + x, foot - y, min(8.0, 0.3 * scale * float(np.ptp(box, axis=0).min())))
 
 
-def _stroke(a: float, b: float, size: float) -> str:
-    way = f"M{a - size:.1f} {b + size:.1f}L{a + size:.1f} {b - size:.1f}"
+def _stroke(x: float, y: float, size: float) -> str:
+    way = f"M{x - size:.1f} {y + size:.1f}L{x + size:.1f} {y - size:.1f}"
     return f'<path d="{way}" stroke="{INK}" stroke-width="1.5"/>'
 
 
-def _opening(wall: AshlarWall, number: int, scale: float, foot: float) -> str:
-    """Clear width and height as asked for, dashed."""
-    one = wall.settings.openings[number]
-    box = np.array([[one.left, one.sill], [one.left + one.width, one.top]])
-    x, y, width, height = _rect(box, scale, foot)
-    shape = f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"'
-    return f'{shape} fill="none" stroke="{GHOST}" stroke-width="1.5" stroke-dasharray="5 4"/>'
-
-
-def _gap(wall: AshlarWall, number: int, scale: float, foot: float) -> str:
-    gap = wall.gaps[number]
-    row = [s for s in wall.laid if s.slot.course == gap.course]
-    if not row or gap.leaf > 0:
-        return ""
-    box = np.array([[gap.low, row[0].slot.low[2]], [gap.high, row[0].slot.high[2]]])
-    x, y, width, height = _rect(box, scale, foot)
-    shape = f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"'
-    return f'{shape} fill="none" stroke="{ACCENT["unstable"]}" stroke-width="2" stroke-dasharray="3 4"/>'
-
-
-def _legend(wall: AshlarWall, y: float) -> str:
+def _legend(wall: AshlarWall, y: float) -> list[str]:
     """The score, what the tints mean, and how many stones there are of each."""
     kinds = [s.slot.kind for s in wall.laid]
-    marks = [(f'<rect width="24" height="14" y="-12" fill="{TINT[k]}" stroke="{EDGE}"/>', _plural(k, kinds.count(k)))
-             for k in TINT if k in kinds]  # fmt: skip
+    marks = [
+        (rect(0.0, -12.0, 24.0, 14.0, f'fill="{tint}" stroke="{EDGE}"'), _plural(kind, kinds.count(kind)))
+        for kind, tint in TINT.items()
+        if kind in kinds
+    ]
     marks.append((_stroke(12.0, -5.0, 7.0), f"{wall.readout.cut} parts of slabs"))
-    parts = [f'<text x="{MARGIN:g}" y="{y:.1f}" font-weight="600">J = {wall.readout.score:.3f}</text>']
     step = (WIDTH - 2.0 * MARGIN - 110.0) / max(len(marks), 5)
-    for k, (mark, text) in enumerate(marks):
-        at = f"translate({MARGIN + 120.0 + k * step:.1f} {y:.1f})"
-        parts.append(f'<g transform="{at}">{mark}<text x="32" y="0">{text}</text></g>')
-    return "".join(parts)
+    columns = [MARGIN + 120.0 + k * step for k in range(len(marks))]
+    return legend(f"J = {wall.readout.score:.3f}", marks, columns, (MARGIN, y))
 
 
 def _plural(kind: str, count: int) -> str:

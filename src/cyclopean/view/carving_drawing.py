@@ -6,7 +6,6 @@ scale stand Lambda of the wall, and 0.27, what Clifford & McGee's *Cyclopean Can
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from typing import Literal
 
@@ -18,38 +17,31 @@ from cyclopean.assembly import Assembly
 from cyclopean.design.carving.carve import Carved, Total, total
 from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SCALE, STEPS, SUPPORT, classes
-from cyclopean.view.elevation import View, front_view, project
 from cyclopean.view.figures import number
-from cyclopean.view.markup import counts, document, key, section
-from cyclopean.view.tables import table
+from cyclopean.view.markup import (
+    SUPPORTED,
+    bar,
+    document,
+    figure,
+    headline,
+    key,
+    legend,
+    listed,
+    section,
+    table,
+)
+from cyclopean.view.svg import PAPER, WIDTH, Paper, closed, fitted, front_view, hatch, rect, sheet, text
 
 __all__ = ["DATUM", "carving_html", "carving_svg"]
 
 DATUM = 0.27  # Lambda of the Cyclopean Cannibalism wall: 73 % of the scanned stock was used
-WIDTH, MARGIN, LEGEND = 1000.0, 24.0, 104.0  # drawing units
+MARGIN, LEGEND = 24.0, 104.0  # drawing units
 TALLEST = 900.0
 FULL = 0.5  # lambda at which the colours end
-ROWS = 400  # of the table
 FINE = 0.3  # drawing units: what is narrower is not seen
 APART = 0.8  # drawing units between the corners of an outline
-PAPER = "#ffffff"
 
 When = Literal["before", "after"]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Paper:
-    """From metres to drawing units; y runs down."""
-
-    view: View
-    low: Floats  # (2,) m
-    scale: float
-    height: float  # of the wall
-
-    def of(self, point: Floats) -> Floats:
-        """(..., 2) of points (..., 3) in m."""
-        flat = (project(point, self.view)[0] - self.low) * self.scale
-        return np.stack([MARGIN + flat[..., 0], MARGIN + self.height - flat[..., 1]], -1)
 
 
 def carving_svg(wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: str, when: When = "after") -> str:
@@ -78,30 +70,17 @@ def carving_svg(wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: s
     for name in free:
         stroke = f'stroke="{INK}"' if name in filled else f'stroke="{GHOST}" stroke-dasharray="6 5"'
         parts.append(f'<path d="{outline[name]}" fill="none" stroke-width="1.6" stroke-linejoin="round" {stroke}/>')
-    foot = paper.height + 2.0 * MARGIN
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {foot + LEGEND:.0f}" role="img"'
-        f' font-family="sans-serif" font-size="17" fill="{INK}"><title>{escape(title)}</title>{_patterns()}'
-        f'<rect width="100%" height="100%" fill="{PAPER}"/>'
-        f'<clipPath id="{when}"><rect width="{WIDTH:.0f}" height="{foot:.1f}"/></clipPath>'
-        f'<g clip-path="url(#{when})">{"".join(parts)}</g>{_legend(carved, foot, when)}</svg>'
-    )
+    clip = f'<clipPath id="{when}">{rect(0.0, 0.0, WIDTH, paper.height, "")}</clipPath>'
+    shown = [_patterns(), clip, f'<g clip-path="url(#{when})">', *parts, "</g>", *_legend(carved, paper.height, when)]
+    return sheet((WIDTH, paper.height + LEGEND), title, shown, letters=17.0)
 
 
-def _paper(wall: Assembly, carved: Sequence[Carved], fixed: Bools, when: When) -> _Paper:
+def _paper(wall: Assembly, carved: Sequence[Carved], fixed: Bools, when: When) -> Paper:
     """Fit the free blocks and what is drawn of the stones; held blocks may reach beyond, and are cut off there."""
-    free = [b.vertices for b, held in zip(wall.blocks, fixed, strict=True) if not held]
-    solid = np.concatenate(free or [np.zeros((1, 3))])
-    view = front_view(solid)
-    seen = [solid]
-    if when == "before":
-        seen += [piece.vertices for c in carved for piece in c.offcuts]
-    flat = project(np.concatenate(seen), view)[0]
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    span = np.maximum(high - low, 1e-9)
-    scale = float(min((WIDTH - 2.0 * MARGIN) / span[0], TALLEST / span[1]))
-    spare = (WIDTH - 2.0 * MARGIN) / scale - span[0]
-    return _Paper(view, low - [spare / 2.0, 0.0], scale, float(span[1]) * scale)
+    free = [b.vertices for b, held in zip(wall.blocks, fixed, strict=True) if not held] or [np.zeros((1, 3))]
+    off = [piece.vertices for c in carved for piece in c.offcuts] if when == "before" else []
+    view = front_view(np.concatenate(free))
+    return fitted(view, np.concatenate([*free, *off]), TALLEST, (MARGIN,) * 4, wide=True)
 
 
 def _fans(faces: Sequence[Sequence[int]]) -> Ints:
@@ -154,10 +133,10 @@ def _ring(loop: Floats) -> str:
     for a, b in loop[1:].tolist():
         if abs(a - way[-1][0]) + abs(b - way[-1][1]) > APART:
             way.append([a, b])
-    return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in way) + "Z"
+    return closed(np.array(way))
 
 
-def _stone(paper: _Paper, c: Carved, cell: str, name: str, when: When) -> str:
+def _stone(paper: Paper, c: Carved, cell: str, name: str, when: When) -> str:
     """One stone: what is left, and before it is carved what reaches beyond the outline of its cell."""
     colour = _colour(c.carved_share)
     said = f"<title>{escape(c.stone)} in {escape(c.cell)}: lambda {c.carved_share:.3f}, gap {c.gap_share:.3f}</title>"
@@ -165,7 +144,7 @@ def _stone(paper: _Paper, c: Carved, cell: str, name: str, when: When) -> str:
     parts = [f'<path d="{_outline(paper.of(c.vertices), c.triangles)}" fill="{colour}" {rim}/>'] if c.volume else []
     off = "".join(_outline(paper.of(piece.vertices), piece.triangles) for piece in c.offcuts)
     if when == "before" and off:
-        sheet_of_paper = f"M0 0H{WIDTH:g}V{paper.height + 2.0 * MARGIN:.1f}H0Z"
+        sheet_of_paper = f"M0 0H{WIDTH:g}V{paper.height:.1f}H0Z"
         parts.append(
             f'<clipPath id="{name}"><path d="{sheet_of_paper}{cell}" clip-rule="evenodd"/></clipPath>'
             f'<path clip-path="url(#{name})" d="{off}" fill="url(#off-{_step(c.carved_share)})"/>'
@@ -182,56 +161,38 @@ def _colour(share: float) -> str:
 
 
 def _patterns() -> str:
-    def hatch(name: str, back: str, turn: int, width: float) -> str:
-        return (
-            f'<pattern id="{name}" width="7" height="7" patternUnits="userSpaceOnUse"'
-            f' patternTransform="rotate({turn})">{back}<path d="M0 0V7" stroke="{HATCH}" stroke-width="{width:g}"/>'
-            "</pattern>"
-        )
+    def back(colour: str, opacity: float) -> str:
+        return f'<rect width="7" height="7" fill="{colour}" fill-opacity="{opacity:g}"/>'
 
-    ground = f'<rect width="7" height="7" fill="{SUPPORT}"/>'
-    pale = [f'<rect width="7" height="7" fill="{colour}" fill-opacity="0.4"/>' for colour in SCALE]
-    off = "".join(hatch(f"off-{k}", back, -45, 1.6) for k, back in enumerate(pale))
-    return f"<defs>{hatch('off', '', -45, 1.6)}{off}{hatch('held', ground, 45, 3.0)}</defs>"
+    off = "".join(hatch(f"off-{k}", -45, 1.6, back(colour, 0.4)) for k, colour in enumerate(SCALE))
+    return f"<defs>{hatch('off', -45, 1.6)}{off}{hatch('held', back=back(SUPPORT, 1.0))}</defs>"
 
 
-def _legend(carved: Sequence[Carved], top: float, when: When) -> str:
+def _legend(carved: Sequence[Carved], top: float, when: When) -> list[str]:
     """The scale with the datum above it and this wall below, and what the hatch means."""
-    left, width, y = MARGIN + 4.0, 470.0, top + 30.0
-    step = width / STEPS
-    boxes = [
-        f'<rect x="{left + k * step:.1f}" y="{y:.1f}" width="{step:.1f}" height="18" fill="{colour}"/>'
-        for k, colour in enumerate(SCALE)
-    ]
-    ticks = [
-        f'<text x="{left + width * t / FULL:.1f}" y="{y + 36:.1f}" font-size="14" text-anchor="middle">{t:g}</text>'
-        for t in (0.0, 0.1, 0.2, 0.3, 0.4)
-    ]
-    ticks.append(f'<text x="{left + width:.1f}" y="{y + 36:.1f}" font-size="14" text-anchor="middle">0.5 +</text>')
-    datum, here = left + width * DATUM / FULL, total(carved).imposition
-    mark = left + width * min(here / FULL, 1.0)
-    frame = f'<rect x="{left:.1f}" y="{y:.1f}" width="{width:.1f}" height="18" fill="none" stroke="#8b867b"/>'
-    text_at = left + width + 34.0
-    rows = [
+    left, width, y, small = MARGIN + 4.0, 470.0, top + 30.0, 'font-size="14"'
+    middle, step = f'{small} text-anchor="middle"', width / STEPS
+    here, beside = total(carved).imposition, left + width + 34.0
+    datum, mark = (left + width * min(share / FULL, 1.0) for share in (DATUM, here))
+    marks = (0.0, 0.1, 0.2, 0.3, 0.4, FULL)
+    off, says, meant = (
+        ("to be carved off", "url(#off)", "reaches beyond its cell, comes off")
+        if when == "before"
+        else ("carved off", PAPER, "what the stones do not fill")
+    )
+    found = f'<tspan font-weight="600">Lambda {here:.3f}</tspan> of this wall, {off}'
+    return [
+        *(rect(left + k * step, y, step, 18.0, f'fill="{colour}"') for k, colour in enumerate(SCALE)),
+        rect(left, y, width, 18.0, 'fill="none" stroke="#8b867b"'),
+        *(text(left + width * t / FULL, y + 36.0, f"{t:g}{' +' if t == FULL else ''}", middle) for t in marks),
         f'<path d="M{datum:.1f} {y - 8:.1f}V{y + 18:.1f}" stroke="{INK}" stroke-width="2.5"/>',
-        f'<text x="{datum:.1f}" y="{y - 13:.1f}" font-size="14" text-anchor="middle">'
-        f"{DATUM:g} Cyclopean Cannibalism</text>",
+        text(datum, y - 13.0, f"{DATUM:g} Cyclopean Cannibalism", middle),
         f'<path d="M{mark:.1f} {y + 18:.1f}l-8 -13h16z" fill="{ACCENT["stable"]}" stroke="#fff"/>',
-        f'<text x="{text_at:.1f}" y="{y - 1:.1f}" font-size="17"><tspan font-weight="600">Lambda {here:.3f}</tspan>'
-        f" of this wall, {'to be carved off' if when == 'before' else 'carved off'}</text>",
-        f'<text x="{left:.1f}" y="{y + 56:.1f}" font-size="14">lambda: share of each stone that comes off</text>',
+        text(beside, y - 1.0, found),
+        text(left, y + 56.0, "lambda: share of each stone that comes off", small),
+        rect(beside, y + 12.0, 34.0, 16.0, f'fill="{says}" stroke="{HATCH if when == "before" else INK}"'),
+        text(beside + 44.0, y + 26.0, meant, small),
     ]
-    if when == "before":
-        rows.append(
-            f'<rect x="{text_at:.1f}" y="{y + 12:.1f}" width="34" height="16" fill="url(#off)" stroke="{HATCH}"/>'
-            f'<text x="{text_at + 44:.1f}" y="{y + 26:.1f}" font-size="14">reaches beyond its cell, comes off</text>'
-        )
-    else:
-        rows.append(
-            f'<rect x="{text_at:.1f}" y="{y + 12:.1f}" width="34" height="16" fill="{PAPER}" stroke="{INK}"/>'
-            f'<text x="{text_at + 44:.1f}" y="{y + 26:.1f}" font-size="14">what the stones do not fill</text>'
-        )
-    return "".join([*boxes, frame, *ticks, *rows])
 
 
 def carving_html(
@@ -264,23 +225,17 @@ def carving_html(
     certificate_file : str, optional
         Name of the certificate's file, for the command that verifies it.
     """
-    name = escape(built.assembly.name)
+    notes = [*(n for c in carved for n in c.notes), *built.notes, *result.warnings]
     body = (
-        f"<header><h1>{name}</h1><span>cyclopean</span></header>",
         _headline(carved, whole, built, result),
-        _pictures(before, after, built),
+        section("Before and after", _pictures(before, after, built)),
         section("Stone by stone", _stones(carved), _STONES.format(least=number(1e3 * least))),
-        section("What to know", _list([*(n for c in carved for n in c.notes), *built.notes, *result.warnings])),
+        section("What to know", listed(notes)),
         _proof(result, certificate_file),
     )
-    return document(built.assembly.name, body, word=result.verdict, style=_STYLE)
+    return document(built.assembly.name, body, word=result.verdict)
 
 
-_STYLE = (
-    "figure+figure{margin-top:2rem}figure svg{display:block;width:100%;height:auto}.rows{max-height:34rem;"
-    "overflow:auto}.rows thead th{position:sticky;top:0;background:var(--paper)}"
-    "@media print{.rows{max-height:none;overflow:visible}}"
-)
 _STONES = (
     "The most carved first. A cut lies on one plane of the cell; its depth is how far what comes off there reaches"
     " beyond that plane. Cuts that are nowhere deeper than {least} mm are left to the chisel and not counted."
@@ -290,38 +245,34 @@ _STONES = (
 
 def _headline(carved: Sequence[Carved], whole: Total, built: CarvedWall, result: Result) -> str:
     cuts = sum(not cut.dressing for c in carved for cut in c.cuts)
-    text = (
+    reason = (
         f"As it will be built, with the gaps that the stones leave, the wall is {result.verdict}: {result.reason}"
         f" Carved stones touch over {100.0 * built.touching_share:.0f} % of the joints that were drawn."
     )
     figures = [
         ("Lambda: carved off", f"{whole.imposition:.3f}"),
         ("gap: left empty", f"{whole.gap:.3f}"),
-        ("stones", f"{len(carved):,}"),
-        ("cuts", f"{cuts:,}"),
+        ("stones", len(carved)),
+        ("cuts", cuts),
         ("litres come off", f"{1e3 * (whole.stone_volume - whole.volume):,.0f}"),
     ]
-    return f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(text)}</p></div>' + counts(
-        figures, f"method {result.method}"
-    )
+    answer = result.verdict.capitalize(), reason
+    return headline(built.assembly.name, figures, f"method {result.method}", answer=answer)
 
 
 def _pictures(before: str, after: str, built: CarvedWall) -> str:
-    held = f'<rect width="32" height="16" fill="{SUPPORT}"/><path d="M2 18 18 0M12 18 28 0M22 18 38 0" stroke="{HATCH}"'
-    keys = key(f'{held} stroke-width="3"/>', "support")
-    keys += key(f'<path d="M2 3H30V13H2Z" fill="none" stroke="{INK}" stroke-width="1.6"/>', "cell, as drawn")
+    box = '<path d="M2 3H30V13H2Z" fill="none" stroke='
+    keys = [key(SUPPORTED, "support"), key(f'{box}"{INK}" stroke-width="1.6"/>', "cell, as drawn")]
     if built.missing:
-        keys += key(
-            f'<path d="M2 3H30V13H2Z" fill="none" stroke="{GHOST}" stroke-dasharray="5 3"/>', "cell without a stone"
-        )
-    return (
-        f'<section><h2>Before and after</h2><div class="legend">{keys}</div><figure>{before}<figcaption>'
-        "Stones as placed."
-        " What comes off in front of the wall and behind it is not seen from here.</figcaption></figure>"
-        f"<figure>{after}<figcaption>Carved back to their cells. Clifford and McGee measured about {DATUM:g} on their"
-        " Cyclopean Cannibalism wall (ACADIA 2018). Lambda means something only together with the gap.</figcaption>"
-        "</figure></section>"
-    )
+        keys.append(key(f'{box}"{GHOST}" stroke-dasharray="5 3"/>', "cell without a stone"))
+    return legend(keys) + figure(before, _BEFORE) + figure(after, _AFTER)
+
+
+_BEFORE = "Stones as placed. What comes off in front of the wall and behind it is not seen from here."
+_AFTER = (
+    f"Carved back to their cells. Clifford and McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall"
+    " (ACADIA 2018). Lambda means something only together with the gap."
+)
 
 
 def _stones(carved: Sequence[Carved]) -> str:
@@ -330,19 +281,15 @@ def _stones(carved: Sequence[Carved]) -> str:
         ("Offcuts", "n"), ("Cuts", "n"), ("Cut area, m²", "n"), ("Deepest, mm", "n"),
     ]  # fmt: skip
     order = sorted(carved, key=lambda c: (-c.carved_share, c.cell))
-    rows = [_row(c) for c in order[:ROWS]]
-    more = f'<p class="soft">and {len(order) - ROWS:,} more in cutlist.csv</p>' if len(order) > ROWS else ""
-    return f'<div class="rows">{table(head, rows)}</div>{more}' if rows else ""
+    return table(head, (_row(c) for c in order), elsewhere=" in cutlist.csv", box=True)
 
 
 def _row(c: Carved) -> list[str]:
     cuts = [cut for cut in c.cuts if not cut.dressing]
-    share = min(c.carved_share / FULL, 1.0)
-    bar = f'<span class="bar"><i style="width:{100.0 * share:.0f}%;background:{_colour(c.carved_share)}"></i></span>'
     return [
         escape(c.stone),
         escape(c.cell),
-        f"{c.carved_share:.3f}{bar}",
+        bar(c.carved_share / FULL, _colour(c.carved_share), f"{c.carved_share:.3f}"),
         f"{c.gap_share:.3f}",
         f"{1e3 * c.stone_volume:.1f}",
         f"{1e3 * (c.stone_volume - c.volume):.1f}",
@@ -351,10 +298,6 @@ def _row(c: Carved) -> list[str]:
         f"{sum(cut.area for cut in cuts):.3f}",
         f"{1e3 * max((cut.depth for cut in cuts), default=0.0):.0f}",
     ]
-
-
-def _list(lines: Sequence[str]) -> str:
-    return f'<ul class="warnings">{"".join(f"<li>{escape(line)}</li>" for line in lines)}</ul>' if lines else ""
 
 
 def _proof(result: Result, certificate_file: str | None) -> str:

@@ -12,10 +12,12 @@ __all__ = [
     "HATCH",
     "HELD",
     "INK",
+    "LINE",
     "NEUTRAL",
     "PULL",
     "RUB",
     "SCALE",
+    "SOFT",
     "STEPS",
     "SUPPORT",
     "THRUST",
@@ -43,6 +45,8 @@ PULL = "#007a4d"  # tension that a joint would have to bear
 GRAVITY = "#1b1b1b"
 GHOST = "#8a8f94"
 INK = "#33302b"
+SOFT = "#5b5750"  # of words that may be overlooked
+LINE = "#dedbd3"  # of tables and charts
 ACCENT = {"stable": "#00695c", "unstable": "#b83a10", "undecided": "#8a5a00"}  # each >= 4.5 : 1 on white
 
 UNKNOWN, HELD = -1, -2  # classes beside 0 .. STEPS - 1

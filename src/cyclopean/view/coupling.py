@@ -8,9 +8,9 @@ from cyclopean.analysis import Result
 from cyclopean.view.colours import FORCE, RUB
 from cyclopean.view.drawing import Picture, displaced
 from cyclopean.view.elevation import elevation_svg
-from cyclopean.view.figures import cases, glue, number, pressing, unit_of
-from cyclopean.view.markup import DASHED, arrow, click_note, key, section
-from cyclopean.view.tables import cases_table, glue_table
+from cyclopean.view.figures import cases, force_text, needed_tension, number, pressing
+from cyclopean.view.markup import DASHED, arrow, click_note, figure, key, legend, section, told
+from cyclopean.view.tables import cases_table, tension_table
 
 __all__ = ["coupled", "near", "refuted", "tension"]
 
@@ -30,21 +30,14 @@ def coupled(result: Result, drawn: Picture) -> str:
     )
     keys = [key(f'<circle cx="16" cy="8" r="4.5" fill="{FORCE}"/>', "presses")]
     if len(drawn.rub):
-        divisor, unit = unit_of(drawn.rubbing)
-        text = f"friction on the upper block, the longest is {number(drawn.rubbing / divisor)} {unit}"
-        keys.append(key(arrow(RUB), text))
+        keys.append(key(arrow(RUB), f"friction on the upper block, the longest is {force_text(drawn.rubbing)}"))
     keys.append(key(DASHED, "where it stands"))
     caption = (
         "Elevation of the virtual displacement, drawn so that the largest movement is a quarter of a mean block; where"
         f" blocks run into each other, they press. In the 3D scene it is a layer, hidden at first.{click_note(moved)}"
     )
-    return section(
-        "How it presses and rubs",
-        f'<div class="legend">{"".join(keys)}</div><figure class="elevation">'
-        f"{elevation_svg(moved, f'Virtual displacement of {result.assembly.name}')}"
-        f"<figcaption>{caption}</figcaption></figure>",
-        lead,
-    )
+    drawing = elevation_svg(moved, f"Virtual displacement of {result.assembly.name}")
+    return section("How it presses and rubs", legend(keys) + figure(drawing, caption, "elevation"), lead)
 
 
 def _within(result: Result) -> str:
@@ -95,16 +88,13 @@ def near(result: Result) -> str:
         f" work of {number(float(merit))} (in eps times a mean block weight) that a coupled state does not do. The"
         f" search for a refutation closed {number(100.0 * float(share))} % of the cases."
     )
-    way = (
-        "<p>A longer search (<code>--seconds</code>, <code>--nodes</code>) may decide it, and so may other bounds"
-        " (<code>--eta</code>).</p>"
-    )
-    return section("How near it came", way, lead)
+    way = told("A longer search (`seconds`, `nodes`) may decide it, and so may other bounds (`eta`).")
+    return section("How near it came", f"<p>{way}</p>", lead)
 
 
 def tension(result: Result) -> str:
     """Say how much pull the contacts would have to bear, when the analysis was asked for it."""
-    found = glue(result)
+    found = needed_tension(result)
     if found is None:
         return ""
     points = len(found.point)
@@ -115,14 +105,12 @@ def tension(result: Result) -> str:
             "<p>None that would help: the loads can be balanced without, and glue that only keeps joints from opening"
             " does not bring such forces about. The model needs other joints, such as a bearing from below.</p>"
         )
-    divisor, unit = unit_of(found.total)
     share = f" ({number(100.0 * found.share)} % of the weight of all free blocks)" if np.isfinite(found.share) else ""
     return (
         f"<p>Dry joints cannot pull. For {_wanted(result)}, {points:,} contact"
         f" point{'' if points == 1 else 's'} would have to, with at most"
-        f" {number(float(np.max(found.peak)) / divisor)} {unit} at one point and"
-        f" {number(found.total / divisor)} {unit} in all{share}. There the model needs glue, a tie, or another"
-        f" joint.</p>{glue_table(result)}"
+        f" {force_text(float(np.max(found.peak)))} at one point and {force_text(found.total)} in all{share}."
+        f" There the model needs glue, a tie, or another joint.</p>{tension_table(result)}"
     )
 
 

@@ -5,15 +5,26 @@ from typing import Literal
 
 import numpy as np
 
-from cyclopean.analysis import Result
-from cyclopean.arrays import Floats, Ints
+from cyclopean.analysis import LimitResult, Result
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.assembly import Assembly
 from cyclopean.geometry import Polyhedra, face_normals, pack
+from cyclopean.geometry.frames import unit
 from cyclopean.view.colours import classes
-from cyclopean.view.figures import Pressing, Resultants, block_utilisation, glue, pressing, resultants
+from cyclopean.view.figures import Pressing, Resultants, block_utilisation, needed_tension, pressing, resultants
 from cyclopean.view.motion import Motion, drawn_motion
 from cyclopean.view.thrust import thrust_line
 
-__all__ = ["Picture", "displaced", "feature_edges", "outlines", "picture", "without_points"]
+__all__ = [
+    "Picture",
+    "displaced",
+    "feature_edges",
+    "outlines",
+    "picture",
+    "picture_at_limit",
+    "still",
+    "without_points",
+]
 
 FACE_LIMIT = 200_000  # triangles; beyond it blocks with many faces are drawn as their convex outlines
 EDGE_LIMIT = 60_000  # line segments of one kind
@@ -23,7 +34,7 @@ POINT_LIMIT = 20_000  # dots of one kind
 BLOCK_LIMIT = 3_000  # beyond it neither arrows nor ghosts: they would be smaller than anyone can see
 SHARP = np.cos(np.radians(20.0))  # faces that turn less than this share no drawn edge
 
-NOWHERE, NOTHING, NOBODY = np.zeros((0, 3)), np.zeros((0, 2, 3)), np.zeros(0)
+NOWHERE, NOTHING, NOBODY, NO_GRAVITY = np.zeros((0, 3)), np.zeros((0, 2, 3)), np.zeros(0), np.zeros(3)
 
 Quantity = Literal["utilisation", "movement", "nothing"]
 
@@ -48,9 +59,7 @@ class Picture:
     rubbing: float = 0.0  # N, the friction of the longest of these
     virtual: Motion | None = None  # of a coupled state, exaggerated
     virtual_edge: Floats = field(default_factory=NOTHING.copy)  # (e, 2, 3) m, edges of the blocks displaced by it
-    pull: Floats = field(
-        default_factory=NOWHERE.copy
-    )  # (t, 3) m, points where a joint would have to pull, the most first
+    pull: Floats = field(default_factory=NOWHERE.copy)  # (t, 3) m, where a joint would have to pull, the most first
     pull_share: Floats = field(default_factory=NOBODY.copy)  # (t,) of the largest tension
     thrust: Floats = field(default_factory=NOTHING.copy)  # (s, 2, 3) m, the line of thrust, where there is one
 
@@ -68,7 +77,7 @@ def picture(result: Result) -> Picture:
         mesh = replace(shown, vertex=motion.vertex)
         ghost, edge = edge, feature_edges(mesh)
     else:
-        mesh, ghost = shown, np.zeros((0, 2, 3))
+        mesh, ghost = shown, NOTHING
     drawable, many = len(edge) <= EDGE_LIMIT, len(result.assembly) > BLOCK_LIMIT
     if many and (len(ghost) or result.force is not None):
         what = "the model where it stands" if len(ghost) else "the drawing of contact forces"
@@ -93,6 +102,48 @@ def picture(result: Result) -> Picture:
     return drawn if many else _with_points(drawn, result)
 
 
+def picture_at_limit(result: LimitResult) -> Picture:
+    """Of a limit analysis: the mechanism at the upper bound where there is one, else the forces at the lower one."""
+    moves = result.mechanism is not None
+    return picture(
+        Result(
+            assembly=result.assembly,
+            contacts=result.contacts,
+            fixed=result.fixed,
+            method=result.method,
+            verdict="unstable" if moves else "stable",
+            reason=result.reason,
+            assumed=result.assumed,
+            gravity=result.gravity,
+            residuals={},
+            force=None if moves else result.force,
+            frame=result.frame,
+            utilisation=None if moves else result.utilisation,
+            mechanism=result.mechanism,
+        )
+    )
+
+
+def still(assembly: Assembly, fixed: Bools, value: Floats | None = None, gravity: Floats = NO_GRAVITY) -> Picture:
+    """Blocks at rest, without forces.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    fixed : (n,) bool
+        Supports.
+    value : (n,) float, optional
+        From 0 to 1, for the colours; none where it is not given.
+    gravity : (3,) m/s2
+        Not drawn where it is 0.
+    """
+    mesh = outlines(assembly.mesh, FACE_LIMIT)
+    edge = feature_edges(mesh)
+    group = classes(np.full(len(assembly), np.nan) if value is None else value, fixed)
+    edge = edge if len(edge) <= EDGE_LIMIT else NOTHING
+    return Picture(mesh, group, "nothing", edge, NOTHING, NOTHING, 0.0, gravity, None, ())
+
+
 def displaced(drawn: Picture) -> Picture | None:
     """The same blocks displaced virtually, without the resultants; None where there is no coupled state."""
     if drawn.virtual is None:
@@ -115,7 +166,7 @@ def without_points(drawn: Picture) -> Picture:
 
 def _with_points(drawn: Picture, result: Result) -> Picture:
     """Add what belongs to single points: where a coupled state presses and rubs, and where joints would pull."""
-    found, needed = pressing(result), glue(result)
+    found, needed = pressing(result), needed_tension(result)
     if found is not None:
         rub, rubbing = _friction(result, found)
         motion = _motion(result, drawn.mesh, result.displacement)
@@ -172,7 +223,7 @@ def _quantity(result: Result, motion: Motion | None) -> tuple[Quantity, Floats]:
 def _arrows(result: Result, found: Resultants | None, notes: list[str]) -> tuple[Floats, float]:
     """Resultants through the centres of pressure, along the way the load goes; the largest is 0.9 block sizes long."""
     if found is None or not len(found.loaded):
-        return np.zeros((0, 2, 3)), 0.0
+        return NOTHING, 0.0
     some = found.loaded[:ARROW_LIMIT]
     if len(found.loaded) > ARROW_LIMIT:
         notes.append(f"Arrows show the largest {ARROW_LIMIT:,} of {len(found.loaded):,} contact forces.")
@@ -188,9 +239,8 @@ def _arrows(result: Result, found: Resultants | None, notes: list[str]) -> tuple
 def feature_edges(mesh: Polyhedra) -> Floats:
     """(e, 2, 3) m: edges where the surface turns by more than 20 degrees, each once."""
     if not len(mesh.corner):
-        return np.zeros((0, 2, 3))
-    normal = face_normals(mesh)
-    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        return NOTHING
+    normal = unit(face_normals(mesh))
     here, there = mesh.corner, mesh.corner[mesh.next_corner]
     key = np.minimum(here, there) * len(mesh.vertex) + np.maximum(here, there)
     order = np.argsort(key, kind="stable")

@@ -5,93 +5,63 @@ are dropped, the rest are painted from the furthest to the nearest. A drawing of
 too large, shows the way there at a click: SVG's own animation, without a script.
 """
 
-from dataclasses import dataclass
-from html import escape
-
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry import face_normals
+from cyclopean.geometry.frames import unit
 from cyclopean.geometry.polygon import convex_hull
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HATCH, HELD, INK, PULL, RUB, THRUST, fill, shaded
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, PULL, RUB, THRUST, fill, shaded
 from cyclopean.view.drawing import Picture
-from cyclopean.view.figures import number
+from cyclopean.view.svg import (
+    Paper,
+    closed,
+    fitted,
+    front_view,
+    hatch,
+    project,
+    scale_bar,
+    segments,
+    sheet,
+    text,
+)
 
-__all__ = ["View", "animated", "elevation_svg", "front_view", "project"]
+__all__ = ["animated", "elevation_svg"]
 
-WIDTH, HEIGHT, MARGIN = 1000.0, 640.0, 40.0
+HEIGHT, MARGIN = 640.0, 40.0
+SIDE, FOOT = 2.6 * MARGIN, MARGIN + 44.0  # room for gravity at the right, for the scale below
 FACE_LIMIT = 20_000  # faces painted one by one; beyond it one silhouette a block
 ARROW_LIMIT = 1_000
 POINT_LIMIT = 5_000
 ANIMATED_FACES = 1_500  # beyond it the two shapes of every face would make the page heavy
+FINE = 2  # decimals of the corners of faces, which are many units large or small
+NOTHING = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.05]])  # what paper is cut to where nothing is shown
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class View:
-    """An orthographic view onto an upright plane."""
-
-    right: Floats  # (3,) unit, horizontal: to the right of the drawing
-    into: Floats  # (3,) unit, horizontal: away from the viewer
-
-
-def front_view(point: Floats) -> View:
-    """Look where the model is least deep, to a degree; along +y, with x to the right, unless another is better."""
-    angle = np.radians(np.arange(180.0))
-    if not len(point):
-        return View(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-    flat = point[:, :2] - point[0, :2]
-    depth = np.array([np.ptp(flat @ [-np.sin(t), np.cos(t)]) for t in angle])
-    best = int(np.argmin(depth)) if depth.min() < 0.99 * depth[0] else 0
-    c, s = np.cos(angle[best]), np.sin(angle[best])
-    return View(np.array([c, s, 0.0]), np.array([-s, c, 0.0]))
-
-
-def project(point: Floats, view: View) -> tuple[Floats, Floats]:
-    """(..., 2) right and up, and (...,) depth away from the viewer, all in m.
-
-    Examples
-    --------
-    >>> front = front_view(np.zeros((0, 3)))
-    >>> flat, depth = project(np.array([1.0, 2.0, 3.0]), front)
-    >>> flat.tolist(), float(depth)
-    ([1.0, 3.0], 2.0)
-    """
-    return np.stack([point @ view.right, point[..., 2]], -1), np.asarray(point @ view.into)
-
-
-@dataclass(frozen=True, slots=True)
-class _Paper:
-    """From metres to drawing units; y runs down."""
-
-    left: float
-    top: float
-    scale: float
-    width: float
-    height: float
-
-    def of(self, flat: Floats) -> Floats:
-        return np.stack([(flat[..., 0] - self.left) * self.scale, (self.top - flat[..., 1]) * self.scale], -1)
-
-
-def elevation_svg(drawn: Picture, title: str, *, bare: bool = False) -> str:
-    """Draw the picture as one `<svg>` element; `bare` leaves out arrows, scale and gravity, for a thumbnail."""
-    view = front_view(drawn.mesh.vertex)
-    paper = _paper(drawn, view)
-    moves = not bare and animated(drawn)
-    parts = [*_polygons(drawn, view, paper, moves)]
-    if not bare:
-        parts.append(_ghost(drawn, view, paper))
-        parts.append(_thrust(drawn.thrust, view, paper))
-        parts += _arrows(drawn.arrow, view, paper, FORCE)
-        parts.append(_dots(drawn.press, np.full(len(drawn.press), 4.0), view, paper, FORCE))
-        parts += _arrows(drawn.rub, view, paper, RUB)
-        parts.append(_dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), view, paper, PULL))
-        parts += [*_gravity(drawn, view, paper), *_scale_bar(paper)]
-    name = ' id="moving"' if moves else ""
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {paper.width:.0f} {paper.height:.0f}" role="img"{name}>'
-        f"<title>{escape(title)}</title>{_HATCH}{''.join(parts)}</svg>"
+def elevation_svg(drawn: Picture, title: str) -> str:
+    """Draw the picture as one `<svg>` element."""
+    seen = np.concatenate([drawn.mesh.vertex, drawn.ghost.reshape(-1, 3)])
+    paper = fitted(
+        front_view(drawn.mesh.vertex),
+        seen if len(seen) else NOTHING,
+        HEIGHT - MARGIN - FOOT,
+        (MARGIN, MARGIN, SIDE, FOOT),
     )
+    moves = animated(drawn)
+    parts = [
+        f"<defs>{hatch()}</defs>",
+        *_polygons(drawn, paper, moves),
+        _ghost(drawn, paper),
+        _thrust(drawn.thrust, paper),
+        _arrows(drawn.arrow, paper, FORCE),
+        _dots(drawn.press, np.full(len(drawn.press), 4.0), paper, FORCE),
+        _arrows(drawn.rub, paper, RUB),
+        _dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), paper, PULL),
+        _gravity(drawn, paper),
+        scale_bar(MARGIN, paper.height - 34.0, paper.scale, 0.22 * (paper.width - 2.0 * MARGIN)) if len(seen) else "",
+    ]
+    name = ' id="moving"' if moves else ""
+    return sheet((paper.width, paper.height), title, parts, letters=16.0, white=False, more=name)
 
 
 def animated(drawn: Picture) -> bool:
@@ -99,55 +69,26 @@ def animated(drawn: Picture) -> bool:
     return drawn.rest is not None and len(drawn.mesh.corner_start) - 1 <= ANIMATED_FACES
 
 
-_HATCH = (
-    '<defs><pattern id="hatch" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
-    f'<path d="M0 0V7" stroke="{HATCH}" stroke-width="3"/></pattern></defs>'
-)
-
-
-def _paper(drawn: Picture, view: View) -> _Paper:
-    """Fit everything shown into the sheet."""
-    seen = np.concatenate([drawn.mesh.vertex, drawn.ghost.reshape(-1, 3)])
-    if not len(seen):
-        return _Paper(0.0, 0.0, 1.0, WIDTH, 120.0)
-    flat, _ = project(seen, view)
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    span = np.maximum(high - low, 1e-9 * max(float(np.max(high - low)), 1e-300))
-    side, foot = 2.6 * MARGIN, MARGIN + 44.0  # room for gravity at the right, for the scale below
-    scale = float(min((WIDTH - MARGIN - side) / span[0], (HEIGHT - MARGIN - foot) / span[1]))
-    return _Paper(
-        float(low[0]) - MARGIN / scale,
-        float(high[1]) + MARGIN / scale,
-        scale,
-        float(span[0]) * scale + MARGIN + side,
-        float(span[1]) * scale + MARGIN + foot,
-    )
-
-
-def _path(points: Floats) -> str:
-    return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in points.tolist()) + "Z"
-
-
-def _polygons(drawn: Picture, view: View, paper: _Paper, moves: bool) -> list[str]:
-    mesh = drawn.mesh
+def _polygons(drawn: Picture, paper: Paper, moves: bool) -> list[str]:
+    mesh, view = drawn.mesh, paper.view
     if len(mesh.corner_start) - 1 > FACE_LIMIT:
-        return _silhouettes(drawn, view, paper)
-    flat, depth = project(mesh.vertex, view)
-    sheet = paper.of(flat)
-    normal = face_normals(mesh)
-    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        return _silhouettes(drawn, paper)
+    point, depth = paper.of(mesh.vertex), project(mesh.vertex, view)[1]
+    normal = unit(face_normals(mesh))
     facing = -(normal @ view.into)
     starts = mesh.corner_start[:-1]
     far = np.add.reduceat(depth[mesh.corner], starts) / np.diff(mesh.corner_start) if len(starts) else np.zeros(0)
     light = np.clip(0.86 + 0.14 * facing + 0.08 * normal[:, 2] - 0.04 * (normal @ view.right), 0.0, 1.0)
-    body = mesh.face_body
-    before = paper.of(project(drawn.rest, view)[0]) if moves and drawn.rest is not None else None
+    before = paper.of(drawn.rest) if moves and drawn.rest is not None else None
     painted = []
     for f in _painting_order(far, facing):
-        corner = mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]]
-        outline = _path(sheet[corner])
-        way = "" if before is None or drawn.group[body[f]] == HELD else _way(_path(before[corner]), outline)
-        painted.append(_paint(outline, int(drawn.group[body[f]]), float(light[f]), bool(len(drawn.edge)), way))
+        corner, group = (
+            mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]],
+            int(drawn.group[mesh.face_body[f]]),
+        )
+        outline = closed(point[corner], FINE)
+        way = "" if before is None or group == HELD else _way(closed(before[corner], FINE), outline)
+        painted.append(_paint(outline, group, float(light[f]), bool(len(drawn.edge)), way))
     return [f'<g stroke="{INK}" stroke-width="0.9" stroke-linejoin="round">', *painted, "</g>"]
 
 
@@ -169,66 +110,60 @@ def _paint(outline: str, group: int, light: float, edged: bool, way: str = "") -
     """One polygon; supports get a hatch over their colour, unedged faces a hairline of their own colour."""
     colour = shaded(fill(group), light)
     edge = "" if edged else f' stroke="{colour}"'
-    hatch = f'<path d="{outline}" fill="url(#hatch)" stroke="none"/>' if group == HELD else ""
+    lines = f'<path d="{outline}" fill="url(#hatch)" stroke="none"/>' if group == HELD else ""
     end = f">{way}</path>" if way else "/>"
-    return f'<path d="{outline}" fill="{colour}"{edge}{end}{hatch}'
+    return f'<path d="{outline}" fill="{colour}"{edge}{end}{lines}'
 
 
-def _silhouettes(drawn: Picture, view: View, paper: _Paper) -> list[str]:
+def _silhouettes(drawn: Picture, paper: Paper) -> list[str]:
     """One convex outline a block, the furthest first: for models with very many faces."""
     mesh = drawn.mesh
-    flat, depth = project(mesh.vertex, view)
+    point, depth = paper.of(mesh.vertex), project(mesh.vertex, paper.view)[1]
     middle = np.bincount(mesh.vertex_body, depth, len(mesh)) / np.maximum(np.diff(mesh.vertex_start), 1)
-    sheet = paper.of(flat)
     painted = []
     for i in np.argsort(-middle, kind="stable"):
-        outline = convex_hull(sheet[mesh.vertex_start[i] : mesh.vertex_start[i + 1]])
-        painted.append(_paint(_path(outline), int(drawn.group[i]), 0.95, True))
+        outline = closed(convex_hull(point[mesh.vertex_start[i] : mesh.vertex_start[i + 1]]), FINE)
+        painted.append(_paint(outline, int(drawn.group[i]), 0.95, True))
     return [f'<g stroke="{INK}" stroke-width="0.5" stroke-linejoin="round">', *painted, "</g>"]
 
 
-def _ghost(drawn: Picture, view: View, paper: _Paper) -> str:
+def _ghost(drawn: Picture, paper: Paper) -> str:
     """Where the model stands, dashed, over the moved one."""
     if not len(drawn.ghost):
         return ""
-    ends = paper.of(project(drawn.ghost, view)[0])
-    lines = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in np.unique(ends.round(1), axis=0).tolist())
+    lines = segments(np.unique(paper.of(drawn.ghost).round(1), axis=0))
     return f'<path d="{lines}" fill="none" stroke="{GHOST}" stroke-width="1.1" stroke-dasharray="5 4"/>'
 
 
-def _thrust(thrust: Floats, view: View, paper: _Paper) -> str:
+def _thrust(thrust: Floats, paper: Paper) -> str:
     """The line of thrust: a white halo and a broad line."""
     if not len(thrust):
         return ""
-    ends = paper.of(project(thrust, view)[0])
-    path = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in ends.tolist())
-    style = 'fill="none" stroke-linecap="round"'
+    path, style = segments(paper.of(thrust)), 'fill="none" stroke-linecap="round"'
     return (
         f'<path class="thrust" d="{path}" {style} stroke="#fff" stroke-width="6" stroke-opacity="0.7"/>'
         f'<path d="{path}" {style} stroke="{THRUST}" stroke-width="3.5"/>'
     )
 
 
-def _arrows(arrow: Floats, view: View, paper: _Paper, colour: str) -> list[str]:
+def _arrows(arrow: Floats, paper: Paper, colour: str) -> str:
     """Forces: a white halo, the shaft, the head."""
-    ends = paper.of(project(arrow[:ARROW_LIMIT], view)[0])
-    shafts = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in ends.tolist())
-    if not shafts:
-        return []
-    heads = "".join(_head(tail, tip, 9.0) for tail, tip in ends)
-    return [
-        f'<path d="{shafts}" stroke="#fff" stroke-width="4" stroke-opacity="0.7" fill="none"/>',
-        f'<path d="{shafts}" stroke="{colour}" stroke-width="2" fill="none"/><path d="{heads}" fill="{colour}"/>',
-    ]
+    if not len(arrow):
+        return ""
+    ends = paper.of(arrow[:ARROW_LIMIT])
+    shafts, heads = segments(ends), "".join(_head(tail, tip, 9.0) for tail, tip in ends)
+    return (
+        f'<path d="{shafts}" stroke="#fff" stroke-width="4" stroke-opacity="0.7" fill="none"/>'
+        f'<path d="{shafts}" stroke="{colour}" stroke-width="2" fill="none"/><path d="{heads}" fill="{colour}"/>'
+    )
 
 
-def _dots(point: Floats, radius: Floats, view: View, paper: _Paper, colour: str) -> str:
+def _dots(point: Floats, radius: Floats, paper: Paper, colour: str) -> str:
     """Contact points, with a white rim; those that fall together on the sheet are drawn once, as the largest."""
     if not len(point):
         return ""
-    at = paper.of(project(point[:POINT_LIMIT], view)[0]).round(1)
     drawn: dict[tuple[float, float], float] = {}
-    for (x, y), r in zip(at.tolist(), radius.tolist(), strict=False):
+    for (x, y), r in zip(paper.of(point[:POINT_LIMIT]).round(1).tolist(), radius.tolist(), strict=False):
         drawn[x, y] = max(r, drawn.get((x, y), 0.0))
     circles = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}"/>' for (x, y), r in drawn.items())
     return f'<g fill="{colour}" stroke="#fff" stroke-width="1.2">{circles}</g>'
@@ -244,34 +179,18 @@ def _head(tail: Floats, tip: Floats, length: float) -> str:
     across = np.array([-along[1], along[0]])
     reach = min(length, 0.6 * size)
     back = tip - reach * along
-    return _path(np.stack([tip, back + 0.36 * reach * across, back - 0.36 * reach * across]))
+    return closed(np.stack([tip, back + 0.36 * reach * across, back - 0.36 * reach * across]), FINE)
 
 
-def _gravity(drawn: Picture, view: View, paper: _Paper) -> list[str]:
-    flat, _ = project(drawn.gravity, view)
+def _gravity(drawn: Picture, paper: Paper) -> str:
     size = float(np.linalg.norm(drawn.gravity))
     if not (size > 0.0):
-        return []
-    down = 70.0 * np.array([flat[0], -flat[1]]) / size
+        return ""
+    down = 70.0 / size / paper.scale * paper.way(drawn.gravity)
     middle = np.array([paper.width - 44.0, paper.height / 2.0 - 30.0])
     tail, tip = middle - down / 2.0, middle + down / 2.0
-    return [
-        f'<path d="M{tail[0]:.1f} {tail[1]:.1f}L{tip[0]:.1f} {tip[1]:.1f}" stroke="{GRAVITY}" stroke-width="2.4"/>',
-        f'<path d="{_head(tail, tip, 15.0)}" fill="{GRAVITY}"/>',
-        f'<text x="{middle[0] + 14:.1f}" y="{middle[1] + 5:.1f}" font-size="17" font-style="italic" fill="{GRAVITY}">'
-        "g</text>",
-    ]
-
-
-def _scale_bar(paper: _Paper) -> list[str]:
-    """A bar of 1, 2 or 5 times a power of ten metres, about a fifth of the drawing."""
-    wish = 0.22 * (paper.width - 2 * MARGIN) / paper.scale
-    power = 10.0 ** np.floor(np.log10(wish))
-    length = power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wish * (1 + 1e-9))
-    right, y = MARGIN + length * paper.scale, paper.height - 34.0
-    name = f"{number(length)} m" if length >= 1.0 else f"{number(1000.0 * length)} mm"
-    return [
-        f'<path d="M{MARGIN:.1f} {y - 5:.1f}V{y + 5:.1f}M{MARGIN:.1f} {y:.1f}H{right:.1f}M{right:.1f} {y - 5:.1f}'
-        f'V{y + 5:.1f}" stroke="#444" stroke-width="1.5" fill="none"/>',
-        f'<text x="{right + 10:.1f}" y="{y + 5:.1f}" font-size="16" fill="#444">{name}</text>',
-    ]
+    return (
+        f'<path d="{segments(np.stack([tail, tip])[None])}" stroke="{GRAVITY}" stroke-width="2.4"/>'
+        f'<path d="{_head(tail, tip, 15.0)}" fill="{GRAVITY}"/>'
+        + text(middle[0] + 14.0, middle[1] + 5.0, "g", f'font-size="17" font-style="italic" fill="{GRAVITY}"')
+    )

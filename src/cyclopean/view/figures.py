@@ -11,15 +11,16 @@ from cyclopean.arrays import Floats, Ints
 from cyclopean.view.motion import Motion
 
 __all__ = [
-    "Glue",
     "Pressing",
     "Resultants",
+    "Tension",
     "block_utilisation",
     "cases",
     "densities",
     "fastest",
+    "force_text",
     "free_weight",
-    "glue",
+    "needed_tension",
     "number",
     "pressing",
     "resultants",
@@ -95,7 +96,7 @@ def pressing(result: Result) -> Pressing | None:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glue:
+class Tension:
     """Tension that the contacts would have to bear."""
 
     pull: Floats  # (c,) N, of each contact
@@ -106,7 +107,7 @@ class Glue:
     share: float  # of the weight of all free blocks
 
 
-def glue(result: Result) -> Glue | None:
+def needed_tension(result: Result) -> Tension | None:
     """Sum the tension of every contact; None where it was not measured."""
     if result.tension is None:
         return None
@@ -118,7 +119,9 @@ def glue(result: Result) -> Glue | None:
     whole = np.add.reduceat(pull, first) if len(first) else np.zeros(0)
     peak = np.maximum.reduceat(pull, first) if len(first) else np.zeros(0)
     total = float(np.sum(pull))
-    return Glue(whole, peak, _largest_first(whole), _largest_first(pull), total, total / weight if weight else np.nan)
+    return Tension(
+        whole, peak, _largest_first(whole), _largest_first(pull), total, total / weight if weight else np.nan
+    )
 
 
 def _largest_first(value: Floats) -> Ints:
@@ -205,6 +208,18 @@ def unit_of(newtons: float) -> tuple[float, str]:
         if newtons >= divisor:
             return divisor, name
     return 1.0, "N"
+
+
+def force_text(newtons: float) -> str:
+    """Write a force in the unit in which it reads well.
+
+    Examples
+    --------
+    >>> force_text(12e3)
+    '12 kN'
+    """
+    divisor, unit = unit_of(newtons)
+    return f"{number(newtons / divisor)} {unit}"
 
 
 def number(value: float, digits: int = 3) -> str:

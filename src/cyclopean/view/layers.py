@@ -1,4 +1,4 @@
-"""What every 3D scene is made with: a server, light, a camera, lines, dots and arrows."""
+"""What every 3D scene is made with: a server, light, a camera, lines and dots."""
 
 import logging
 from collections.abc import Iterator
@@ -9,24 +9,21 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
-from cyclopean.geometry import following
+from cyclopean.geometry import Polyhedra, following
 from cyclopean.view.colours import rgb
-from cyclopean.view.drawing import Picture
-from cyclopean.view.elevation import View
+from cyclopean.view.svg import View
 
 if TYPE_CHECKING:
     from cyclopean.view.access import AccessControl  # loads a web server
 
 __all__ = [
     "SPAN",
-    "arrows",
     "camera",
     "contact_sides",
     "dots",
     "fit",
     "gravity_arrow",
     "light",
-    "linear",
     "lines",
     "server",
     "silent",
@@ -67,12 +64,11 @@ def silent() -> Iterator[None]:
         log.setLevel(level)
 
 
-def fit(drawn: Picture) -> tuple[Floats, float]:
-    """Middle of the model and the factor that makes it SPAN long."""
-    vertex = drawn.mesh.vertex
-    if not len(vertex):
+def fit(mesh: Polyhedra) -> tuple[Floats, float]:
+    """Middle (3,) of a model (m), and the factor that makes it SPAN long."""
+    if not len(mesh.vertex):
         return np.zeros(3), 1.0
-    low, high = vertex.min(axis=0), vertex.max(axis=0)
+    low, high = mesh.vertex.min(axis=0), mesh.vertex.max(axis=0)
     return (low + high) / 2.0, SPAN / max(float(np.linalg.norm(high - low)), 1e-300)
 
 
@@ -108,39 +104,17 @@ def dots(scene: Any, name: str, point: Any, colour: str, size: float) -> Any:
     )
 
 
-def arrows(scene: Any, name: str, arrow: Any, colour: str, radius: float, slim: float = 0.05) -> Any:
-    """Arrows (m, 2, 3), or None where there are none.
-
-    A short one gets no longer head than itself, so thickness follows the median length by `slim`.
-    """
-    if not len(arrow):
-        return None
-    length = float(np.median(np.linalg.norm(arrow[:, 1] - arrow[:, 0], axis=1)))
-    shaft = min(radius, slim * length)
-    return scene.add_arrows(
-        name, arrow, linear(colour), shaft_radius=shaft, head_radius=2.6 * shaft, head_length=min(7.0 * shaft, length)
-    )
-
-
-def linear(colour: str) -> tuple[int, int, int]:
-    """What viser must be told so that arrows, whose colours it takes for linear light, come out in this sRGB colour."""
-    part = np.array(rgb(colour)) / 255.0
-    light = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
-    red, green, blue = np.rint(255.0 * light).astype(int).tolist()
-    return red, green, blue
-
-
-def gravity_arrow(drawn: Picture, view: View, place: Any) -> Any:
-    """One arrow beside the model, along gravity."""
-    size = float(np.linalg.norm(drawn.gravity))
-    if not (size > 0.0) or not len(drawn.mesh.vertex):
-        return np.zeros((0, 2, 3), np.float32)
-    vertex = place(drawn.mesh.vertex)
-    along, depth, height = vertex @ view.right, vertex @ view.into, vertex[:, 2]
-    half = 0.065 * SPAN * drawn.gravity / size
-    middle = (float(along.max()) + 0.07 * SPAN) * view.right + float(depth.min()) * view.into
+def gravity_arrow(gravity: Floats, mesh: Polyhedra, view: View) -> Floats:
+    """(1, 2, 3) m: an arrow beside a model, along gravity (3,); (0, 2, 3) where there is none, or no model."""
+    size = float(np.linalg.norm(gravity))
+    if not (size > 0.0) or not len(mesh.vertex):
+        return np.zeros((0, 2, 3))
+    span = SPAN / fit(mesh)[1]
+    along, depth, height = mesh.vertex @ view.right, mesh.vertex @ view.into, mesh.vertex[:, 2]
+    half = 0.065 * span * gravity / size
+    middle = (float(along.max()) + 0.07 * span) * view.right + float(depth.min()) * view.into
     middle = middle + np.array([0.0, 0.0, (float(height.min()) + float(height.max())) / 2.0])
-    return np.stack([middle - half, middle + half])[None].astype(np.float32)
+    return np.stack([middle - half, middle + half])[None]
 
 
 def camera(camera: Any, view: View, shown: Any, aspect: float = ASPECT) -> None:

@@ -1,26 +1,36 @@
 """The page of limit analysis: both bounds, the mechanism in motion, the joints that move, and the curves."""
 
-import shlex
 from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
-from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, Result, moving_joints
-from cyclopean.view.colours import ACCENT
-from cyclopean.view.drawing import picture, without_points
-from cyclopean.view.elevation import elevation_svg
-from cyclopean.view.markup import click_note, counts, document, section
-from cyclopean.view.page import POLICY
-from cyclopean.view.scene import scene_html
+from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, moving_joints
+from cyclopean.view.colours import ACCENT, INK, LINE, SOFT
+from cyclopean.view.drawing import picture_at_limit
+from cyclopean.view.markup import (
+    POLICY,
+    document,
+    figure,
+    headline,
+    listed,
+    model_figures,
+    section,
+    table,
+    written_first,
+)
+from cyclopean.view.svg import closed, grid, open_path, sheet, text
+from cyclopean.view.tables import joint_name
 
 __all__ = ["limit_html", "polar_svg", "pushover_svg"]
 
-INK, SOFT, LINE = "#23211d", "#5b5750", "#dedbd3"
 MOST = 40  # joints listed
 WORDS = {"limit": "Limit", "unbounded": "No limit", "falls": "Falls", "undecided": "Undecided"}
 TONES = {"limit": "stable", "unbounded": "stable", "falls": "unstable", "undecided": "undecided"}
 KINDS = {"hinge": "opens about a hinge", "slide": "slides", "part": "parts"}
+STANDS = ACCENT["stable"]
+RADIUS = 190.0  # drawing units of the outermost circle
+RINGS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0)  # degrees that circles may be apart
 
 
 def limit_html(
@@ -38,16 +48,19 @@ def limit_html(
     certificate_file, model_file : str, optional
         Names of these files.
     """
-    polar, pushover = result.polar, result.pushover
+    drawn, polar, pushover = picture_at_limit(result), result.polar, result.pushover
     body = (
         _head(result, model_file),
         section("The bounds", _bounds(result), _MEANING[result.live.kind]),
-        _pictures(result),
+        section(
+            "How it moves" if drawn.motion else "The model",
+            model_figures(drawn, result.assembly.name, _MOVES if drawn.motion else "Forces at the lower bound."),
+        ),
         section("Joints that move", _joints(result), _JOINTS),
         section("Without dilatancy", _coupled(result.coupled), _COUPLED),
-        section("Tilt in every direction", "" if polar is None else _figure(polar_svg(polar), _polar_caption(polar))),
+        section("Tilt in every direction", "" if polar is None else figure(polar_svg(polar), _polar_caption(polar))),
         section("As it goes on", "" if pushover is None else _pushover(pushover), _PUSHOVER),
-        section("Warnings", "".join(f"<p>{escape(line)}</p>" for line in result.warnings)),
+        section("Warnings", listed(result.warnings)),
         section("How to verify it", _proof(result, certificate_file, model_file)),
         section("How it was computed", _provenance(result)),
     )
@@ -55,6 +68,7 @@ def limit_html(
     return document(title, body, word=TONES[result.word], may=POLICY)
 
 
+_MOVES = "The mechanism at the upper bound, drawn so that the largest movement is a quarter of a mean block."
 _MEANING = {
     "push": (
         "The multiplier is of a push on every block, in shares of its weight under standard gravity. At the lower one"
@@ -87,12 +101,8 @@ _PUSHOVER = (
 def _head(result: LimitResult, model_file: str | None) -> str:
     n, held = len(result.assembly), int(result.fixed.sum())
     figures = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
-    source = f' <span class="soft">({escape(model_file)})</span>' if model_file else ""
-    return (
-        f"<header><h1>{escape(result.assembly.name)}{source}</h1><span>cyclopean</span></header>"
-        f'<div class="verdict"><strong>{_answer(result)}</strong><p>{escape(result.reason)}</p></div>'
-        + counts([(name, f"{count:,}") for name, count in figures], "rigid-block limit analysis")
-    )
+    answer = _answer(result), result.reason
+    return headline(result.assembly.name, figures, "rigid-block limit analysis", answer=answer, model_file=model_file)
 
 
 def _answer(result: LimitResult) -> str:
@@ -114,7 +124,7 @@ def _bounds(result: LimitResult) -> str:
         rows.append(("stands only between", f"{result.window[0]:.8g} and {result.window[1]:.8g}"))
     if result.assumed:
         rows += [(f"{name} (assumed)", escape(str(value))) for name, value in result.assumed.items()]
-    return _table(rows)
+    return _plain(rows)
 
 
 def _number(value: float | None) -> str:
@@ -125,81 +135,26 @@ def _degrees(value: float | None) -> str:
     return "not proved" if value is None else f"{value:.8g}°"
 
 
-def _table(rows: Sequence[tuple[str, ...]], head: Sequence[str] = ()) -> str:
-    top = f"<thead><tr>{''.join(f'<th>{cell}</th>' for cell in head)}</tr></thead>" if head else ""
-    lines = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table>{top}<tbody>{lines}</tbody></table>" if rows else ""
-
-
-def _shown(result: LimitResult) -> Result:
-    """What the pictures of a check draw: the mechanism where there is one, else the forces."""
-    moves = result.mechanism is not None
-    return Result(
-        assembly=result.assembly,
-        contacts=result.contacts,
-        fixed=result.fixed,
-        method=result.method,
-        verdict="unstable" if moves else "stable",
-        reason=result.reason,
-        assumed=result.assumed,
-        gravity=result.gravity,
-        residuals={},
-        force=None if moves else result.force,
-        frame=result.frame,
-        utilisation=None if moves else result.utilisation,
-        mechanism=result.mechanism,
-    )
-
-
-def _pictures(result: LimitResult) -> str:
-    drawn = picture(_shown(result))
-    scene = escape(scene_html(drawn), quote=True)
-    name = escape(result.assembly.name)
-    flat = elevation_svg(without_points(drawn), f"Elevation of {result.assembly.name}")
-    moves = drawn.motion is not None
-    told = (
-        "The mechanism at the upper bound, drawn so that the largest movement is a quarter of a mean block."
-        if moves
-        else "Forces at the lower bound."
-    )
-    return (
-        f"<section><h2>{'How it moves' if moves else 'The model'}</h2>"
-        f'<figure class="scene"><iframe title="3D scene: {name}" srcdoc="{scene}"></iframe>'
-        "<figcaption>Drag to turn, scroll to zoom, right-drag to move.</figcaption></figure>"
-        f'<figure class="elevation">{flat}<figcaption>Elevation. {told}{click_note(drawn)}</figcaption></figure>'
-        "</section>"
-    )
+def _plain(rows: Sequence[Sequence[str]], *head: str) -> str:
+    """A table whose columns are all texts."""
+    return table([(title, "") for title in head] or [("", "")] * 2, rows)
 
 
 def _joints(result: LimitResult) -> str:
-    blocks, contacts = result.assembly.blocks, result.contacts
-    joints = moving_joints(result)
     rows = [
-        (
-            escape(blocks[contacts.a[joint.contact]].id),
-            escape(blocks[contacts.b[joint.contact]].id),
-            KINDS[joint.kind],
-            f"{joint.speed:.3f}",
-            ", ".join(f"{x:.3f}" for x in joint.point),
-        )
-        for joint in joints[:MOST]
+        (joint_name(result, j.contact), KINDS[j.kind], f"{j.speed:.3f}", ", ".join(f"{x:.3f}" for x in j.point))
+        for j in moving_joints(result)
     ]
-    more = f"<p>And {len(joints) - MOST:,} more.</p>" if len(joints) > MOST else ""
-    return _table(rows, ("block", "and block", "how", "speed", "about (m)")) + more if rows else ""
+    return table([("Joint", ""), ("How", ""), ("Speed", "n"), ("About (m)", "n")], rows, MOST)
 
 
 def _coupled(coupled: CoupledBracket | None) -> str:
     if coupled is None:
         return ""
-    stands = "none" if coupled.stands is None else f"{coupled.stands:.6g}"
-    rows = [("largest multiplier certified", stands)]
+    rows = [("largest multiplier certified", "none" if coupled.stands is None else f"{coupled.stands:.6g}")]
     if coupled.not_yet is not None:
         rows.append((f"least that is not ({coupled.word})", f"{coupled.not_yet:.6g}"))
-    return _table(rows) + _table([(f"{t:.6g}", word) for t, word in coupled.trials], ("tried", "verdict"))
-
-
-def _figure(drawing: str, caption: str) -> str:
-    return f"<figure>{drawing}<figcaption>{caption}</figcaption></figure>"
+    return _plain(rows) + _plain([(f"{t:.6g}", word) for t, word in coupled.trials], "Tried", "Verdict")
 
 
 def _polar_caption(polar: Polar) -> str:
@@ -214,39 +169,39 @@ def _polar_caption(polar: Polar) -> str:
 
 def polar_svg(polar: Polar) -> str:
     """Draw the tilt that is proved to stand, by azimuth, on circles of equal angle."""
-    table = [(az, 90.0 if low is not None and high is None else low or 0.0) for az, low, high in polar.table]
-    top = max((value for _, value in table), default=1.0) or 1.0
-    ring = next(step for step in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0) if top / step <= 5.0 or step == 30.0)
+    shown = [(az, 90.0 if low is not None and high is None else low or 0.0) for az, low, high in polar.table]
+    top = max((value for _, value in shown), default=1.0) or 1.0
+    ring = next((step for step in RINGS if top / step <= 5.0), RINGS[-1])
     rings = np.arange(ring, top * 1.001 + ring, ring)
-    reach = 190.0 / float(rings[-1])
+    reach = RADIUS / float(rings[-1])
     parts = []
     for value in rings:
         parts.append(f'<circle r="{value * reach:.1f}" fill="none" stroke="{LINE}"/>')
-        parts.append(f'<text x="4" y="{-value * reach - 3:.1f}" fill="{SOFT}" font-size="11">{value:g}°</text>')
+        parts.append(text(4.0, -value * reach - 3.0, f"{value:g}°", f'fill="{SOFT}" font-size="11"'))
     parts.append(f'<path d="M-200 0H200M0 -200V200" stroke="{LINE}"/>')
-    points = [(value * reach * np.cos(np.deg2rad(az)), -value * reach * np.sin(np.deg2rad(az))) for az, value in table]
-    outline = "L".join(f"{x:.1f} {y:.1f}" for x, y in points)
-    parts.append(f'<path d="M{outline}Z" fill="{ACCENT["stable"]}" fill-opacity=".18" stroke="{ACCENT["stable"]}"/>')
-    for (x, y), (az, value) in zip(points, table, strict=True):
-        parts.append(
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.5" fill="{ACCENT["stable"]}">'
-            f"<title>{az:g}°: {value:.4g}°</title></circle>"
-        )
-    for x, y, anchor, name in ((204, 4, "start", "+x"), (-204, 4, "end", "−x"), (0, -206, "middle", "+y")):
-        parts.append(f'<text x="{x}" y="{y}" text-anchor="{anchor}" fill="{INK}" font-size="13">{name}</text>')
-    return (
-        '<svg viewBox="-240 -230 480 450" role="img" aria-label="Tilt by azimuth" xmlns="http://www.w3.org/2000/svg"'
-        f' font-family="system-ui,sans-serif" style="max-width:34rem">{"".join(parts)}</svg>'
+    points = (
+        np.array([(value * np.cos(np.deg2rad(az)), -value * np.sin(np.deg2rad(az))) for az, value in shown]) * reach
     )
+    parts.append(f'<path d="{closed(points)}" fill="{STANDS}" fill-opacity=".18" stroke="{STANDS}"/>')
+    for (x, y), (az, value) in zip(points.tolist(), shown, strict=True):
+        parts.append(_dot(x, y, f"<title>{az:g}°: {value:.4g}°</title>"))
+    for x, y, anchor, name in ((204, 4, "start", "+x"), (-204, 4, "end", "−x"), (0, -206, "middle", "+y")):
+        parts.append(text(x, y, name, f'text-anchor="{anchor}"'))
+    centred = ['<g transform="translate(240 230)">', *parts, "</g>"]
+    return sheet((480.0, 450.0), "Tilt by azimuth", centred, letters=13.0, white=False, more=' style="max-width:34rem"')
+
+
+def _dot(x: float, y: float, title: str = "") -> str:
+    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.5" fill="{STANDS}">{title}</circle>'
 
 
 def _pushover(pushover: Pushover) -> str:
     caption = f"Control block '{escape(pushover.control)}'. It ends where {escape(pushover.ended)}."
-    rows = [
+    head = [("Displacement (m)", ""), ("Rotation (°)", "n"), ("Multiplier", "n"), ("Points in touch", "n")]
+    rows = (
         (f"{s.displacement:.5g}", f"{s.rotation:.4g}", f"{s.multiplier:.6g}", f"{s.touching:,}") for s in pushover.steps
-    ]
-    table = _table(rows, ("displacement (m)", "rotation (°)", "multiplier", "points in touch"))
-    return _figure(pushover_svg(pushover), caption) + table
+    )
+    return figure(pushover_svg(pushover), caption) + table(head, rows)
 
 
 def pushover_svg(pushover: Pushover) -> str:
@@ -256,40 +211,26 @@ def pushover_svg(pushover: Pushover) -> str:
     wide, high, left, foot = 560.0, 260.0, 60.0, 36.0
     right, top = float(u.max()) or 1.0, float(max(t.max(), 0.0)) or 1.0
     low = float(min(t.min(), 0.0))
+    shares = np.linspace(0.0, 1.0, 5)
+    levels = [(12.0 + high * (1.0 - share), f"{low + share * (top - low):.3g}") for share in shares]
+    ticks = [(left + wide * share, f"{share * right:.3g}") for share in shares]
+    points = np.stack([left + wide * u / right, 12.0 + high * (top - t) / (top - low)], -1)
+    parts = [
+        grid(left, wide, levels, ticks, high + 30.0),
+        f'<path d="{open_path(points)}" fill="none" stroke="{STANDS}" stroke-width="2"/>',
+        *(_dot(x, y) for x, y in points.tolist()),
+        text(left + wide / 2.0, high + foot + 12.0, _AXES, f'text-anchor="middle" fill="{INK}"'),
+    ]
+    return sheet((left + wide + 24.0, high + foot + 22.0), "Pushover curve", parts, letters=12.0, white=False)
 
-    def place(x: float, y: float) -> tuple[float, float]:
-        return left + wide * x / right, 12.0 + high * (top - y) / (top - low)
 
-    parts = []
-    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
-        x, y = place(share * right, low + share * (top - low))
-        parts.append(f'<path d="M{left:g} {y:.1f}h{wide:g}" stroke="{LINE}"/>')
-        label = f"{low + share * (top - low):.3g}"
-        parts.append(f'<text x="{left - 6:g}" y="{y + 4:.1f}" text-anchor="end" fill="{SOFT}">{label}</text>')
-        parts.append(
-            f'<text x="{x:.1f}" y="{high + 30:g}" text-anchor="middle" fill="{SOFT}">{share * right:.3g}</text>'
-        )
-    line = "L".join("{:.1f} {:.1f}".format(*place(x, y)) for x, y in zip(u.tolist(), t.tolist(), strict=True))
-    parts.append(f'<path d="M{line}" fill="none" stroke="{ACCENT["stable"]}" stroke-width="2"/>')
-    for x, y in (place(a, b) for a, b in zip(u.tolist(), t.tolist(), strict=True)):
-        parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.5" fill="{ACCENT["stable"]}"/>')
-    title = f'<text x="{left + wide / 2:g}" y="{high + foot + 12:g}" text-anchor="middle" fill="{INK}">'
-    parts.append(f"{title}displacement of the control block (m); upright: multiplier</text>")
-    return (
-        f'<svg viewBox="0 0 {left + wide + 24:g} {high + foot + 22:g}" role="img" aria-label="Pushover curve"'
-        ' xmlns="http://www.w3.org/2000/svg" font-family="system-ui,sans-serif" font-size="12">'
-        f"{''.join(parts)}</svg>"
-    )
+_AXES = "displacement of the control block (m); upright: multiplier"
 
 
 def _proof(result: LimitResult, certificate_file: str | None, model_file: str | None) -> str:
     if result.certificate is None:
         return "<p>There is no certificate: neither bound is proved.</p>"
-    name = escape(shlex.quote(certificate_file or "certificate.json"))
-    write = ""
-    if certificate_file is None:
-        model = escape(shlex.quote(model_file or "MODEL"))
-        write = f"<p>Write the certificate first: <code>cyclopean limit {model} ... --certificate {name}</code></p>"
+    name, write = written_first("limit {model} ...", certificate_file, model_file)
     return (
         f"{write}<p>Both bounds stand in one certificate (limit-bounds). Check it with</p>"
         f"<pre>cyclopean verify {name}</pre><p>It is exact: at the lower multiplier every force is inside its friction"
@@ -302,4 +243,4 @@ def _provenance(result: LimitResult) -> str:
     tried = result.provenance.get("tried", [])
     rows = [(escape(str(t["solver"])), escape(str(t["word"])), str(t["factorisations"])) for t in tried]
     times = ", ".join(f"{name} {value:.3g} s" for name, value in result.seconds.items())
-    return _table(rows, ("solver", "answer", "factorisations")) + f"<p>{times}</p>"
+    return _plain(rows, "Solver", "Answer", "Factorisations") + f"<p>{times}</p>"

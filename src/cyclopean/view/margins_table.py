@@ -1,13 +1,12 @@
-"""What a model has to spare, for the page and for the terminal."""
-
-from html import escape
+"""What a model has to spare, for the page."""
 
 from cyclopean.analysis import Margins, Result
 from cyclopean.analysis.safety_margins import Bracket
 from cyclopean.view.figures import number
-from cyclopean.view.markup import section
+from cyclopean.view.markup import section, table
+from cyclopean.view.tables import joint_name
 
-__all__ = ["margin_rows", "margins_section"]
+__all__ = ["margins_section"]
 
 _LEAD = (
     "By rigid-block equilibrium, the others unchanged: how far each may go before no forces keep balance any more. Both"
@@ -16,8 +15,13 @@ _LEAD = (
 )
 
 
-def margin_rows(found: Margins, result: Result) -> list[tuple[str, str, str]]:
-    """What, how much, and which joint governs; in words."""
+def margins_section(found: Margins, result: Result) -> str:
+    """What, how much, and which joint governs."""
+    content = table([("", ""), ("", ""), ("moves most when it falls", "")], _rows(found, result))
+    return section("What it has to spare", content, _LEAD)
+
+
+def _rows(found: Margins, result: Result) -> list[tuple[str, str, str]]:
     rows = []
     mu = result.contacts.mu
     if found.friction is not None:
@@ -40,20 +44,5 @@ def margin_rows(found: Margins, result: Result) -> list[tuple[str, str, str]]:
     return rows
 
 
-def margins_section(found: Margins, result: Result) -> str:
-    """The same as a part of the page."""
-    rows = "".join(
-        f"<tr><th>{escape(what)}</th><td>{escape(much)}</td><td>{escape(joint)}</td></tr>"
-        for what, much, joint in margin_rows(found, result)
-    )
-    head = '<tr><th scope="col"></th><th scope="col"></th><th scope="col">moves most when it falls</th></tr>'
-    content = f"<table><thead>{head}</thead><tbody>{rows}</tbody></table>" if rows else ""
-    return section("What it has to spare", content, _LEAD)
-
-
 def _joint(bracket: Bracket, result: Result) -> str:
-    k = bracket.governing
-    if k is None:
-        return ""
-    ids = [block.id for block in result.assembly.blocks]
-    return f"{ids[int(result.contacts.a[k])]} – {ids[int(result.contacts.b[k])]}"
+    return "" if bracket.governing is None else joint_name(result, bracket.governing)

@@ -1,24 +1,70 @@
-"""Pieces of HTML that the pages share: the document around them, figures at the head, sections, keys of a legend."""
+"""The kit of pages: the document around them, verdict, figures, tables, scales and keys; every HTML page is made of it.
 
-from collections.abc import Iterable
+What comes from a model or from the user is escaped by who writes it into a page, unless a function says that it does.
+"""
+
+import shlex
+from collections.abc import Iterable, Sequence
 from html import escape
 
-from cyclopean.view.colours import GHOST
-from cyclopean.view.drawing import Picture
-from cyclopean.view.elevation import animated
+from cyclopean.arrays import Floats
+from cyclopean.errors import spelt
+from cyclopean.view.colours import GHOST, HATCH, SCALE, SUPPORT
+from cyclopean.view.drawing import Picture, without_points
+from cyclopean.view.elevation import animated, elevation_svg
+from cyclopean.view.scene import scene_html
 from cyclopean.view.style import sheet
 
-__all__ = ["DASHED", "STILL", "arrow", "click_note", "counts", "document", "key", "section"]
+__all__ = [
+    "DASHED",
+    "DRAG",
+    "POLICY",
+    "STILL",
+    "SUPPORTED",
+    "arrow",
+    "bar",
+    "click_note",
+    "document",
+    "figure",
+    "headline",
+    "key",
+    "legend",
+    "listed",
+    "model_figures",
+    "ramp",
+    "section",
+    "table",
+    "told",
+    "written_first",
+]
 
 STILL = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"  # pages without a script
+# Of pages with a scene: the browser itself is told to load nothing from anywhere; the scene in the frame inherits this.
+# Viser's client unpacks itself with blob and data addresses, which never leave the machine.
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval' blob: data:;"
+    " worker-src blob: data:; connect-src blob: data:; img-src blob: data:; font-src data:;"
+    " base-uri 'none'; form-action 'none'"
+)
+# Our only script: without WebGL the frame is hidden, and the elevation stands alone.
+_FLAT = (
+    "<noscript><style>.scene{display:none}</style></noscript>"
+    "<script>try{if(!document.createElement('canvas').getContext('webgl2'))throw 0}"
+    "catch(e){document.documentElement.className+=' flat'}</script>"
+)
 FOOTER = "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>"
+ROWS = 400  # of a table, unless it says otherwise
+DRAG = "Drag to turn, scroll to zoom, right-drag to move."
 
-DASHED = f'<path d="M0 8H32" stroke="{GHOST}" stroke-width="2" stroke-dasharray="5 3"/>'
+# What keys explain: small drawings of 32 x 16 units.
+DASHED = f'<path d="M1 8H32" stroke="{GHOST}" stroke-width="2" stroke-dasharray="5 3"/>'
+SUPPORTED = (
+    f'<rect width="32" height="16" fill="{SUPPORT}"/>'
+    f'<path d="M2 18 18 0M12 18 28 0M22 18 38 0" stroke="{HATCH}" stroke-width="3"/>'
+)
 
 
-def document(
-    title: str, body: Iterable[str], *, word: str = "", style: str = "", head: str = "", may: str = STILL
-) -> str:
+def document(title: str, body: Iterable[str], *, word: str = "", style: str = "", may: str = STILL) -> str:
     """One self-contained HTML page.
 
     Parameters
@@ -29,8 +75,8 @@ def document(
         HTML, in order; a footer follows.
     word : str
         Verdict that the page's accent is of.
-    style, head : str
-        Further style sheet, further elements of the head.
+    style : str
+        Further style sheet.
     may : str
         Content security policy: what the browser may load.
     """
@@ -39,16 +85,57 @@ def document(
         f'<!doctype html><html lang="en"{accent}><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{may}">'
         '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{sheet()}{style}</style>{head}</head>"
+        f"<title>{escape(title)}</title><style>{sheet()}{style}</style>{_FLAT if may == POLICY else ''}</head>"
         f"<body><main>{''.join(body)}{FOOTER}</main></body></html>"
     )
 
 
-def counts(rows: Iterable[tuple[str, str]], method: str = "") -> str:
-    """Figures at the head of a page: what, and how many; then the method."""
-    cells = "".join(f"<div><dt>{what}</dt><dd>{count}</dd></div>" for what, count in rows)
+def told(text: str) -> str:
+    """Escape a sentence; options that it names in backticks become what one types.
+
+    Examples
+    --------
+    >>> told("a < b: say `beta_min`")
+    'a &lt; b: say <code>--beta-min</code>'
+    """
+    return spelt(escape(text), lambda option: f"<code>--{option.replace('_', '-')}</code>")
+
+
+def headline(
+    name: str,
+    figures: Iterable[tuple[str, object]],
+    method: str = "",
+    *,
+    answer: tuple[str, str] | None = None,
+    more: str = "",
+    model_file: str | None = None,
+) -> str:
+    """What stands at the head of a page.
+
+    Parameters
+    ----------
+    name : str
+        What the page is about; escaped here.
+    figures : iterable of (what, how many)
+        Whole numbers are written here, all else is a text already.
+    method : str
+        How it was found; escaped here.
+    answer : (str, str), optional
+        One or two words in large letters, and why; the reason is escaped here.
+    more : str
+        HTML below the reason.
+    model_file : str, optional
+        Where it comes from; escaped here.
+    """
+    source = f' <span class="soft">({escape(model_file)})</span>' if model_file else ""
+    said = f'<div class="verdict"><strong>{answer[0]}</strong><p>{told(answer[1])}</p>{more}</div>' if answer else ""
+    shown = [(what, f"{count:,}" if isinstance(count, int) else count) for what, count in figures]
+    cells = "".join(f"<div><dt>{what}</dt><dd>{count}</dd></div>" for what, count in shown)
     last = f"<div><dt></dt><dd>{escape(method)}</dd></div>" if method else ""
-    return f'<dl class="counts">{cells}{last}</dl>'
+    return (
+        f"<header><h1>{escape(name)}{source}</h1><span>cyclopean</span></header>{said}"
+        f'<dl class="counts">{cells}{last}</dl>'
+    )
 
 
 def section(title: str, content: str, lead: str = "") -> str:
@@ -56,6 +143,98 @@ def section(title: str, content: str, lead: str = "") -> str:
     if not content:
         return ""
     return f"<section><h2>{title}</h2>{f'<p>{lead}</p>' if lead else ''}{content}</section>"
+
+
+def listed(lines: Iterable[str]) -> str:
+    """Warnings and notes as a list; escaped here."""
+    items = "".join(f"<li>{told(line)}</li>" for line in lines)
+    return f'<ul class="warnings">{items}</ul>' if items else ""
+
+
+def figure(drawing: str, caption: str = "", kind: str = "") -> str:
+    """A drawing with what is said of it."""
+    below = f"<figcaption>{caption}</figcaption>" if caption else ""
+    return f"<figure{_class(kind)}>{drawing}{below}</figure>"
+
+
+def model_figures(drawn: Picture, name: str, caption: str, *, layers: str = DRAG, joints: Floats | None = None) -> str:
+    """A picture twice: in 3D, and as an elevation, for print and where there is no WebGL.
+
+    Parameters
+    ----------
+    drawn : Picture
+    name : str
+        Of the model; escaped here.
+    caption, layers : str
+        What is said of the elevation, and of the scene.
+    joints : (e, 2, 3) m, optional
+        Outlines of contacts, in the scene only.
+    """
+    scene = (
+        f'<iframe title="3D scene: {escape(name)}" srcdoc="{escape(scene_html(drawn, joints), quote=True)}"></iframe>'
+    )
+    flat = elevation_svg(without_points(drawn), f"Elevation of {name}")
+    return figure(scene, layers, "scene") + figure(flat, f"Elevation. {caption}{click_note(drawn)}", "elevation")
+
+
+def table(
+    head: Sequence[tuple[str, str]],
+    rows: Iterable[Sequence[str]],
+    most: int = ROWS,
+    elsewhere: str = "",
+    *,
+    box: bool = False,
+) -> str:
+    """An HTML table; nothing where there are no rows.
+
+    Parameters
+    ----------
+    head : sequence of (title, class)
+        Of each column; no titles are shown where none has any.
+    rows : iterable of sequence of str
+        Cells, already escaped; the first of each row is its heading.
+    most : int
+        Rows that are written; how many are left out is said below.
+    elsewhere : str
+        Where these are: " in cutlist.csv".
+    box : bool
+        Whether it scrolls in a box, for it may be long.
+    """
+    rows = list(rows)
+    if not rows:
+        return ""
+    columns = "".join(f'<th scope="col"{_class(c)}>{title}</th>' for title, c in head)
+    body = "".join(
+        f'<tr><th scope="row"{_class(head[0][1])}>{row[0]}</th>'
+        + "".join(f"<td{_class(c)}>{cell}</td>" for cell, (_, c) in zip(row[1:], head[1:], strict=True))
+        + "</tr>"
+        for row in rows[:most]
+    )
+    top = f"<thead><tr>{columns}</tr></thead>" if any(title for title, _ in head) else ""
+    more = f'<p class="soft">and {len(rows) - most:,} more{elsewhere}</p>' if len(rows) > most else ""
+    return f'<div class="wide{" rows" if box else ""}"><table>{top}<tbody>{body}</tbody></table></div>{more}'
+
+
+def _class(name: str) -> str:
+    return f' class="{name}"' if name else ""
+
+
+def bar(share: float, colour: str, text: str) -> str:
+    """A number with a bar as long as a share of 1."""
+    width = 100.0 * min(max(share, 0.0), 1.0)
+    return f'{text}<span class="bar"><i style="width:{width:.0f}%;background:{colour}"></i></span>'
+
+
+def ramp(title: str, low: str, high: str) -> str:
+    """What the colours mean, from 0 to 1."""
+    steps = "".join(f'<li style="background:{colour}"></li>' for colour in SCALE)
+    ends = f"<span><i>{low}</i><i>0.5</i><i>{high}</i></span>"
+    return f'<div class="ramp"><b>{title}</b><ol aria-hidden="true">{steps}</ol>{ends}</div>'
+
+
+def legend(keys: Iterable[str]) -> str:
+    """Scales and keys above a drawing."""
+    return f'<div class="legend">{"".join(keys)}</div>'
 
 
 def key(drawing: str, text: str) -> str:
@@ -71,3 +250,12 @@ def arrow(colour: str) -> str:
 def click_note(drawn: Picture) -> str:
     """Tell that the elevation moves, when it does."""
     return " Click the drawing to see it move." if animated(drawn) else ""
+
+
+def written_first(command: str, certificate_file: str | None, model_file: str | None) -> tuple[str, str]:
+    """The certificate's name as one types it, and how a command, "check {model}", writes it where none has; escaped."""
+    name = escape(shlex.quote(certificate_file or "certificate.json"))
+    if certificate_file is not None:
+        return name, ""
+    asked = command.format(model=escape(shlex.quote(model_file or "MODEL")))
+    return name, f"<p>Write the certificate first:</p><pre>cyclopean {asked} --certificate {name}</pre>"

@@ -13,13 +13,15 @@ from cyclopean.design.matching.negotiation import Round
 from cyclopean.design.stones.stone import Stone
 from cyclopean.view.carving_drawing import DATUM, carving_svg
 from cyclopean.view.colours import GHOST, INK, SCALE
-from cyclopean.view.markup import counts, document, section
-from cyclopean.view.tables import table
+from cyclopean.view.markup import document, figure, headline, listed, section, table
+from cyclopean.view.svg import open_path, sheet, text
 
 __all__ = ["match_html", "rounds_svg"]
 
-ROWS = 400  # of the table
-_STYLE = "figure svg{display:block;width:100%;height:auto}.rows{max-height:34rem;overflow:auto}"
+_CAPTION = (
+    f"Hatched: what comes off. Clifford and McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall (ACADIA"
+    " 2018). Lambda means something only together with the gap."
+)
 
 
 def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequence[Round] = ()) -> str:
@@ -40,33 +42,26 @@ def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequ
     placed = [(stones[p.stone], blocks[cells.block[p.cell]], p.rotation, p.shift) for p in match.placements]
     carved = tuple(carve(*row) for row in placed)
     held, _ = supports(cells.assembly)
-    name = escape(cells.assembly.name)
     drawing = carving_svg(cells.assembly, held, carved, f"{cells.assembly.name}, stones as placed", "before")
-    body = (
-        f"<header><h1>Stones for {name}</h1><span>cyclopean</span></header>",
-        _headline(match, stones),
-        f"<section><h2>Stones as placed</h2><figure>{drawing}<figcaption>Hatched: what comes off. Clifford and McGee"
-        f" measured about {DATUM:g} on their Cyclopean Cannibalism wall (ACADIA 2018). Lambda means something only"
-        " together with the gap.</figcaption></figure></section>",
-        section("How the cells were negotiated", rounds_svg(rounds), _ROUNDS) if len(rounds) > 1 else "",
-        section("Stone by stone", _table(match, stones, cells), "The most carved first."),
-        section("What to know", "".join(f"<p>{escape(note)}</p>" for note in match.notes)),
-    )
-    return document(f"Stones for {cells.assembly.name}", body, style=_STYLE)
-
-
-_ROUNDS = "In each round the cells were moved to suit their stones, drawn again, and the stones placed again."
-
-
-def _headline(match: Match, stones: Sequence[Stone]) -> str:
+    title = f"Stones for {cells.assembly.name}"
     figures = [
         ("Lambda: carved off", f"{match.imposition:.3f}"),
         ("gap: left empty", f"{match.gap:.3f}"),
         ("stones placed", f"{len(match):,} of {len(stones):,}"),
-        ("cells without a stone", f"{len(match.empty):,}"),
+        ("cells without a stone", len(match.empty)),
         ("weight of void", f"{match.weight:.3g}"),
     ]
-    return counts(figures)
+    body = (
+        headline(title, figures),
+        section("Stones as placed", figure(drawing, _CAPTION)),
+        section("How the cells were negotiated", figure(rounds_svg(rounds)) if len(rounds) > 1 else "", _ROUNDS),
+        section("Stone by stone", _table(match, stones, cells), "The most carved first."),
+        section("What to know", listed(match.notes)),
+    )
+    return document(title, body)
+
+
+_ROUNDS = "In each round the cells were moved to suit their stones, drawn again, and the stones placed again."
 
 
 def rounds_svg(rounds: Sequence[Round]) -> str:
@@ -80,34 +75,28 @@ def rounds_svg(rounds: Sequence[Round]) -> str:
     y = high - foot - (high - foot - 14.0) * value / top
     parts = [f'<path d="M{left} {high - foot}H{wide - 100}" stroke="{GHOST}"/>']
     for k, (label, colour) in enumerate((("Lambda", SCALE[5]), ("gap", INK))):
-        line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y[:, k], strict=True))
-        parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="2.5"/>')
+        line = open_path(np.stack([x, y[:, k]], -1))
+        parts.append(f'<path d="{line}" fill="none" stroke="{colour}" stroke-width="2.5"/>')
         for a, b, v in zip(x, y[:, k], value[:, k], strict=True):
             parts.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" fill="{colour}"/>')
-            parts.append(f'<text x="{a:.1f}" y="{b - 8:.1f}" text-anchor="middle" fill="{colour}">{v:.3f}</text>')
-        parts.append(f'<text x="{x[-1] + 34:.1f}" y="{y[-1, k] + 5:.1f}" fill="{colour}">{label}</text>')
+            parts.append(text(a, b - 8.0, f"{v:.3f}", f'text-anchor="middle" fill="{colour}"'))
+        parts.append(text(x[-1] + 34.0, y[-1, k] + 5.0, label, f'fill="{colour}"'))
     for k, a in enumerate(x):
-        name = "as drawn" if k == 0 else f"round {k}"
-        parts.append(f'<text x="{a:.1f}" y="{high - foot + 22:.1f}" text-anchor="middle">{name}</text>')
-    return (
-        f'<figure><svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide:.0f} {high:.0f}" role="img" font-size="14"'
-        f' font-family="sans-serif" fill="{INK}"><title>Lambda and gap by round</title>{"".join(parts)}</svg></figure>'
-    )
+        parts.append(text(a, high - foot + 22.0, f"round {k}" if k else "as drawn", 'text-anchor="middle"'))
+    return sheet((wide, high), "Lambda and gap by round", parts, letters=14.0, white=False)
 
 
 def _table(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
     head = [("Stone", ""), ("Cell", ""), ("Lambda", "n"), ("Gap", "n"), ("Stone, L", "n"), ("Cell, L", "n")]
-    order = sorted(match.placements, key=lambda p: (-p.carved_share, p.cell))
-    rows = [
-        [
+    rows = (
+        (
             escape(stones[p.stone].id),
             escape(cells.assembly.blocks[cells.block[p.cell]].id),
             f"{p.carved_share:.3f}",
             f"{p.gap_share:.3f}",
             f"{1e3 * stones[p.stone].volume:.1f}",
             f"{1e3 * float(cells.volume[p.cell]):.1f}",
-        ]
-        for p in order[:ROWS]
-    ]
-    more = f'<p class="soft">and {len(order) - ROWS:,} more in match.json</p>' if len(order) > ROWS else ""
-    return f'<div class="rows">{table(head, rows)}</div>{more}' if rows else ""
+        )
+        for p in sorted(match.placements, key=lambda p: (-p.carved_share, p.cell))
+    )
+    return table(head, rows, elsewhere=" in match.json", box=True)

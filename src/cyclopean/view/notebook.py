@@ -12,18 +12,17 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis import GRAVITY, LimitResult, Result
-from cyclopean.arrays import Bools, Floats
+from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, supports
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 from cyclopean.view.building import building_svg
-from cyclopean.view.colours import ACCENT, HATCH, INK, SCALE, UNKNOWN, classes
-from cyclopean.view.drawing import EDGE_LIMIT, FACE_LIMIT, Picture, feature_edges, outlines, picture, without_points
+from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, LINE, SCALE, SOFT
+from cyclopean.view.drawing import Picture, picture, picture_at_limit, still, without_points
 from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import number
-from cyclopean.view.markup import STILL
-from cyclopean.view.page import POLICY
+from cyclopean.view.markup import POLICY, STILL
 from cyclopean.view.scene import scene_html
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
@@ -33,13 +32,13 @@ HEAVIEST = 1_400_000  # characters of one picture
 SHOWN = 24  # stones of an inventory
 NOTES = 4  # warnings that are shown; the rest are counted
 
-_SOFT = "#5b5750"
 _CARD = (
-    f"background:#fff;color:{INK};border:1px solid #dedbd3;border-left:.45rem solid {{}};border-radius:.3rem;"
+    f"background:#fff;color:{INK};border:1px solid {LINE};border-left:.45rem solid {{}};border-radius:.3rem;"
     "padding:.9rem 1.1rem;max-width:56rem;font:15px/1.5 system-ui,sans-serif;overflow-wrap:anywhere"
 )
-_FRAME = "display:block;width:100%;border:1px solid #dedbd3;border-radius:.3rem;margin-top:.8rem;background:#fff"
-_QUIET = "#8a8f94"  # accent of what has no verdict
+_FRAME = f"display:block;width:100%;border:1px solid {LINE};border-radius:.3rem;margin-top:.8rem;background:#fff"
+
+DOWN = np.array(GRAVITY)
 
 Figures = Sequence[tuple[str, str]]
 
@@ -56,8 +55,7 @@ def result_card(result: Result) -> str:
     free = len(result.assembly) - int(result.fixed.sum())
     figures = [("blocks", f"{len(result.assembly):,}"), ("of them free", f"{free:,}")]
     figures += [("contacts", f"{len(result.contacts):,}"), ("method", result.method)]
-    proof = "none" if result.certificate is None else f"{result.certificate.get('kind', '')}, checked"
-    figures.append(("proof", proof))
+    figures.append(("proof", _proof(result)))
     meaning = {"utilisation": ("friction used", "1 = about to slide"), "movement": ("movement", "1 = the largest")}
     scale = _ramp(*meaning[drawn.quantity]) if drawn.quantity in meaning else ""
     return _card(
@@ -79,19 +77,7 @@ def limit_card(result: LimitResult) -> str:
     result : LimitResult
         From a limit analysis.
     """
-    at_limit = Result(
-        assembly=result.assembly,
-        contacts=result.contacts,
-        fixed=result.fixed,
-        method=result.method,
-        verdict="unstable",
-        reason=result.reason,
-        assumed=result.assumed,
-        gravity=result.gravity,
-        residuals={},
-        mechanism=result.mechanism,
-    )
-    drawn = picture(at_limit)
+    drawn = picture_at_limit(result)
     title = {"falls": "Falls already", "unbounded": "No limit found", "undecided": "Undecided"}.get(result.word)
     figures = [("stands up to", _bound(result.lower)), ("falls from", _bound(result.upper)), ("method", result.method)]
     value = _bound(result.value)
@@ -99,16 +85,19 @@ def limit_card(result: LimitResult) -> str:
         low, high = result.angle
         figures[:2] = [("stands up to", f"{_bound(low)}°"), ("falls from", f"{_bound(high)}°")]
         value = f"{number(low if low is not None else np.nan, 4)}°"
-    proof = "none" if result.certificate is None else f"{result.certificate.get('kind', '')}, checked"
     scale = _ramp("movement", "1 = the largest") if drawn.motion is not None else ""
     return _card(
         title or f"Limit {value}",
         f"{result.assembly.name}: {result.reason}",
-        [*figures, ("proof", proof)],
+        [*figures, ("proof", _proof(result))],
         scale + _scene(drawn, result.assembly.name),
         soft=[_assumed(result)] if result.assumed else [],
         notes=result.warnings,
     )
+
+
+def _proof(result: Result | LimitResult) -> str:
+    return "none" if result.certificate is None else f"{result.certificate.get('kind', '')}, checked"
 
 
 def _bound(value: float | None) -> str:
@@ -149,7 +138,7 @@ def model_card(assembly: Assembly, kind: str = "structure") -> str:
     ]
     if assembly.loads:
         figures.append(("loads", f"{len(assembly.loads):,}"))
-    drawn = _still(assembly, np.full(len(assembly), np.nan), held)
+    drawn = still(assembly, held, gravity=DOWN)
     return _card(assembly.name, f"a {kind}, not checked", figures, _scene(drawn, assembly.name))
 
 
@@ -176,7 +165,7 @@ def sequence_card(sequence: BuildSequence) -> str:
     shown = (
         _drawing(svg, f"{sequence.assembly.name}, how it is built")
         if len(svg) <= HEAVIEST
-        else _scene(_still(sequence.assembly, np.full(len(sequence.fixed), np.nan), sequence.fixed), title)
+        else _scene(still(sequence.assembly, sequence.fixed, gravity=DOWN), title)
     )
     soft = ["Click the drawing to see it built."] if steps and len(svg) <= HEAVIEST else []
     return _card(
@@ -217,7 +206,7 @@ def stones_card(
     share = np.concatenate([np.asarray(carved_share, float), np.zeros(len(held))])
     fixed = np.arange(len(share)) >= len(bodies)
     there = np.array([len(b.faces) > 0 for b in (*bodies, *held)], bool)
-    drawn = _still(whole, share[there], fixed[there], edges=False)
+    drawn = still(whole, fixed[there], share[there], DOWN)
     return _card(title, text, figures, _ramp("carved off", "1 = all of it") + _scene(drawn, title), notes=notes)
 
 
@@ -239,26 +228,6 @@ def inventory_card(stones: Sequence[Stone], source: str, notes: Sequence[str] = 
         figures.append(("litres each", f"{number(1e3 * float(volume.min()))} to {number(1e3 * float(volume.max()))}"))
     shown = _drawing(stone_sheet_svg(stones, most=SHOWN), source) if len(stones) else ""
     return _card(source, "found stones", figures, shown, notes=notes)
-
-
-def _still(assembly: Assembly, value: Floats, held: Bools, *, edges: bool = True) -> Picture:
-    """Blocks at rest, in the colours of a quantity; NaN = no value."""
-    mesh = outlines(assembly.mesh, FACE_LIMIT)
-    nothing = np.zeros((0, 2, 3))
-    edge = feature_edges(mesh) if edges else nothing
-    group = classes(value, held) if len(value) else np.full(0, UNKNOWN)
-    return Picture(
-        mesh=mesh,
-        group=group,
-        quantity="nothing",
-        edge=edge if len(edge) <= EDGE_LIMIT else nothing,
-        ghost=nothing,
-        arrow=nothing,
-        largest=0.0,
-        gravity=np.array(GRAVITY),
-        motion=None,
-        notes=(),
-    )
 
 
 def _scene(drawn: Picture, name: str) -> str:
@@ -291,7 +260,7 @@ def _ramp(what: str, high: str) -> str:
     """The scale of the colours."""
     steps = "".join(f'<i style="background:{colour};width:1.1rem;height:.7rem"></i>' for colour in SCALE)
     return (
-        f'<div style="display:flex;gap:.5rem;align-items:center;margin-top:.7rem;font-size:13px;color:{_SOFT}">'
+        f'<div style="display:flex;gap:.5rem;align-items:center;margin-top:.7rem;font-size:13px;color:{SOFT}">'
         f'{escape(what)} 0<span style="display:inline-flex;border:1px solid {HATCH}">{steps}</span>{escape(high)}</div>'
     )
 
@@ -302,20 +271,20 @@ def _card(
     figures: Figures,
     shown: str,
     *,
-    accent: str = _QUIET,
+    accent: str = GHOST,
     soft: Sequence[str] = (),
     notes: Sequence[str] = (),
 ) -> str:
     cells = "".join(
-        f'<span style="margin-right:1.4rem"><b>{escape(value)}</b> <i style="color:{_SOFT};font-style:normal">'
+        f'<span style="margin-right:1.4rem"><b>{escape(value)}</b> <i style="color:{SOFT};font-style:normal">'
         f"{escape(what)}</i></span>"
         for what, value in figures
     )
     lines = [*soft, *notes[:NOTES]]
     if len(notes) > NOTES:
         lines.append(f"and {len(notes) - NOTES} more notes")
-    below = "".join(f'<div style="color:{_SOFT};font-size:13px">{escape(line)}</div>' for line in lines)
-    colour = accent if accent != _QUIET else INK
+    below = "".join(f'<div style="color:{SOFT};font-size:13px">{escape(line)}</div>' for line in lines)
+    colour = accent if accent != GHOST else INK
     return (
         f'<div class="cyclopean-card" style="{_CARD.format(accent)}">'
         f'<div style="font-size:1.6rem;font-weight:700;line-height:1.2;color:{colour}">{escape(title)}</div>'

@@ -11,15 +11,12 @@ from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.design.stones.stone import Stone
 from cyclopean.view.building import building_svg
 from cyclopean.view.carving_drawing import DATUM
-from cyclopean.view.markup import counts, document, section
+from cyclopean.view.markup import document, figure, headline, section
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
 __all__ = ["overview_html"]
 
-_STYLE = (
-    "figure svg{display:block;width:100%;height:auto}figure+figure{margin-top:1.5rem}"
-    "ul.files{columns:2;padding-left:1.1rem}ul.files li{break-inside:avoid}"
-)
+_STYLE = "ul.files{columns:2;padding-left:1.1rem}ul.files li{break-inside:avoid}"
 SHOWN = 24  # stones of the inventory
 
 
@@ -50,32 +47,24 @@ def overview_html(
     """
     cuts, whole, before, after = carved
     wall, result = built
-    name = escape(drawn.assembly.name)
+    text = (
+        f"As drawn the wall is {drawn.verdict}; carved from found stones, with the gaps that they leave, it is"
+        f" {result.verdict}. {result.reason}"
+    )
+    figures = [
+        ("stones", len(cuts)),
+        ("Lambda: carved off", f"{whole.imposition:.3f}"),
+        ("gap: left empty", f"{whole.gap:.3f}"),
+        ("stages", len(sequence.steps)),
+    ]
     body = (
-        f"<header><h1>{name}</h1><span>cyclopean</span></header>",
-        _verdicts(drawn, result, whole, cuts, sequence),
-        section("Which stones", f"<figure>{stone_sheet_svg(stones, most=SHOWN)}</figure>", _stock(stones, cuts)),
-        section("Where they go", f"<figure>{before}</figure><figure>{after}</figure>", _carving(whole, wall)),
-        section("How it is built", f"<figure>{building_svg(sequence)}</figure>", _building(sequence)),
+        headline(drawn.assembly.name, figures, answer=(result.verdict.capitalize(), text)),
+        section("Which stones", figure(stone_sheet_svg(stones, most=SHOWN)), _stock(stones, cuts)),
+        section("Where they go", figure(before) + figure(after), _carving(whole, wall)),
+        section("How it is built", figure(building_svg(sequence)), _building(sequence)),
         section("Files beside this page", _links(files)),
     )
     return document(drawn.assembly.name, body, word=result.verdict, style=_STYLE)
-
-
-def _verdicts(drawn: Result, built: Result, whole: Total, cuts: Sequence[Carved], sequence: BuildSequence) -> str:
-    text = (
-        f"As drawn the wall is {drawn.verdict}; carved from found stones, with the gaps that they leave, it is"
-        f" {built.verdict}. {built.reason}"
-    )
-    figures = [
-        ("stones", f"{len(cuts):,}"),
-        ("Lambda: carved off", f"{whole.imposition:.3f}"),
-        ("gap: left empty", f"{whole.gap:.3f}"),
-        ("stages", f"{len(sequence.steps):,}"),
-    ]
-    return f'<div class="verdict"><strong>{built.verdict.capitalize()}</strong><p>{escape(text)}</p></div>' + counts(
-        figures
-    )
 
 
 def _stock(stones: Sequence[Stone], cuts: Sequence[Carved]) -> str:

@@ -1,18 +1,30 @@
 """The report: one HTML page that holds everything it shows and asks no network for anything."""
 
-import shlex
 from html import escape
 
 from cyclopean.analysis import Result
-from cyclopean.view.colours import FORCE, GRAVITY, HATCH, PULL, SCALE, SUPPORT, THRUST
+from cyclopean.view.colours import FORCE, GRAVITY, PULL, THRUST
 from cyclopean.view.coupling import coupled, near, refuted, tension
-from cyclopean.view.drawing import Picture, picture, without_points
-from cyclopean.view.elevation import elevation_svg
-from cyclopean.view.figures import number, unit_of
+from cyclopean.view.drawing import Picture, picture
+from cyclopean.view.figures import force_text
 from cyclopean.view.margins_table import margins_section
-from cyclopean.view.markup import DASHED, arrow, click_note, counts, document, key, section
+from cyclopean.view.markup import (
+    DASHED,
+    DRAG,
+    POLICY,
+    SUPPORTED,
+    arrow,
+    document,
+    headline,
+    key,
+    legend,
+    listed,
+    model_figures,
+    ramp,
+    section,
+    written_first,
+)
 from cyclopean.view.proofs import proves, proves_not
-from cyclopean.view.scene import scene_html
 from cyclopean.view.sensitivity_chart import sensitivity_section
 from cyclopean.view.subsidence_table import subsidence_section
 from cyclopean.view.tables import (
@@ -24,21 +36,7 @@ from cyclopean.view.tables import (
     settlement_table,
 )
 
-__all__ = ["POLICY", "report_html"]
-
-# The browser itself is told to load nothing from anywhere; the scene in the frame inherits this. Viser's client unpacks
-# itself with blob and data addresses, which never leave the machine.
-POLICY = (
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval' blob: data:;"
-    " worker-src blob: data:; connect-src blob: data:; img-src blob: data:; font-src data:;"
-    " base-uri 'none'; form-action 'none'"
-)
-
-# Our only script: without WebGL the frame is hidden, and the elevation stands alone.
-_FLAT = (
-    "<script>try{if(!document.createElement('canvas').getContext('webgl2'))throw 0}"
-    "catch(e){document.documentElement.className+=' flat'}</script>"
-)
+__all__ = ["report_html"]
 
 _METHOD = {
     "rbe": "rigid-block equilibrium (RBE)",
@@ -71,26 +69,24 @@ def report_html(
     drawn = picture(result)
     body = (
         _head(result, model_file),
-        _pictures(result, drawn),
+        section("How it moves" if drawn.motion else "The model", _pictures(result, drawn)),
         coupled(result, drawn),
         refuted(result),
         near(result),
         section("What was assumed", assumptions(result), _ASSUMED if result.assumed else ""),
         section("After the settlement", settlement_table(result), _SETTLED),
-        _movement(result, drawn),
-        _contacts(result),
+        section("Blocks that move most", movement_table(result, drawn.motion)),
+        section("Most used contacts", contacts_table(result), _CONTACTS),
         "" if result.path is None else subsidence_section(result.path, result),
-        "" if (spare := result.margins) is None else margins_section(spare, result),
+        "" if result.margins is None else margins_section(result.margins, result),
         "" if result.sensitivity is None else sensitivity_section(result.sensitivity),
         section("Tension it would need", tension(result)),
-        section("Warnings", _list(result.warnings)),
-        _proof(result, certificate_file, model_file),
+        section("Warnings", listed(result.warnings)),
+        section("How to verify it", _proof(result, certificate_file, model_file)),
         section("How exact the answer is", residuals_table(result), _EXACT),
         section("How it was computed", provenance_table(result)),
     )
-    head = f"<noscript><style>.scene{{display:none}}</style></noscript>{_FLAT}"
-    title = f"{result.assembly.name}: {result.verdict}"
-    return document(title, body, word=result.verdict, head=head, may=POLICY)
+    return document(f"{result.assembly.name}: {result.verdict}", body, word=result.verdict, may=POLICY)
 
 
 _ASSUMED = "Neither the model nor the command said what is marked as assumed. Check it before you rely on the verdict."
@@ -101,20 +97,17 @@ _SETTLED = (
 _EXACT = "Recomputed from the model after the solver was done, and relative, so that units and size do not matter."
 
 
-def _list(lines: tuple[str, ...]) -> str:
-    return f'<ul class="warnings">{"".join(f"<li>{escape(line)}</li>" for line in lines)}</ul>' if lines else ""
-
-
 def _head(result: Result, model_file: str | None) -> str:
     n, held = len(result.assembly), int(result.fixed.sum())
     figures = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
     figures.append(("contact points", len(result.contacts.point)))
-    source = f' <span class="soft">({escape(model_file)})</span>' if model_file else ""
-    return (
-        f"<header><h1>{escape(result.assembly.name)}{source}</h1><span>cyclopean</span></header>"
-        f'<div class="verdict"><strong>{result.verdict.capitalize()}</strong><p>{escape(result.reason)}</p>'
-        f"{_pulling(result)}</div>"
-        + counts([(name, f"{count:,}") for name, count in figures], _METHOD.get(result.method, result.method))
+    return headline(
+        result.assembly.name,
+        figures,
+        _METHOD.get(result.method, result.method),
+        answer=(result.verdict.capitalize(), result.reason),
+        more=_pulling(result),
+        model_file=model_file,
     )
 
 
@@ -132,26 +125,17 @@ def _pulling(result: Result) -> str:
 def _pictures(result: Result, drawn: Picture) -> str:
     if not len(drawn.mesh.vertex):
         return ""
-    scene = escape(scene_html(drawn), quote=True)
-    flat = elevation_svg(without_points(drawn), f"Elevation of {result.assembly.name}")
-    caption = f"Elevation. {_caption(result, drawn)}{click_note(drawn)}{_notes(drawn)}"
-    name = escape(f"{result.assembly.name}, {result.verdict}")
-    return (
-        f"<section><h2>{'How it moves' if drawn.motion else 'The model'}</h2>{_legend(drawn)}"
-        f'<figure class="scene"><iframe title="3D scene: {name}" srcdoc="{scene}"></iframe>'
-        "<figcaption>Drag to turn, scroll to zoom, right-drag to move. The button at the top right of the scene lists "
-        f"its layers.{_PALE if len(drawn.arrow) else ''}{_POINTS if len(drawn.press) else ''}</figcaption></figure>"
-        f'<figure class="elevation">{flat}<figcaption>{caption}</figcaption></figure></section>'
+    notes = "".join(f" {escape(note)}" for note in drawn.notes)
+    layers = (
+        f"{DRAG} The button at the top right of the scene lists its layers."
+        f"{_PALE if len(drawn.arrow) else ''}{_POINTS if len(drawn.press) else ''}"
     )
+    caption = _caption(result, drawn) + notes
+    return _legend(drawn) + model_figures(drawn, result.assembly.name, caption, layers=layers)
 
 
 _PALE = " Blocks are drawn see-through for the forces inside them, hence paler than the scale; the elevation is exact."
-
 _POINTS = " Dots are points that press, the thin arrows at them their friction."
-
-
-def _notes(drawn: Picture) -> str:
-    return "".join(f" {escape(note)}" for note in drawn.notes)
 
 
 def _caption(result: Result, drawn: Picture) -> str:
@@ -175,68 +159,44 @@ def _caption(result: Result, drawn: Picture) -> str:
 
 
 def _legend(drawn: Picture) -> str:
-    parts = []
-    if drawn.quantity != "nothing":
-        title, low, high = _SCALES[drawn.quantity]
-        steps = "".join(f'<li style="background:{colour}"></li>' for colour in SCALE)
-        parts.append(
-            f'<div class="ramp"><b>{title}</b><ol aria-hidden="true">{steps}</ol>'
-            f"<span><i>{low}</i><i>0.5</i><i>{high}</i></span></div>"
-        )
-    box = f'<rect width="32" height="16" fill="{SUPPORT}"/><path d="M2 18 18 0M12 18 28 0M22 18 38 0" stroke="{HATCH}"'
-    parts.append(key(f'{box} stroke-width="3"/>', "support"))
-    if len(drawn.arrow):
-        divisor, unit = unit_of(drawn.largest)
-        text = f"contact force, the longest is {number(drawn.largest / divisor)} {unit}"
-        parts.append(key(arrow(FORCE), text))
-    if len(drawn.thrust):
-        line = f'<path d="M1 8H31" stroke="{THRUST}" stroke-width="3.5"/>'
-        parts.append(key(line, "line of thrust (elevation): where the load passes"))
-    if len(drawn.ghost):
-        parts.append(key(DASHED, "where it stands"))
-    if len(drawn.pull):
-        parts.append(key(f'<circle cx="16" cy="8" r="6" fill="{PULL}"/>', "would have to pull"))
-    parts.append(key(arrow(GRAVITY), "gravity"))
-    return f'<div class="legend">{"".join(parts)}</div>'
+    thrust = f'<path d="M1 8H31" stroke="{THRUST}" stroke-width="3.5"/>'
+    longest = f"contact force, the longest is {force_text(drawn.largest)}"
+    return legend(
+        [
+            ramp(*_SCALES[drawn.quantity]) if drawn.quantity in _SCALES else "",
+            key(SUPPORTED, "support"),
+            key(arrow(FORCE), longest) if len(drawn.arrow) else "",
+            key(thrust, "line of thrust (elevation): where the load passes") if len(drawn.thrust) else "",
+            key(DASHED, "where it stands") if len(drawn.ghost) else "",
+            key(f'<circle cx="16" cy="8" r="6" fill="{PULL}"/>', "would have to pull") if len(drawn.pull) else "",
+            key(arrow(GRAVITY), "gravity"),
+        ]
+    )
 
 
 _SCALES = {
     "utilisation": ("Friction used at the worst contact of a block", "0", "1 = about to slide"),
     "movement": ("Movement of a block, largest = 1", "0", "1"),
 }
-
-
-def _movement(result: Result, drawn: Picture) -> str:
-    if drawn.motion is None:
-        return ""
-    return section("Blocks that move most", movement_table(result, drawn.motion))
-
-
-def _contacts(result: Result) -> str:
-    lead = (
-        "Utilisation is the friction a contact carries over the friction it could carry under the same compression, for"
-        " the contact as a whole. It says nothing about how close a contact is to opening at an edge."
-    )
-    return section("Most used contacts", contacts_table(result), lead)
+_CONTACTS = (
+    "Utilisation is the friction a contact carries over the friction it could carry under the same compression, for"
+    " the contact as a whole. It says nothing about how close a contact is to opening at an edge."
+)
 
 
 def _proof(result: Result, certificate_file: str | None, model_file: str | None) -> str:
     if result.certificate is None:
         lead = "<p>There is no certificate: it is proved neither that this model stands nor that it falls.</p>"
-        return f"<section><h2>How to verify it</h2>{lead}</section>" if result.verdict == "undecided" else ""
-    name = shlex.quote(certificate_file or "certificate.json")
-    write = ""
-    if certificate_file is None:
-        model = shlex.quote(model_file or "MODEL")
-        write = f"<p>Write the certificate first:</p><pre>cyclopean check {escape(model)} --certificate {name}</pre>"
+        return lead if result.verdict == "undecided" else ""
+    name, write = written_first("check {model}", certificate_file, model_file)
     kind = escape(str(result.certificate.get("kind", "")))
     return (
-        f"<section><h2>How to verify it</h2>{write}<p>The verdict carries a certificate ({kind}). Check it with</p>"
-        f"<pre>cyclopean verify {escape(name)}</pre><p>The checker also runs alone. It uses exact arithmetic and"
+        f"{write}<p>The verdict carries a certificate ({kind}). Check it with</p>"
+        f"<pre>cyclopean verify {name}</pre><p>The checker also runs alone. It uses exact arithmetic and"
         f" Python's standard library, and shares no code with the solvers:</p>"
-        f"<pre>python -m cyclopean.proof {escape(name)}</pre>"
+        f"<pre>python -m cyclopean.proof {name}</pre>"
         f'<div class="proof"><div><h3>What it proves</h3><ul>{_items(proves(result))}</ul></div>'
-        f"<div><h3>What it does not</h3><ul>{_items(proves_not(result))}</ul></div></div></section>"
+        f"<div><h3>What it does not</h3><ul>{_items(proves_not(result))}</ul></div></div>"
     )
 
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from cyclopean.analysis import Sensitivity, share_between
 from cyclopean.arrays import Bools, Floats
-from cyclopean.view.colours import ACCENT
-from cyclopean.view.markup import section
+from cyclopean.view.colours import ACCENT, INK
+from cyclopean.view.markup import figure, section
+from cyclopean.view.svg import grid, rect, sheet, text
 
 __all__ = ["sensitivity_section", "sensitivity_svg"]
 
@@ -37,7 +38,7 @@ def sensitivity_section(found: Sensitivity) -> str:
             f" {count['undecided']:,} are undecided: the probability that it stands is {share},"
             f" with 95 % confidence between {100 * low:.1f} % and {100 * high:.1f} %.</p>"
         )
-        lines.append(f"<figure>{sensitivity_svg(found)}<figcaption>{_CAPTION}</figcaption></figure>")
+        lines.append(figure(sensitivity_svg(found), _CAPTION))
     return section("If the data are not quite what was said", "".join(lines), lead)
 
 
@@ -56,12 +57,8 @@ def sensitivity_svg(found: Sensitivity) -> str:
         f'<g transform="translate(0 {k * tall:g})">{_panel(NAMES[r.quantity], values, stable, undecided)}</g>'
         for k, (r, values) in enumerate(zip(found.ranges, found.values.T, strict=True))
     ]
-    height = len(panels) * tall
-    return (
-        f'<svg viewBox="0 0 {WIDE + LEFT + 20:g} {height:g}" role="img" xmlns="http://www.w3.org/2000/svg"'
-        f' aria-label="Share of samples that stand" font-family="system-ui,sans-serif" font-size="13">'
-        f"{''.join(panels)}</svg>"
-    )
+    size = WIDE + LEFT + 20.0, len(panels) * tall
+    return sheet(size, "Share of samples that stand", panels, letters=13.0, white=False)
 
 
 def _panel(name: str, values: Floats, stable: Bools, undecided: Bools) -> str:
@@ -69,21 +66,14 @@ def _panel(name: str, values: Floats, stable: Bools, undecided: Bools) -> str:
     span = high - low or 1.0
     place = np.minimum(((values - low) / span * BINS).astype(int), BINS - 1)
     step = WIDE / BINS
-    parts = [f'<text x="{LEFT:g}" y="{TOP - 12:g}" fill="#23211d">{escape(name)}</text>']
-    for share in (0.0, 0.5, 1.0):
-        y = TOP + HIGH * (1.0 - share)
-        parts.append(f'<path d="M{LEFT:g} {y:g}h{WIDE:g}" stroke="#dedbd3"/>')
-        label = f"{100 * share:.0f} %"
-        parts.append(f'<text x="{LEFT - 6:g}" y="{y + 4:g}" text-anchor="end" fill="#5b5750">{label}</text>')
+    levels = [(TOP + HIGH * (1.0 - share), f"{100 * share:.0f} %") for share in (0.0, 0.5, 1.0)]
+    ticks = [(LEFT + k * step, f"{low + span * k / BINS:.4g}") for k in range(0, BINS + 1, 2)]
+    parts = [text(LEFT, TOP - 12.0, escape(name)), grid(LEFT, WIDE, levels, ticks, TOP + HIGH + 18.0)]
     for k in range(BINS):
         here = place == k
         n, stand, open_ = int(here.sum()), int((here & stable).sum()), int((here & undecided).sum())
         if n:
             parts.append(_bar(LEFT + k * step, step, n, stand, open_))
-    for k in range(0, BINS + 1, 2):
-        x = LEFT + k * step
-        label = f"{low + span * k / BINS:.4g}"
-        parts.append(f'<text x="{x:g}" y="{TOP + HIGH + 18:g}" text-anchor="middle" fill="#5b5750">{label}</text>')
     return "".join(parts)
 
 
@@ -91,12 +81,10 @@ def _bar(x: float, step: float, n: int, stand: int, undecided: int) -> str:
     """One tenth: what stands, what is undecided on top of it, and how sure that is."""
     tall, pale = HIGH * stand / n, HIGH * undecided / n
     low, high = share_between(stand, n)[0], share_between(stand + undecided, n)[1]
-    top = TOP + HIGH
-    middle, wide = x + step / 2, step - 4
-    bar = f'<rect x="{x + 2:.1f}" width="{wide:.1f}"'
+    top, middle, wide = TOP + HIGH, x + step / 2.0, step - 4.0
     return (
-        f'{bar} y="{top - tall:.1f}" height="{tall:.1f}" fill="{ACCENT["stable"]}"/>'
-        f'{bar} y="{top - tall - pale:.1f}" height="{pale:.1f}" fill="{ACCENT["undecided"]}" opacity=".35"/>'
-        f'<path d="M{middle:.1f} {top - HIGH * low:.1f}V{top - HIGH * high:.1f}" stroke="#23211d" stroke-width="1.5"/>'
-        f"<title>{stand} of {n} stand, {undecided} undecided</title>"
+        rect(x + 2.0, top - tall, wide, tall, f'fill="{ACCENT["stable"]}"')
+        + rect(x + 2.0, top - tall - pale, wide, pale, f'fill="{ACCENT["undecided"]}" opacity=".35"')
+        + f'<path d="M{middle:.1f} {top - HIGH * low:.1f}V{top - HIGH * high:.1f}" stroke="{INK}" stroke-width="1.5"/>'
+        + f"<title>{stand} of {n} stand, {undecided} undecided</title>"
     )

@@ -28,13 +28,13 @@ color:var(--accent)}
 .counts{display:flex;flex-wrap:wrap;gap:.4rem 2.2rem;margin:1.3rem 0 0;padding:0}
 .counts div{display:flex;gap:.45rem;align-items:baseline}
 .counts dt{order:2;color:var(--soft)} .counts dd{margin:0;font-weight:600;font-variant-numeric:tabular-nums}
-figure{margin:0} figcaption{margin:.7rem 0 0;max-width:50rem}
+figure{margin:0} figure+figure{margin-top:2rem} figure svg{display:block;width:100%;height:auto}
+figcaption{margin:.7rem 0 0;max-width:50rem}
 .scene iframe{display:block;width:100%;aspect-ratio:3/2;max-height:80vh;border:1px solid var(--line);
 border-radius:.3rem;
 background:#fff}
-.elevation{margin-top:2.2rem}
-.elevation svg{display:block;width:100%;height:auto;max-height:38rem}
-svg text{font-family:inherit}
+.elevation svg{max-height:38rem}
+svg,svg text{font-family:inherit}
 .legend{display:flex;flex-wrap:wrap;gap:.7rem 1.8rem;align-items:flex-end;margin:0 0 1rem;font-size:.9rem}
 .ramp{width:25rem;max-width:100%}
 .ramp b{font-weight:600}
@@ -46,13 +46,14 @@ svg text{font-family:inherit}
 font-variant-numeric:tabular-nums}
 .key{display:flex;align-items:center;gap:.5rem}
 .key svg{width:2rem;height:1rem;flex:none}
-.wide{overflow-x:auto}
+.wide{overflow-x:auto} .rows{max-height:34rem;overflow:auto}
+.rows thead th{position:sticky;top:0;background:var(--paper)}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 th,td{text-align:left;padding:.42rem .9rem .42rem 0;border-bottom:1px solid var(--line);vertical-align:top}
 th{font-weight:600;font-size:.88rem;color:var(--soft)}
 thead th{border-bottom:1.5px solid #a9a59b;vertical-align:bottom}
-tbody th{font-weight:500;color:var(--ink);font-size:1rem;overflow-wrap:anywhere;min-width:8rem}
-.n{text-align:right;white-space:nowrap}
+tbody th{font-weight:500;color:var(--ink);font-size:1rem;overflow-wrap:anywhere}
+.n{text-align:right;white-space:nowrap} .id,tbody th{min-width:8rem} tbody th.n{min-width:0}
 .bar{display:inline-block;width:4.2rem;height:.6rem;margin-left:.6rem;background:#eceae4;vertical-align:middle}
 .bar i{display:block;height:100%}
 .tag{display:inline-block;padding:.02rem .55rem;border-radius:1rem;font-size:.82rem;border:1px solid}
@@ -68,7 +69,7 @@ footer{margin-top:3.5rem;padding-top:1rem;border-top:1px solid var(--line);color
 .flat .scene{display:none} .flat .elevation{margin-top:0}
 @media(max-width:40rem){main{padding:1.3rem 1rem 3rem}.verdict{padding:1.1rem 1.1rem}
 .proof{grid-template-columns:1fr}header span{display:none}.counts{gap:.3rem 1.4rem}
-h2{margin-top:2.4rem}.bar{display:none}tbody th{min-width:5rem}}
+h2{margin-top:2.4rem}.bar{display:none}.id,tbody th{min-width:5rem}}
 @media print{
 @page{size:A4;margin:17mm 16mm 18mm}
 *{-webkit-print-color-adjust:exact;print-color-adjust:exact}
@@ -79,7 +80,8 @@ main{max-width:none;padding:0}
 .verdict{padding:5mm 6mm;margin-top:5mm} .verdict strong{font-size:30pt} .verdict p{font-size:11.5pt}
 h2{font-size:12.5pt;margin:6.5mm 0 2mm;break-after:avoid} figure,tr,.verdict,.legend,pre,.proof>div{break-inside:avoid}
 thead{display:table-header-group} th,td{padding:1.1mm 3mm 1.1mm 0} tbody th{font-size:9.5pt} th{font-size:8.5pt}
-.wide{overflow:visible} p,figcaption{max-width:none;orphans:3;widows:3} footer{margin-top:6mm;break-before:avoid}
+.wide{overflow:visible;max-height:none} p,figcaption{max-width:none;orphans:3;widows:3}
+footer{margin-top:6mm;break-before:avoid}
 .key,.ramp{font-size:8.5pt}
 }
 """

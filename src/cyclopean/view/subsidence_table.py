@@ -4,7 +4,8 @@ from html import escape
 
 from cyclopean.analysis import Result, Subsidence, SubsidenceStep
 from cyclopean.view.figures import number
-from cyclopean.view.markup import section
+from cyclopean.view.markup import section, table
+from cyclopean.view.tables import joint_name
 
 __all__ = ["subsidence_section"]
 
@@ -17,26 +18,17 @@ _LEAD = (
 
 def subsidence_section(found: Subsidence, result: Result) -> str:
     """The table of its steps as a part of the page."""
-    head = "".join(
-        f'<th scope="col">{name}</th>'
-        for name in ("share", "settlement", "found", "widest joint", "", "points that touch")
-    )
-    rows = "".join(_row(step, found, result) for step in found.steps)
-    content = f"<p>{escape(found.ended)}</p><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
-    return section("As the settlement goes on", content, _LEAD)
+    names = ("share", "settlement", "found", "widest joint", "", "points that touch")
+    rows = table([(name, "") for name in names], (_row(step, found, result) for step in found.steps))
+    return section("As the settlement goes on", f"<p>{escape(found.ended)}</p>{rows}", _LEAD)
 
 
-def _row(step: SubsidenceStep, found: Subsidence, result: Result) -> str:
-    joint = ""
-    if step.joint >= 0:
-        ids = [block.id for block in result.assembly.blocks]
-        joint = f"{ids[int(found.contacts.a[step.joint])]} – {ids[int(found.contacts.b[step.joint])]}"
-    cells = (
+def _row(step: SubsidenceStep, found: Subsidence, result: Result) -> tuple[str, ...]:
+    return (
         f"{100 * step.share:.4g} %",
         f"{number(step.settlement)} m",
-        step.word,
+        escape(step.word),
         f"{number(step.opening)} m",
-        joint,
+        joint_name(result, step.joint, found.contacts) if step.joint >= 0 else "",
         str(step.touching),
     )
-    return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"

@@ -1,27 +1,29 @@
 """Tables of the report, as HTML. Whatever comes from the model is escaped here."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import Result, openings
+from cyclopean.analysis import LimitResult, Result, openings
 from cyclopean.arrays import Floats
+from cyclopean.assembly import Contacts
 from cyclopean.view.colours import classes, fill
-from cyclopean.view.figures import cases, densities, fastest, glue, number, resultants, unit_of, worst
+from cyclopean.view.figures import cases, densities, fastest, needed_tension, number, resultants, unit_of, worst
+from cyclopean.view.markup import bar, table
 from cyclopean.view.motion import Motion
 
 __all__ = [
     "assumptions",
     "cases_table",
     "contacts_table",
-    "glue_table",
+    "joint_name",
     "movement_table",
     "provenance_table",
     "residuals_table",
     "settlement_table",
-    "table",
+    "tension_table",
 ]
 
 ROWS = 12  # of the longer tables
@@ -49,20 +51,10 @@ _RESIDUALS = {
 _CLOSED = "share of all cases that the refuting search has proved impossible; 1 would be a proof that it is unstable"
 
 
-def table(head: Sequence[tuple[str, str]], rows: Iterable[Sequence[Cell]]) -> str:
-    """Write an HTML table; head = (title, class) of each column, the first cell of every row is its heading."""
-    columns = "".join(f'<th scope="col"{_class(c)}>{title}</th>' for title, c in head)
-    body = "".join(
-        f'<tr><th scope="row">{row[0]}</th>'
-        + "".join(f"<td{_class(c)}>{cell}</td>" for cell, (_, c) in zip(row[1:], head[1:], strict=True))
-        + "</tr>"
-        for row in rows
-    )
-    return f'<div class="wide"><table><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table></div>'
-
-
-def _class(name: str) -> str:
-    return f' class="{name}"' if name else ""
+def joint_name(result: Result | LimitResult, contact: int, contacts: Contacts | None = None) -> str:
+    """Which two blocks a contact of a result, or of such contacts, is between; escaped."""
+    blocks, found = result.assembly.blocks, result.contacts if contacts is None else contacts
+    return escape(f"{blocks[found.a[contact]].id} – {blocks[found.b[contact]].id}")
 
 
 def contacts_table(result: Result) -> str:
@@ -70,17 +62,15 @@ def contacts_table(result: Result) -> str:
     found, some = resultants(result), worst(result, ROWS)
     if found is None or result.utilisation is None or not len(some):
         return ""
-    contacts, blocks = result.contacts, result.assembly.blocks
     divisor, unit = unit_of(float(np.max(found.normal)))
-    area = contacts.area
-    colour = classes(result.utilisation)
+    area = result.contacts.area
     rows = [
         (
-            escape(f"{blocks[contacts.a[k]].id} – {blocks[contacts.b[k]].id}"),
-            _bar(float(result.utilisation[k]), fill(int(colour[k]))),
+            joint_name(result, k),
+            _bar(float(result.utilisation[k])),
             number(float(found.normal[k]) / divisor),
             number(float(found.friction[k]) / divisor),
-            number(float(contacts.mu[k])),
+            number(float(result.contacts.mu[k])),
             number(float(area[k])),
         )
         for k in some.tolist()
@@ -89,21 +79,21 @@ def contacts_table(result: Result) -> str:
     return table([*head, ("μ", "n"), ("Area (m²)", "n")], rows)
 
 
-def _bar(share: float, colour: str) -> Cell:
-    width = 100.0 * min(max(share, 0.0), 1.0) if np.isfinite(share) else 0.0
-    text = f"{share:.2f}" if np.isfinite(share) else "–"
-    return f'{text}<span class="bar"><i style="width:{width:.0f}%;background:{colour}"></i></span>'
+def _bar(share: float) -> Cell:
+    """A share in its colour; a dash where it is not known."""
+    known = float(np.nan_to_num(share, nan=0.0, posinf=0.0, neginf=0.0))
+    return bar(known, fill(int(classes(np.array([share]))[0])), f"{share:.2f}" if np.isfinite(share) else "–")
 
 
-def movement_table(result: Result, motion: Motion) -> str:
+def movement_table(result: Result, motion: Motion | None) -> str:
     """The blocks that move furthest in the mechanism as drawn."""
-    if result.mechanism is None:
+    if result.mechanism is None or motion is None:
         return ""
     largest = max(float(np.max(motion.travel, initial=0.0)), 1e-300)
     rows = [
         (
             escape(result.assembly.blocks[i].id),
-            _bar(float(motion.travel[i]) / largest, fill(int(classes(motion.travel[i : i + 1] / largest)[0]))),
+            _bar(float(motion.travel[i]) / largest),
             _direction(result.mechanism[i, :3]),
             f"{np.degrees(motion.turn[i]):.1f}°",
         )
@@ -124,20 +114,19 @@ def _signed(value: float) -> str:
     return f"{value:+.2f}".replace("-", "−") if value else "0"
 
 
-def glue_table(result: Result) -> str:
+def tension_table(result: Result) -> str:
     """The contacts that would have to pull most."""
-    found = glue(result)
+    found = needed_tension(result)
     if found is None or not len(found.patches):
         return ""
-    contacts, blocks = result.contacts, result.assembly.blocks
     divisor, unit = unit_of(float(np.max(found.pull)))
     rows = [
         (
-            escape(f"{blocks[contacts.a[k]].id} – {blocks[contacts.b[k]].id}"),
+            joint_name(result, k),
             number(float(found.pull[k]) / divisor),
             f"{number(100.0 * float(found.pull[k]) * found.share / found.total)} %",
             number(float(found.peak[k]) / divisor),
-            number(float(contacts.area[k])),
+            number(float(result.contacts.area[k])),
         )
         for k in found.patches[:ROWS].tolist()
     ]
@@ -161,15 +150,19 @@ def settlement_table(result: Result) -> str:
     """The joints that open in a settlement, the widest first, and where they stay shut."""
     if result.settled is None:
         return ""
-    contacts, blocks = result.contacts, result.assembly.blocks
     rows = []
     for k, width in openings(result)[:ROWS]:
-        here = slice(contacts.start[k], contacts.start[k + 1])
+        here = slice(result.contacts.start[k], result.contacts.start[k + 1])
         shut = np.abs(result.settled.gap[here]).max(axis=1) <= 1e-6 * width
-        points = contacts.polygon(k)[shut]
+        points = result.contacts.polygon(k)[shut]
         hinge = ", ".join(number(float(x), 3) for x in points.mean(axis=0)) if len(points) else "nowhere"
-        name = escape(f"{blocks[contacts.a[k]].id} – {blocks[contacts.b[k]].id}")
-        rows.append((name, number(1e3 * width), f"{hinge}" + (f" ({len(points)} corners)" if len(points) else "")))
+        rows.append(
+            (
+                joint_name(result, k),
+                number(1e3 * width),
+                f"{hinge}" + (f" ({len(points)} corners)" if len(points) else ""),
+            )
+        )
     if not rows:
         return "<p>No joint opens.</p>"
     return table([("Joint", ""), ("Opens by (mm)", "n"), ("Stays shut at (m)", "")], rows)
@@ -182,7 +175,7 @@ def residuals_table(result: Result) -> str:
         (escape(name), number(float(value)), meaning.get(name, "as recomputed from the model"))
         for name, value in result.residuals.items()
     ]
-    return table([("Residual", ""), ("Value", "n"), ("Meaning", "")], rows) if rows else ""
+    return table([("Residual", ""), ("Value", "n"), ("Meaning", "")], rows)
 
 
 def assumptions(result: Result) -> str:
@@ -258,7 +251,7 @@ def provenance_table(result: Result) -> str:
     ]
     if result.seconds:
         rows.append(("seconds", _value(result.seconds)))
-    return table([("", ""), ("", "")], rows) if rows else ""
+    return table([("", ""), ("", "")], rows)
 
 
 def _words(name: str) -> str:

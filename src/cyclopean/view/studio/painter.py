@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cyclopean.view.studio.desk import Snapshot
 from cyclopean.view.studio.latest_value import LatestValue
-from cyclopean.view.studio.stage import Stage
+from cyclopean.view.studio.live_scene import LiveScene
+from cyclopean.view.studio.session import Snapshot
 
 __all__ = ["Painter"]
 
@@ -27,14 +27,14 @@ class Painter:
 
     Parameters
     ----------
-    stage : Stage
+    scene : LiveScene
         What it draws on.
     moving : callable
         Whether the mechanism is to move.
     """
 
-    def __init__(self, stage: Stage, moving: Callable[[], bool]) -> None:
-        self._stage, self._moving = stage, moving
+    def __init__(self, scene: LiveScene, moving: Callable[[], bool]) -> None:
+        self._scene, self._moving = scene, moving
         self._box: LatestValue[Snapshot] = LatestValue()
         self._thread = threading.Thread(target=self._run, name="painter", daemon=True)
         self._thread.start()
@@ -51,22 +51,22 @@ class Painter:
     def _run(self) -> None:
         shown, moved = -np.inf, False
         while True:
-            runs = self._moving() and self._stage.moves
+            runs = self._moving() and self._scene.moves
             snapshot = self._box.take(self._pause(runs))
             if self._box.ended:
                 return
             if snapshot is not None:
                 time.sleep(AHEAD)
-                self._stage.show(snapshot)
+                self._scene.show(snapshot)
                 shown, moved = time.monotonic(), False
             elif runs and time.monotonic() - shown > STILL:
-                self._stage.pose_mechanism(0.5 - 0.5 * float(np.cos(2.0 * np.pi * time.monotonic() / TURN)))
+                self._scene.pose_mechanism(0.5 - 0.5 * float(np.cos(2.0 * np.pi * time.monotonic() / TURN)))
                 moved = True
             elif moved and not runs:
-                self._stage.pose_mechanism(1.0)
+                self._scene.pose_mechanism(1.0)
                 moved = False
 
     def _pause(self, runs: bool) -> float:
         """Seconds to the next frame: as many frames a second as the size of the model allows."""
-        rate = min(FRAMES, BUSY / max(self._stage.size, 1))
+        rate = min(FRAMES, BUSY / max(self._scene.size, 1))
         return 1.0 / max(rate, 0.2) if runs else GLANCE

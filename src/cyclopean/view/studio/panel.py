@@ -21,11 +21,11 @@ from cyclopean.view.figures import number, resultants, unit_of
 from cyclopean.view.layers import server, silent
 from cyclopean.view.messages import takes
 from cyclopean.view.rate_limit import RateLimit
-from cyclopean.view.studio.desk import Desk, Snapshot, State
+from cyclopean.view.studio.live_scene import LABELS, LiveScene, Look
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.prover import Reach
 from cyclopean.view.studio.saving import KINDS, save
-from cyclopean.view.studio.stage import LABELS, Look, Stage
+from cyclopean.view.studio.session import Session, Snapshot, State
 
 __all__ = ["Studio", "studio"]
 
@@ -40,7 +40,7 @@ class Studio:
     """A page that is being served."""
 
     address: str  # with the token that opens it
-    desk: Desk
+    session: Session
 
 
 @contextmanager
@@ -94,13 +94,13 @@ def studio(
         try:
             shown = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
             place = f"{f'[{shown}]' if ':' in shown else shown}:{running.get_port()}"
-            yield Studio(f"http://{place}/?token={access.token}", page.desk)
+            yield Studio(f"http://{place}/?token={access.token}", page.session)
         finally:
             page.close()
 
 
 class _Page:
-    """Ties sliders, desk and stage together."""
+    """Ties sliders, session and scene together."""
 
     def __init__(
         self, running: Any, posed: PreparedModel, settings: Settings, folder: Path, stem: str, warnings: tuple[str, ...]
@@ -116,10 +116,10 @@ class _Page:
         home = arrange(posed.assembly, contacts, posed.fixed, _tolerance(posed, settings))
         tilt, azimuth = (0.0, 0.0) if settings.tilt is None else settings.tilt
         knobs = Knobs(mu=_mu(settings), tilt=tilt, azimuth=azimuth)
-        self._stage = Stage(running, home, self._choose, self._drag)
+        self._scene = LiveScene(running, home, self._choose, self._drag)
         self._build(knobs, settings, warnings)
-        self._painter = Painter(self._stage, lambda: bool(self._moving.value))
-        self.desk = Desk(
+        self._painter = Painter(self._scene, lambda: bool(self._moving.value))
+        self.session = Session(
             State(home, knobs, settings.chosen_method()),
             settings,
             posed.gravity,
@@ -132,7 +132,7 @@ class _Page:
 
     def close(self) -> None:
         """Stop everything that runs."""
-        self.desk.close()
+        self.session.close()
         self._painter.close()
 
     # ------------------------------------------------------------------ elements
@@ -174,7 +174,7 @@ class _Page:
             level = gui.add_button("Level, no push")
         for element in (self._mu, self._everywhere, self._tilt, self._azimuth, self._push_x, self._push_y):
             element.on_update(lambda _: self._turn())
-        self._method.on_update(lambda _: self.desk.set(method=self._method.value))
+        self._method.on_update(lambda _: self.session.set(method=self._method.value))
         level.on_click(lambda _: self._level())
 
     def _layers(self, gui: Any) -> None:
@@ -217,7 +217,7 @@ class _Page:
     def _turn(self) -> None:
         push = (float(self._push_x.value), float(self._push_y.value))
         mu, tilt, azimuth = float(self._mu.value), float(self._tilt.value), float(self._azimuth.value)
-        self.desk.set(knobs=Knobs(mu, bool(self._everywhere.value), tilt, azimuth, push))
+        self.session.set(knobs=Knobs(mu, bool(self._everywhere.value), tilt, azimuth, push))
 
     def _level(self) -> None:
         for slider in (self._tilt, self._azimuth, self._push_x, self._push_y):
@@ -225,7 +225,7 @@ class _Page:
         self._turn()
 
     def _look(self) -> None:
-        self._stage.look(
+        self._scene.look(
             Look(
                 bool(self._forces.value),
                 bool(self._points.value),
@@ -250,24 +250,24 @@ class _Page:
     def _choose(self, block: int | None) -> None:
         self._block = block
         self._name.value = "" if block is None else self._home.model.blocks[block].id
-        self._stage.choose(block)
+        self._scene.choose(block)
         self._describe()
 
     def _drag(self, block: int, pose: Pose, begins: bool) -> None:
-        self.desk.move(block, pose, begins)
+        self.session.move(block, pose, begins)
 
     def _change(self, what: str) -> None:
         if what == "Undo":
-            self.desk.undo()
+            self.session.undo()
         elif self._block is None:
             self._refuse("choose a block first: click it, or write its name")
         elif what == "Remove":
-            self.desk.remove(self._block)
+            self.session.remove(self._block)
         else:
-            self.desk.put_back(self._block)
+            self.session.put_back(self._block)
 
     def _save(self, event: Any, kind: str) -> None:
-        snapshot, client = self.desk.latest, event.client
+        snapshot, client = self.session.latest, event.client
         try:
             if snapshot is None:
                 raise InputError("nothing to save yet")
@@ -294,7 +294,7 @@ class _Page:
         self._reach.content = _reach_html(reach)
 
     def _describe(self) -> None:
-        snapshot = self.desk.latest if hasattr(self, "desk") else None
+        snapshot = self.session.latest if hasattr(self, "session") else None
         if snapshot is not None:
             self._about.content = _block_html(snapshot, self._block, self._posed.density)
 

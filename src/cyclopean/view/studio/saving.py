@@ -7,7 +7,7 @@ from cyclopean.errors import InputError
 from cyclopean.io import json_text, write_text
 from cyclopean.io.model_json import model_dict
 from cyclopean.view.page import report_html
-from cyclopean.view.studio.desk import Snapshot
+from cyclopean.view.studio.session import Snapshot
 
 __all__ = ["KINDS", "claimed", "save", "written"]
 

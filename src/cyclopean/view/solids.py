@@ -11,18 +11,20 @@ from typing import Any
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.view.colours import rgb
+from cyclopean.view.colours import HELD, STEPS, UNKNOWN, fill, rgb
+from cyclopean.view.drawing import Picture
 
-__all__ = ["Sheet", "Sheets", "arrow_solids", "once", "wires"]
+__all__ = ["Layer", "Layers", "arrow_solids", "block_layers", "once", "wires"]
 
 SUN = np.array([-3.0, -6.0, 8.0])  # where light comes from: lines are turned towards it, so that all are equally dark
 THIN = 2e-5  # width of what stands for a line, in units of the drawing: far below a pixel, far above rounding
+THROUGH = 0.6  # opacity of free blocks where forces are shown inside them
 MANY = 200  # arrows beyond which they are drawn with fewer sides
 HEAD, LONG = 2.6, 7.0  # radius and length of an arrow's head, in radii of its shaft
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sheet:
+class Layer:
     """One mesh as it is to be shown; without triangles it is not shown."""
 
     name: str
@@ -33,47 +35,70 @@ class Sheet:
     wire: bool = False  # draw the sides of the triangles only, one pixel wide
 
 
-class Sheets:
+class Layers:
     """What of a scene has been sent, so that only what has changed is sent again."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
         self._handle: dict[str, Any] = {}
-        self._sent: dict[str, Sheet] = {}
+        self._sent: dict[str, Layer] = {}
 
-    def put(self, sheet: Sheet) -> None:
+    def put(self, layer: Layer) -> None:
         """Show a mesh in place of what had its name."""
-        handle, before = self._handle.get(sheet.name), self._sent.get(sheet.name)
-        if not len(sheet.face):
+        handle, before = self._handle.get(layer.name), self._sent.get(layer.name)
+        if not len(layer.face):
             if handle is not None:
                 handle.visible = False  # cheaper than to take it away: it mostly comes back
             return
         if handle is None or before is None:
-            self._handle[sheet.name] = self._made(sheet)
+            self._handle[layer.name] = self._made(layer)
         else:
-            if not np.array_equal(before.face, sheet.face):
-                handle.faces = sheet.face
-            if not np.array_equal(before.vertex, sheet.vertex):
-                handle.vertices = sheet.vertex
-            handle.opacity = sheet.opacity
+            if not np.array_equal(before.face, layer.face):
+                handle.faces = layer.face
+            if not np.array_equal(before.vertex, layer.vertex):
+                handle.vertices = layer.vertex
+            handle.opacity = layer.opacity
             handle.visible = True
-        self._sent[sheet.name] = sheet
+        self._sent[layer.name] = layer
 
-    def _made(self, sheet: Sheet) -> Any:
+    def _made(self, layer: Layer) -> Any:
         return self._scene.add_mesh_simple(
-            sheet.name,
-            sheet.vertex,
-            sheet.face,
-            color=rgb(sheet.colour),
-            opacity=sheet.opacity,
-            wireframe=sheet.wire,
-            flat_shading=not sheet.wire,
+            layer.name,
+            layer.vertex,
+            layer.face,
+            color=rgb(layer.colour),
+            opacity=layer.opacity,
+            wireframe=layer.wire,
+            flat_shading=not layer.wire,
             cast_shadow=False,
             receive_shadow=False,
         )
 
 
-def wires(segment: Floats, place: Callable[[Floats], Any], name: str, colour: str) -> Sheet:
+def block_layers(drawn: Picture, corner: Ints, face: Ints, shown: Any) -> list[Layer]:
+    """Blocks, one mesh a colour class: a few big meshes however many blocks there are.
+
+    Parameters
+    ----------
+    drawn : Picture
+        Whose blocks they are; they are see-through where it has forces inside them.
+    corner, face : (T, 3), (T,)
+        Triangles of its mesh, and the face that each is of.
+    shown : (V, 3) float32
+        Where the vertices of its mesh are, units of the drawing.
+    """
+    of_vertex, of_corner = drawn.group[drawn.mesh.vertex_body], drawn.group[drawn.mesh.face_body[face]]
+    through = THROUGH if len(drawn.arrow) else None
+    layers = []
+    for k in (HELD, UNKNOWN, *range(STEPS)):
+        mine = of_vertex == k
+        local = (np.cumsum(mine) - 1)[corner[of_corner == k]].astype(np.uint32)
+        name = {HELD: "supports", UNKNOWN: "no value"}.get(k, f"{k / STEPS:.1f} to {(k + 1) / STEPS:.1f}")
+        layers.append(Layer(f"/blocks/{name}", shown[mine], local, fill(k), None if k == HELD else through))
+    return layers
+
+
+def wires(segment: Floats, place: Callable[[Floats], Any], name: str, colour: str) -> Layer:
     """Line segments as a wireframe of triangles that are too thin to see.
 
     Parameters
@@ -83,7 +108,7 @@ def wires(segment: Floats, place: Callable[[Floats], Any], name: str, colour: st
     place : callable
         Metres to the units of the drawing.
     name, colour : str
-        As in `Sheet`.
+        As in `Layer`.
     """
     end = place(segment).astype(float).reshape(-1, 2, 3)
     along = end[:, 1] - end[:, 0]
@@ -92,7 +117,7 @@ def wires(segment: Floats, place: Callable[[Floats], Any], name: str, colour: st
     aside[size <= 1e-9] = [THIN, 0.0, 0.0]  # it points at the sun, or has no length
     aside[size > 1e-9] *= THIN / size[size > 1e-9, None]
     vertex = np.concatenate([end, end[:, :1] + aside[:, None]], 1).reshape(-1, 3).astype(np.float32)
-    return Sheet(name, vertex, np.arange(len(vertex), dtype=np.uint32).reshape(-1, 3), colour, wire=True)
+    return Layer(name, vertex, np.arange(len(vertex), dtype=np.uint32).reshape(-1, 3), colour, wire=True)
 
 
 def once(segment: Floats, tolerance: float) -> Floats:
@@ -116,7 +141,7 @@ def once(segment: Floats, tolerance: float) -> Floats:
 
 def arrow_solids(
     arrow: Floats, place: Callable[[Floats], Any], name: str, colour: str, radius: float, slim: float = 0.05
-) -> Sheet:
+) -> Layer:
     """Arrows as one mesh of prisms with pyramids on them.
 
     Parameters
@@ -126,7 +151,7 @@ def arrow_solids(
     place : callable
         Metres to the units of the drawing.
     name, colour : str
-        As in `Sheet`.
+        As in `Layer`.
     radius : float
         Of the shafts, units of the drawing, at most.
     slim : float
@@ -145,7 +170,7 @@ def arrow_solids(
     rings = [end[:, :1] + shaft * ring, neck[:, None] + shaft * ring, neck[:, None] + HEAD * shaft * ring, end[:, 1:]]
     vertex = np.concatenate(rings, 1)
     face = _arrow_faces(sides)[None] + vertex.shape[1] * np.arange(len(arrow))[:, None, None]
-    return Sheet(name, vertex.reshape(-1, 3).astype(np.float32), face.reshape(-1, 3).astype(np.uint32), colour)
+    return Layer(name, vertex.reshape(-1, 3).astype(np.float32), face.reshape(-1, 3).astype(np.uint32), colour)
 
 
 def _across(towards: Floats) -> tuple[Floats, Floats]:

@@ -24,7 +24,7 @@ from cyclopean.assembly.rearranging import Arrangement, Pose
 from cyclopean.errors import CyclopeanError
 from cyclopean.view.studio.prover import Prover, Question, Reach
 
-__all__ = ["Desk", "Snapshot", "State"]
+__all__ = ["Session", "Snapshot", "State"]
 
 REST = 0.25  # s without a change after which a proof is asked for
 PROMPT = 0.025  # s: what usually takes no longer to prove is not shown before it is proved
@@ -66,7 +66,7 @@ class Snapshot:
         return self.stage == "proved"
 
 
-class Desk:
+class Session:
     """Owns the state of one page; every method may be called from any thread.
 
     Parameters
@@ -80,7 +80,7 @@ class Desk:
     assumed : dict
         What neither the file nor the command said.
     show : callable
-        Is called from the desk's own thread with every new snapshot.
+        Is called from the thread of the session with every new snapshot.
     complain : callable
         Likewise with a sentence when something is refused.
     tell : callable, optional
@@ -112,10 +112,10 @@ class Desk:
         self._usual: dict[str, float] = {}  # s that a proof takes, by method
         self._reaches: tuple[object, ...] | None = None  # what the reach was asked for
         self._prover = Prover(lambda ticket, answer: self._todo.put(lambda: self._answered(ticket, answer)))
-        self._scout = None  # takes longer, and must not keep the prover from its work
+        self._bounds_prover = None  # takes longer, and must not keep the prover from its work
         if tell is not None:
-            self._scout = Prover(lambda _, answer: self._todo.put(lambda: self._reached(answer)), behind=True)
-        self._thread = threading.Thread(target=self._run, name="desk", daemon=True)
+            self._bounds_prover = Prover(lambda _, answer: self._todo.put(lambda: self._reached(answer)), behind=True)
+        self._thread = threading.Thread(target=self._run, name="session", daemon=True)
         self._thread.start()
         self._todo.put(self._touch)
 
@@ -144,8 +144,8 @@ class Desk:
         self._todo.put(None)
         self._thread.join()
         self._prover.close()
-        if self._scout is not None:
-            self._scout.close()
+        if self._bounds_prover is not None:
+            self._bounds_prover.close()
 
     def _run(self) -> None:
         while True:
@@ -282,7 +282,7 @@ class Desk:
 
     def _ask_reach(self, answer: Answer) -> None:
         """Ask how far the model is from falling, from the level; tilt and push of the moment play no part."""
-        if self._tell is None or self._scout is None:
+        if self._tell is None or self._bounds_prover is None:
             return
         push = np.array(self.state.knobs.push)
         size = float(np.hypot(*push))
@@ -295,7 +295,7 @@ class Desk:
         assembly, settings, _ = self._question(self.state, answer)
         x, y, z = self._gravity.tolist()
         level = replace(settings, gravity=(x, y, z), method="rbe")
-        self._scout.ask(Question(self._ticket, assembly, level, None, reach))
+        self._bounds_prover.ask(Question(self._ticket, assembly, level, None, reach))
 
     def _reached(self, found: Result | Reach | str) -> None:
         """Tell how far the model is from falling, unless blocks or friction are others by now."""

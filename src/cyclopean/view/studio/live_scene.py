@@ -6,27 +6,26 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from cyclopean.arrays import Floats
 from cyclopean.assembly.rearranging import Arrangement, Pose
 from cyclopean.geometry import pack, triangles
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, RUB, STEPS, UNKNOWN, fill
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, INK, RUB
 from cyclopean.view.drawing import EDGE_LIMIT, Picture, feature_edges, picture
-from cyclopean.view.elevation import front_view
 from cyclopean.view.layers import SPAN, camera, contact_sides, dots, fit, gravity_arrow, light, lines
 from cyclopean.view.motion import moved
-from cyclopean.view.studio.desk import Snapshot
-from cyclopean.view.studio.solids import Sheet, Sheets, arrow_solids, once, wires
+from cyclopean.view.solids import Layer, Layers, arrow_solids, block_layers, once, wires
+from cyclopean.view.studio.session import Snapshot
+from cyclopean.view.svg import front_view
 
-__all__ = ["LABELS", "Look", "Stage", "hit"]
+__all__ = ["LABELS", "LiveScene", "Look", "hit"]
 
 LABELS = 300  # blocks beyond which only the chosen one is labelled
-THROUGH = 0.6  # opacity of free blocks where forces are shown inside them
 NARROW = 1.05  # width over height beside the panel, for which the model is framed at first
 CHOSEN = "#007a4d"
 TOUCHING = 1e-5  # units of the drawing: edges that are drawn once where blocks meet
 SEEN = 2e-3  # units of the drawing: half a pixel
-CLASSES = (HELD, UNKNOWN, *range(STEPS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +40,7 @@ class Look:
     handle: bool = False  # to drag the chosen block by
 
 
-class Stage:
+class LiveScene:
     """Draws snapshots; may be called from several threads.
 
     Parameters
@@ -66,13 +65,13 @@ class Stage:
         self._server, self._scene, self._home = server, server.scene, home
         self._chosen, self._dragged = chosen, dragged
         self._lock = threading.RLock()
-        self._sheets = Sheets(server.scene)
+        self._layers = Layers(server.scene)
         self._nodes: dict[str, Any] = {}
         self._sent: dict[str, Any] = {}
         self._snapshot: Snapshot | None = None
         self._drawn: Picture | None = None
         self._rest: Floats = np.zeros((0, 3))
-        self._corner, self._owner = np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
+        self._corner, self._face = np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
         self._vertex: Floats = self._rest
         self._look = Look()
         self._block: int | None = None
@@ -96,8 +95,7 @@ class Stage:
                 self._frame(drawn)
             self._drawn = drawn
             self._rest = drawn.mesh.vertex if drawn.rest is None else drawn.rest
-            self._corner, face = triangles(drawn.mesh)
-            self._owner = drawn.mesh.face_body[face]
+            self._corner, self._face = triangles(drawn.mesh)
             self._draw([*self._bodies(), *self._others()])
 
     def look(self, look: Look) -> None:
@@ -130,11 +128,11 @@ class Stage:
             self._block = block
             self._draw([])
 
-    def _draw(self, sheets: list[Sheet]) -> None:
+    def _draw(self, layers: list[Layer]) -> None:
         """Send what has changed; all in one, and nothing is worked out meanwhile, for it holds back all messages."""
         with self._server.atomic():
-            for sheet in sheets:
-                self._sheets.put(sheet)
+            for layer in layers:
+                self._layers.put(layer)
             if self._drawn is not None:
                 self._details(self._drawn)
             self._put_handle()
@@ -142,25 +140,21 @@ class Stage:
     def _frame(self, drawn: Picture) -> None:
         """Fit model and camera; only once, so that nothing jumps when a block goes."""
         home = self._home.model.mesh
-        self._centre, self._scale = fit(replace(drawn, mesh=home))
-        shown = np.concatenate([home.vertex, self._gravity(drawn).reshape(-1, 3)])
+        self._centre, self._scale = fit(home)
+        shown = np.concatenate([home.vertex, gravity_arrow(drawn.gravity, home, self._view).reshape(-1, 3)])
         camera(self._server.initial_camera, self._view, self.place(shown), NARROW)
 
-    def _gravity(self, drawn: Picture) -> Floats:
-        """(1, 2, 3) m: an arrow beside the blocks at home, so that it stays where it is while they move."""
-        arrow = gravity_arrow(replace(drawn, mesh=self._home.model.mesh), self._view, self.place)
-        return np.asarray(arrow, float) / self._scale + self._centre
-
-    def _others(self) -> list[Sheet]:
+    def _others(self) -> list[Layer]:
         """What stands still while a mechanism moves."""
         drawn, look, place = self._drawn, self._look, self.place
         assert drawn is not None
         arrow = drawn.arrow if look.forces else drawn.arrow[:0]
         rub = drawn.rub if look.points else drawn.rub[:0]
+        gravity = gravity_arrow(drawn.gravity, self._home.model.mesh, self._view)  # stays while blocks move
         return [
             arrow_solids(arrow, place, "/contact forces", FORCE, 0.006 * SPAN),
             arrow_solids(rub, place, "/friction", RUB, 0.0035 * SPAN, 0.12),
-            arrow_solids(self._gravity(drawn), place, "/gravity", GRAVITY, 0.003 * SPAN),
+            arrow_solids(gravity, place, "/gravity", GRAVITY, 0.003 * SPAN),
             wires(once(self._ghost(drawn), TOUCHING / self._scale), place, "/where it stands", GHOST),
         ]
 
@@ -171,25 +165,17 @@ class Stage:
         way = np.abs(drawn.edge - drawn.ghost).max(axis=(1, 2), initial=0.0)
         return np.asarray(drawn.ghost[way * self._scale > SEEN])
 
-    def _bodies(self, share: float = 1.0) -> list[Sheet]:
-        """One mesh a colour class, and the edges, where the mechanism has them."""
+    def _bodies(self, share: float = 1.0) -> list[Layer]:
+        """The blocks, and their edges, where the mechanism has them."""
         drawn, look = self._drawn, self._look
         assert drawn is not None
-        vertex = self._at(share * look.scale)
-        self._vertex = vertex
-        shown, body = self.place(vertex), drawn.mesh.vertex_body
-        of_corner = drawn.group[self._owner]
-        through = THROUGH if look.forces and len(drawn.arrow) else None
-        sheets = []
-        for k in CLASSES:
-            mine = drawn.group[body] == k
-            local = (np.cumsum(mine) - 1)[self._corner[of_corner == k]].astype(np.uint32)
-            name = f"/blocks/{'supports' if k == HELD else 'no value' if k == UNKNOWN else k}"
-            sheets.append(Sheet(name, shown[mine], local, fill(k), None if k == HELD else through))
+        self._vertex = vertex = self._at(share * look.scale)
+        solid = drawn if look.forces else replace(drawn, arrow=drawn.arrow[:0])
         edge = feature_edges(replace(drawn.mesh, vertex=vertex))
         if not self.moves:
             edge = once(edge, TOUCHING / self._scale)
-        return [*sheets, wires(edge if len(edge) <= EDGE_LIMIT else edge[:0], self.place, "/edges", INK)]
+        edges = wires(edge if len(edge) <= EDGE_LIMIT else edge[:0], self.place, "/edges", INK)
+        return [*block_layers(solid, self._corner, self._face, self.place(vertex)), edges]
 
     def _at(self, share: float) -> Floats:
         """(V, 3) m: vertices after so much of the mechanism."""
@@ -268,7 +254,7 @@ class Stage:
         arrangement = snapshot.state.arrangement
         pose = arrangement.poses.get(block, Pose(np.eye(3), np.zeros(3)))
         home = arrangement.model.mass.centroid[block]
-        where, turn = self.place(home + pose.shift), _quaternion(pose.turn)
+        where, turn = self.place(home + pose.shift), np.roll(Rotation.from_matrix(pose.turn).as_quat(), 1)
         if self._handle is not None:
             self._handle[1].position, self._handle[1].wxyz = where, turn
             return
@@ -293,20 +279,21 @@ class Stage:
                 return
             shift = np.asarray(event.target.position, float) / self._scale + self._centre - home
             first, begins[0] = begins[0], False
-            self._dragged(block, Pose(_rotation(np.asarray(event.target.wxyz, float)), shift), first)
+            turn = Rotation.from_quat(np.roll(np.asarray(event.target.wxyz, float), -1)).as_matrix()
+            self._dragged(block, Pose(turn, shift), first)
 
         gizmo.on_update(follow)
 
     def _clicked(self, event: Any) -> None:
         with self._lock:
-            snapshot = self._snapshot
-            if snapshot is None:
+            snapshot, drawn = self._snapshot, self._drawn
+            if snapshot is None or drawn is None:
                 return
             triangle = self.place(self._vertex)[self._corner].astype(float)
             found = hit(triangle, np.asarray(event.ray_origin, float), np.asarray(event.ray_direction, float))
             if found is None:
                 return
-            block = int(snapshot.state.arrangement.index[self._owner[found]])
+            block = int(snapshot.state.arrangement.index[drawn.mesh.face_body[self._face[found]]])
         self._chosen(block)
 
 
@@ -334,25 +321,3 @@ def hit(triangle: Floats, origin: Floats, direction: Floats) -> int | None:
     along = np.einsum("ti,ti->t", two, turn) * inverse
     meets = ~flat & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (along > 0.0)
     return int(np.argmin(np.where(meets, along, np.inf))) if meets.any() else None
-
-
-def _rotation(wxyz: Floats) -> Floats:
-    """(3, 3) rotation of a quaternion."""
-    w, x, y, z = wxyz / np.linalg.norm(wxyz)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def _quaternion(turn: Floats) -> Floats:
-    """Unit quaternion (w, x, y, z) of a rotation, by Bar-Itzhack's eigenvector (2000): stable at any angle."""
-    (a, b, c), (d, e, f), (g, h, i) = turn
-    matrix = np.array(
-        [[a + e + i, h - f, c - g, d - b], [h - f, a - e - i, b + d, c + g],
-         [c - g, b + d, e - a - i, f + h], [d - b, c + g, f + h, i - a - e]]
-    )  # fmt: skip
-    return np.asarray(np.linalg.eigh(matrix)[1][:, -1])

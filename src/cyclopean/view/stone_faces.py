@@ -1,0 +1,81 @@
+"""Stones as they are found, in SVG: many small faces, in the sun from the upper left, the nearest painted last.
+
+Coordinates here are drawing units: to the right, down, and towards the viewer.
+"""
+
+from collections.abc import Sequence
+from html import escape
+from itertools import groupby
+
+import numpy as np
+
+from cyclopean.arrays import Floats, Ints
+from cyclopean.geometry.frames import unit
+from cyclopean.geometry.solids import mesh_of, solid_of
+from cyclopean.view.colours import shaded
+
+__all__ = ["stone_faces", "stone_svg"]
+
+GRAIN = 5  # steps of coordinates in one unit; whole numbers keep the file small
+FINE = 2.0  # units: faces smaller than that are joined, as no eye would tell them apart
+HAIR = 1.1  # units: the stroke, of the colour of its face, closes the hairlines between faces
+LIGHT = unit(np.array([[-0.5, -0.6, 0.62]]))[0]  # towards the sun
+AMBIENT = 0.4  # light of a face that is turned away from the sun
+STEPS = 24  # of light
+
+
+def stone_faces(point: Floats, faces: Ints | Sequence[Sequence[int]], name: str = "stone") -> tuple[Floats, Floats]:
+    """Triangles that look at the viewer, the furthest first.
+
+    Parameters
+    ----------
+    point : (v, 3)
+        Drawing units.
+    faces : (f, 3) or sequence of polygons
+        Clockwise on the sheet where they look at the viewer.
+    name : str
+        Of the stone, for a refusal.
+
+    Returns
+    -------
+    corner : (t, 3, 3)
+        Drawing units.
+    light : (t,)
+        From `AMBIENT` to 1, in steps.
+    """
+    upright = point * [1.0, -1.0, 1.0]  # right-handed
+    point, triangles = mesh_of(solid_of(upright, faces, name).simplify(FINE))
+    corner = point[triangles] * [1.0, -1.0, 1.0]
+    normal = unit(-np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
+    seen = np.flatnonzero(normal[:, 2] > 1e-6)
+    seen = seen[np.argsort(corner[seen, :, 2].mean(axis=1), kind="stable")]
+    light = AMBIENT + (1.0 - AMBIENT) * np.maximum(normal[seen] @ LIGHT, 0.0)
+    return corner[seen], np.rint(light * STEPS) / STEPS
+
+
+def stone_svg(name: str, corner: Floats, light: Floats, tint: str, at: tuple[float, float] = (0.0, 0.0)) -> str:
+    """One stone: faces of one light that follow each other in one path.
+
+    Parameters
+    ----------
+    name : str
+        What it is called; escaped here.
+    corner, light : (t, 3, 3), (t,)
+        As from `stone_faces`.
+    tint : str
+        #rrggbb
+    at : (x, y)
+        Where the origin of its coordinates lies on the sheet.
+    """
+    flat = np.rint(corner[:, :, :2] * GRAIN).astype(np.int64)
+    flat[:, 1:] -= flat[:, :1].copy()  # from the first corner
+    rows = zip(flat.reshape(-1, 6).tolist(), light.tolist(), strict=True)
+    paths = []
+    for shade, faces in groupby(rows, key=lambda row: row[1]):
+        way = "".join(f"M{a} {b}l{c} {d} {e - c} {f - d}z" for (a, b, c, d, e, f), _ in faces)
+        paths.append(f'<path color="{shaded(tint, shade)}" d="{way}"/>')
+    return (
+        f'<g transform="translate({at[0]:.1f} {at[1]:.1f}) scale({1.0 / GRAIN:g})" fill="currentColor"'
+        f' stroke="currentColor" stroke-width="{HAIR * GRAIN:g}" stroke-linejoin="round">'
+        f"<title>{escape(name)}</title>{''.join(paths)}</g>"
+    )

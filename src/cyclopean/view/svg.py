@@ -1,0 +1,262 @@
+"""The drawing kit: views, paper, shapes, scale bars, legends; every picture that is written as SVG is made of these.
+
+Points (..., 2) of a drawing are in its own units, y down; a sheet is `WIDTH` of them wide unless it says otherwise.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from html import escape
+
+import numpy as np
+
+from cyclopean.arrays import Floats
+from cyclopean.view.colours import HATCH, INK, LINE, SOFT
+from cyclopean.view.figures import number
+
+__all__ = [
+    "PAPER",
+    "WIDTH",
+    "Paper",
+    "View",
+    "closed",
+    "fitted",
+    "front_view",
+    "grid",
+    "hatch",
+    "legend",
+    "open_path",
+    "project",
+    "rect",
+    "round_length",
+    "scale_bar",
+    "segments",
+    "sheet",
+    "text",
+]
+
+WIDTH = 1000.0  # drawing units
+PAPER = "#ffffff"
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """A parallel view onto an upright plane; oblique where depth is drawn aslant."""
+
+    right: Floats  # (3,) unit: to the right of the drawing
+    into: Floats  # (3,) unit: away from the viewer, where the view is not oblique
+    up: Floats = field(default_factory=_UP.copy)  # (3,) unit
+    slant: tuple[float, float] = (0.0, 0.0)  # where a metre of depth goes, m: right, up
+
+    @property
+    def sight(self) -> Floats:
+        """(3,) unit: away from the viewer."""
+        line = self.into - self.slant[0] * self.right - self.slant[1] * self.up
+        return np.asarray(line / np.linalg.norm(line))
+
+
+def front_view(point: Floats) -> View:
+    """Look where points (k, 3) are least deep, to a degree; along +y, with x to the right, unless another is better."""
+    angle = np.radians(np.arange(180.0))
+    if not len(point):
+        return View(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    flat = point[:, :2] - point[0, :2]
+    depth = np.array([np.ptp(flat @ [-np.sin(t), np.cos(t)]) for t in angle])
+    best = int(np.argmin(depth)) if depth.min() < 0.99 * depth[0] else 0
+    c, s = np.cos(angle[best]), np.sin(angle[best])
+    return View(np.array([c, s, 0.0]), np.array([-s, c, 0.0]))
+
+
+def project(point: Floats, view: View) -> tuple[Floats, Floats]:
+    """(..., 2) right and up, and (...,) depth away from the viewer, all in m.
+
+    Examples
+    --------
+    >>> front = front_view(np.zeros((0, 3)))
+    >>> flat, depth = project(np.array([1.0, 2.0, 3.0]), front)
+    >>> flat.tolist(), float(depth)
+    ([1.0, 3.0], 2.0)
+    """
+    right, up = (axis + part * view.into for axis, part in zip((view.right, view.up), view.slant, strict=True))
+    return np.stack([point @ right, point @ up], -1), np.asarray(point @ view.sight)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paper:
+    """A view at a scale on a sheet: from metres to drawing units."""
+
+    view: View
+    low: Floats  # (2,) m, right and up: what lies at `foot`
+    foot: Floats  # (2,) drawing units
+    scale: float  # drawing units a metre
+    width: float
+    height: float
+
+    def of(self, point: Floats) -> Floats:
+        """(..., 2) drawing units of points (..., 3) in m."""
+        return np.asarray(self.foot + (project(point, self.view)[0] - self.low) * [self.scale, -self.scale])
+
+    def way(self, move: Floats) -> Floats:
+        """(2,) drawing units that a shift (3,) in m amounts to."""
+        return np.asarray(self.of(move) - self.of(np.zeros(3)))
+
+
+def fitted(
+    view: View, point: Floats, tallest: float, margins: tuple[float, float, float, float], *, wide: bool = False
+) -> Paper:
+    """The largest scale at which points fit onto a sheet.
+
+    Parameters
+    ----------
+    view : View
+    point : (k, 3) m
+        At least one.
+    tallest : float
+        Drawing units that they may be high.
+    margins : (left, top, right, bottom)
+        Drawing units around them.
+    wide : bool
+        Whether the sheet keeps its full width where they are high and narrow; they stand in its middle then.
+    """
+    left, top, right, bottom = margins
+    flat = project(point, view)[0]
+    low, span = flat.min(axis=0), np.ptp(flat, axis=0)
+    span = np.maximum(span, 1e-9 * max(float(span.max()), 1e-300))
+    room = WIDTH - left - right
+    scale = float(min(room / span[0], tallest / span[1]))
+    across, high = (span * scale).tolist()
+    spare = room - across if wide else 0.0
+    foot = np.array([left + spare / 2.0, top + high])
+    return Paper(view, low, foot, scale, left + across + spare + right, top + high + bottom)
+
+
+def sheet(
+    size: tuple[float, float],
+    title: str,
+    parts: Iterable[str],
+    *,
+    letters: float = 0.0,
+    white: bool = True,
+    more: str = "",
+) -> str:
+    """A whole drawing as one `<svg>` element: static, nothing that is loaded.
+
+    Parameters
+    ----------
+    size : (width, height)
+        Drawing units.
+    title : str
+        For readers that do not see it; escaped here.
+    parts : iterable of str
+        What is on it, the lowest first.
+    letters : float
+        Size of its letters; 0 where it has none, or they say theirs.
+    white : bool
+        Whether it lies on white paper.
+    more : str
+        Further attributes.
+    """
+    font = f' font-family="sans-serif" font-size="{letters:g}" fill="{INK}"' if letters else ""
+    paper = f'<rect width="100%" height="100%" fill="{PAPER}"/>' if white else ""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size[0]:.0f} {size[1]:.0f}" role="img"{font}{more}>'
+        f"<title>{escape(title)}</title>{paper}{''.join(parts)}</svg>"
+    )
+
+
+def open_path(points: Floats, digits: int = 1) -> str:
+    """Path through points (k, 2)."""
+    return "M" + "L".join(f"{x:.{digits}f} {y:.{digits}f}" for x, y in points.tolist())
+
+
+def closed(points: Floats, digits: int = 1) -> str:
+    """Path round a polygon (k, 2)."""
+    return f"{open_path(points, digits)}Z"
+
+
+def segments(ends: Floats) -> str:
+    """Path of line segments (e, 2, 2)."""
+    return "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in ends.tolist())
+
+
+def rect(x: float, y: float, width: float, height: float, style: str) -> str:
+    """A rectangle with such attributes."""
+    return f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" {style}/>'
+
+
+def text(x: float, y: float, words: str, style: str = "") -> str:
+    """Words, already escaped, that begin at a point unless the attributes say otherwise."""
+    return f'<text x="{x:.1f}" y="{y:.1f}"{style and " " + style}>{words}</text>'
+
+
+def hatch(name: str = "hatch", turn: int = 45, width: float = 3.0, back: str = "") -> str:
+    """A pattern of lines in the colour of supports, to be filled with by its name."""
+    return (
+        f'<pattern id="{name}" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate({turn})">'
+        f'{back}<path d="M0 0V7" stroke="{HATCH}" stroke-width="{width:g}"/></pattern>'
+    )
+
+
+def round_length(most: float) -> tuple[float, str]:
+    """The largest length (m) of 1, 2 or 5 times a power of ten that is not above this one, and its name.
+
+    Examples
+    --------
+    >>> round_length(0.3), round_length(70.0)
+    ((0.2, '200 mm'), (50.0, '50 m'))
+    """
+    power = 10.0 ** np.floor(np.log10(most))
+    length = float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= most * (1.0 + 1e-9)))
+    return length, f"{number(length)} m" if length >= 1.0 else f"{number(1000.0 * length)} mm"
+
+
+def scale_bar(x: float, y: float, scale: float, room: float) -> str:
+    """A bar of a round length, at most `room` drawing units, that begins at a point, and its name behind it."""
+    length, name = round_length(room / scale)
+    right = x + length * scale
+    return (
+        f'<path d="M{x:.1f} {y - 5:.1f}v10m0-5H{right:.1f}m0-5v10" stroke="{SOFT}" stroke-width="1.5" fill="none"/>'
+        + text(right + 10.0, y + 5.0, name, f'fill="{SOFT}"')
+    )
+
+
+def legend(lead: str, marks: Sequence[tuple[str, str]], columns: Sequence[float], at: tuple[float, float]) -> list[str]:
+    """One line below a drawing: words in bold, then small drawings with what they mean.
+
+    Parameters
+    ----------
+    lead : str
+        In bold, at the left.
+    marks : sequence of (drawing, text)
+        A drawing is 24 to 26 units wide and stands on the line.
+    columns : sequence of float
+        Where each of them begins.
+    at : (x, y)
+        Where the line begins.
+    """
+    found = [text(*at, lead, 'font-weight="600"')]
+    for x, (mark, words) in zip(columns, marks, strict=True):
+        found.append(f'<g transform="translate({x:.1f} {at[1]:.1f})">{mark}<text x="34" y="0">{words}</text></g>')
+    return found
+
+
+def grid(
+    left: float, wide: float, levels: Iterable[tuple[float, str]], ticks: Iterable[tuple[float, str]], foot: float
+) -> str:
+    """Lines of a chart across its width, each with its value at the left, and values along its foot.
+
+    Parameters
+    ----------
+    left, wide : float
+        Where the lines begin, and how long they are.
+    levels : iterable of (y, label)
+    ticks : iterable of (x, label)
+    foot : float
+        y of the line on which the labels of `ticks` stand.
+    """
+    lines = "".join(
+        f'<path d="M{left:g} {y:.1f}h{wide:g}" stroke="{LINE}"/>'
+        + text(left - 6.0, y + 4.0, label, f'text-anchor="end" fill="{SOFT}"')
+        for y, label in levels
+    )
+    return lines + "".join(text(x, foot, label, f'text-anchor="middle" fill="{SOFT}"') for x, label in ticks)
