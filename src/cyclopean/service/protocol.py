@@ -20,7 +20,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from cyclopean.errors import InputError
+from cyclopean.errors import InputError, spelt
 from cyclopean.io.fields import array, mapping, parsed, text
 from cyclopean.io.files import one_line
 from cyclopean.io.rhino_json import (
@@ -37,6 +37,7 @@ from cyclopean.io.rhino_json import (
     vector_of,
 )
 from cyclopean.service.icons import icon
+from cyclopean.service.inputs import input_name
 from cyclopean.service.parameters import Answer, Component, Input, Kind, Output
 
 __all__ = ["OutdatedError", "Request", "answered", "described", "inputs_of", "refusal", "request_of"]
@@ -227,7 +228,7 @@ def answered(component: Component, answer: Answer, units: Units, request: Reques
         "pointer": request.get("pointer") if isinstance(request.get("pointer"), str) else component.path,
         "values": values,
         "errors": [],
-        "warnings": [one_line(warning) for warning in answer.warnings],
+        "warnings": [one_line(spelt(warning, input_name)) for warning in answer.warnings],
     }
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from cyclopean.errors import CyclopeanError, InputError
 from cyclopean.io.files import one_line
 from cyclopean.service.components.catalogue import COMPONENTS
+from cyclopean.service.inputs import input_name
 from cyclopean.service.parameters import Context
 from cyclopean.service.protocol import OutdatedError, Request, answered, inputs_of, refusal, request_of
 
@@ -66,7 +67,7 @@ def _solved(path: str, body: bytes, context: Context) -> tuple[int, dict[str, An
     except OutdatedError as error:
         return OUTDATED, refusal(["Bad inputs", str(error)])
     except CyclopeanError as error:
-        return DONE, refusal([str(error)])
+        return DONE, refusal([error.spelt(input_name)])
     done["warnings"] = [*assumed, *done["warnings"]]
     return DONE, done
 

@@ -3,9 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
+from cyclopean.analysis.settings import Settings
+from cyclopean.api.checking import SequenceOptions, sequenced
+from cyclopean.api.inputs import Reading
 from cyclopean.errors import InputError
 from cyclopean.io.rhino_json import Pose
-from cyclopean.service.components.checking import DENSITY, FRICTION, METHOD, settings_of
+from cyclopean.service.inputs import option_inputs, option_values
 from cyclopean.service.meshes import BLOCKS, FOLDER, STONES, block_meshes, model_of, model_text, moved, stones_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
@@ -16,12 +19,12 @@ Given = Mapping[str, Any]
 
 def _sequence(given: Given, context: Context) -> Answer:
     """Find the order of building."""
-    from cyclopean.design.construction.sequence import SECONDS, build_sequence, dot_text
+    from cyclopean.design.construction.sequence import SECONDS, dot_text
     from cyclopean.io import json_text, sequence_dict
 
-    settings = settings_of(given, min(SECONDS, context.seconds / 2.0))
+    settings = option_values(given, Settings(seconds=min(SECONDS, context.seconds / 2.0)))
     assembly, said = model_of(given)
-    found = build_sequence(assembly, settings)
+    found = sequenced(assembly, settings, Reading(), option_values(given, SequenceOptions()))
     top = max(found.layer.tolist(), default=0)
     values = {
         "Order": list(found.order),
@@ -40,7 +43,11 @@ SEQUENCE = Component(
     "Sequence",
     "Sequence",
     "Finds the order in which a structure is built, and whether every stage stands. Blocks are told by their numbers.",
-    (*BLOCKS, FRICTION, DENSITY, METHOD),
+    (
+        *BLOCKS,
+        *option_inputs(Settings, "mu density method supports gravity tolerance"),
+        *option_inputs(SequenceOptions),
+    ),
     (
         Output("Order", "O", "Integer", "Blocks that are not held, the first to be laid first.", "list"),
         Output("Layers", "L", "Integer", "The same by layers; a branch a layer.", "tree"),

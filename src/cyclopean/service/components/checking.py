@@ -5,64 +5,39 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cyclopean.analysis.settings import Settings
+from cyclopean.api.checking import CheckOptions, examined
+from cyclopean.api.inputs import Reading
 from cyclopean.arrays import Floats
-from cyclopean.errors import InputError
+from cyclopean.service.inputs import option_inputs, option_values
 from cyclopean.service.meshes import BLOCKS, contact_curves, contact_names, model_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
 if TYPE_CHECKING:
-    from cyclopean.analysis import LimitResult, Result, Settings
+    from cyclopean.analysis import LimitResult, Result
 
-__all__ = ["CHECK", "DENSITY", "FRICTION", "METHOD", "force_lines", "settings_of"]
+__all__ = ["CHECK", "SHARE", "force_lines"]
 
-METHODS = ("cra", "rbe")
 SHARE = 0.8  # of the time that a solve may take, for the search; the rest is for reading, proving and writing
 LONGEST = 0.5  # of a mean block: the line of the largest force
-
-FRICTION = Input(
-    "Friction", "mu", "Number", "Friction coefficient of the joints; what a Model says wins.", default=0.84
+FIRST = "mu density method gravity"  # inputs that have always been first
+THEN = (
+    "supports tolerance weights combination factors tension cohesion settlement penalty cone solver eps eta beta_min"
+    " nodes"
 )
-DENSITY = Input("Density", "rho", "Number", "kg/m3 of the stones; what a Model says wins.", default=2400.0)
-METHOD = Input("Method", "Me", "Text", "cra, coupled analysis; or rbe, equilibrium alone.", default="cra")
-
-
-def settings_of(given: Mapping[str, Any], seconds: float) -> "Settings":
-    """Settings of an analysis from the inputs FRICTION, DENSITY and METHOD, and `Gravity` and `Tilt` where there are.
-
-    Raises
-    ------
-    InputError
-        A value that cannot be; names the input.
-    """
-    from cyclopean.analysis import Settings
-
-    method = given["Method"].strip().lower()
-    if method not in METHODS:
-        raise InputError(f"Method: expected {' or '.join(METHODS)}, got '{given['Method'][:40]}'")
-    if not given["Friction"] >= 0.0:
-        raise InputError(f"Friction: {given['Friction']:g} is less than 0")
-    if not 0.0 < given["Density"] <= 1e12:
-        raise InputError(f"Density: {given['Density']:g} is no density in kg/m3")
-    gravity = given.get("Gravity")
-    tilt = given.get("Tilt", 0.0), given.get("Azimuth", 0.0)
-    return Settings(
-        method=method,
-        mu=given["Friction"],
-        density=given["Density"],
-        gravity=None if gravity is None else tuple(gravity.tolist()),
-        tilt=tilt if tilt[0] else None,
-        seconds=seconds,
-    )
 
 
 def _check(given: Mapping[str, Any], context: Context) -> Answer:
     """Check a model and lay out what was found."""
-    from cyclopean.analysis import check
     from cyclopean.io import json_text, result_dict
 
-    settings = settings_of(given, SHARE * context.seconds)
+    turned = {**given, "Tilt": (given["Tilt"], given["Azimuth"]) if given["Tilt"] else None}
+    settings, more = (
+        option_values(turned, Settings(seconds=SHARE * context.seconds)),
+        option_values(given, CheckOptions()),
+    )
     assembly, said = model_of(given)
-    result = check(assembly, settings)
+    result = examined(assembly, settings, Reading(), more)
     centre = result.assembly.mass.centroid
     moving = result.verdict == "unstable" and result.mechanism is not None
     motion = result.mechanism if moving else None
@@ -124,12 +99,11 @@ CHECK = Component(
     "Tells whether a dry-jointed assembly stands, and proves it.",
     (
         *BLOCKS,
-        FRICTION,
-        DENSITY,
-        METHOD,
-        Input("Gravity", "G", "Vector", "m/s2; 9.80665 down -z where nothing is connected.", optional=True),
+        *option_inputs(Settings, FIRST),
         Input("Tilt", "T", "Number", "Degrees by which gravity is turned towards the azimuth.", default=0.0),
         Input("Azimuth", "A", "Number", "Degrees from +x to +y.", default=0.0),
+        *option_inputs(Settings, THEN),
+        *option_inputs(CheckOptions),
     ),
     (
         Output("Verdict", "V", "Text", "stable, unstable or undecided."),

@@ -3,8 +3,12 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from cyclopean.analysis.settings import Settings
+from cyclopean.api.inputs import Reading
+from cyclopean.api.limiting import LIMITED, LimitOptions, limited
 from cyclopean.errors import InputError
-from cyclopean.service.components.checking import DENSITY, FRICTION, SHARE, force_lines, settings_of
+from cyclopean.service.components.checking import SHARE, force_lines
+from cyclopean.service.inputs import option_inputs, option_values
 from cyclopean.service.meshes import BLOCKS, contact_curves, model_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
@@ -16,14 +20,13 @@ __all__ = ["LIMIT"]
 
 def _limit(given: Mapping[str, Any], context: Context) -> Answer:
     """Find the multiplier at which it falls."""
-    from cyclopean.analysis import limit
-    from cyclopean.io import json_text
+    from cyclopean.io import json_text, limit_dict
 
-    budget = SHARE * context.seconds
-    settings = settings_of({**given, "Method": "rbe"}, budget)
     live = _live(given)
+    said_of_them = {name: value for name, value in given.items() if name not in ("Push", "Load")}
+    wanted = option_values(said_of_them, LimitOptions(tilt=live.tilt, seconds=SHARE * context.seconds))
     assembly, said = model_of(given)
-    found = limit(assembly, live, settings, seconds=budget)
+    found = limited(assembly, live, option_values(given, Settings()), Reading(), wanted)
     ids = [block.id for block in found.assembly.blocks]
     at = found.governing
     ends = [] if at is None else [ids[int(found.contacts.a[at])], ids[int(found.contacts.b[at])]]
@@ -41,6 +44,7 @@ def _limit(given: Mapping[str, Any], context: Context) -> Answer:
         "Motion": None if motion is None else list(motion[:, :3]),
         "Spin": None if motion is None else list(motion[:, 3:]),
         "Certificate": None if found.certificate is None else json_text(found.certificate).strip(),
+        "Result": json_text(limit_dict(found)).strip(),
     }
     return Answer(values, (*said, *found.warnings))
 
@@ -74,12 +78,13 @@ LIMIT = Component(
     "Finds how far an assembly is from collapse: by tilting it, unless a push or a load is connected.",
     (
         *BLOCKS,
-        FRICTION,
-        DENSITY,
+        *option_inputs(Settings, "mu density"),
         Input("Azimuth", "A", "Number", "Towards which it is tilted, degrees from +x to +y.", default=0.0),
         Input("Push", "P", "Vector", "A push on every block instead, in shares of its weight.", optional=True),
         Input("Load", "L", "Vector", "A force (N) on one block instead.", optional=True),
         Input("Load Block", "Lb", "Text", "Name of that block.", optional=True),
+        *option_inputs(Settings, LIMITED.removeprefix("mu density ")),
+        *option_inputs(LimitOptions, "method solver polar pushover steps"),
     ),
     (
         Output("Outcome", "O", "Text", "limit; unbounded: it never falls; falls: it does so already; or undecided."),
@@ -94,6 +99,7 @@ LIMIT = Component(
         Output("Motion", "Mv", "Vector", "How it falls: velocity of each centre of mass, to a common scale.", "list"),
         Output("Spin", "Ms", "Vector", "How it falls: angular velocity of each block, to that scale.", "list"),
         Output("Certificate", "K", "Text", "The proof of both bounds, as JSON, for cyclopean verify."),
+        Output("Result", "J", "Text", "All that was found, as JSON."),
     ),
     _limit,
 )  # fmt: skip
