@@ -39,7 +39,6 @@ from cyclopean.errors import InputError
 from cyclopean.io import read_model
 from cyclopean.io.npz import UNREADABLE, arrays_of
 from cyclopean.io.stone_cache import read_pack
-from laws import cases
 
 for name in sys.argv[3:]:
     if importlib.util.find_spec(name):
