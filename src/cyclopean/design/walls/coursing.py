@@ -237,16 +237,21 @@ def _spread(found: Subdivision, lines: Floats, left_out: set[int]) -> tuple[Subd
     A joint beside a dressed stone (site -1) stays where it is, and the others move away from it.
     """
     point, rings = found.vertex.tolist(), found.rings()
-    neighbours, cells = _around(found)
+    cells: dict[int, list[int]] = {p: [] for p in found.crossings().tolist()}
+    for c, ring in enumerate(rings):
+        for p in cells.keys() & set(ring):
+            cells[p].append(c)
     course = float(np.diff(lines).min())
     dressed = (found.side >= 0) & (found.site[found.side] < 0)
     held = set(map(tuple, found.edge[dressed.any(axis=1)].tolist()))
     spread: dict[int, list[int]] = {}
     taken: set[int] = set()
-    for p in found.crossings().tolist():
+    for p in cells:
         u, v = point[p]
-        level = sorted((k for k in neighbours[p] if point[k][1] == v), key=lambda k: point[k][0])
-        joint = [k for k in neighbours[p] if point[k][1] != v]
+        here = [(rings[c], rings[c].index(p)) for c in cells[p]]
+        near = sorted({ring[k % len(ring)] for ring, i in here for k in (i - 1, i + 1)})
+        level = sorted((k for k in near if point[k][1] == v), key=lambda k: point[k][0])
+        joint = [k for k in near if point[k][1] != v]
         if p in left_out or taken & {p, *level} or len(level) != 2 or len(joint) < 2 or v not in lines:
             continue
         room = min(u - point[level[0]][0], point[level[1]][0] - u)
@@ -262,29 +267,12 @@ def _spread(found: Subdivision, lines: Floats, left_out: set[int]) -> tuple[Subd
         new = list(range(len(point), len(point) + len(joint)))
         point += [[u + d, v] for d in place.tolist()]
         at = {level[0]: 0, level[1]: len(joint) - 1, **{k: i for i, k in enumerate(joint)}}
-        for c in cells[p]:
-            ring, i = rings[c], rings[c].index(p)
+        for c, (ring, i) in zip(cells[p], here, strict=True):
             a, b = at[ring[i - 1]], at[ring[(i + 1) % len(ring)]]
             rings[c] = ring[:i] + (new[a : b + 1] if a <= b else new[b : a + 1][::-1]) + ring[i + 1 :]
         spread[p] = cells[p]
-        taken |= {p, *neighbours[p]}
+        taken |= {p, *near}
     return subdivide(point, rings, found.site), spread
-
-
-def _around(found: Subdivision) -> tuple[dict[int, list[int]], dict[int, list[int]]]:
-    """Neighbouring corners and cells of every crossing."""
-    crossing = found.crossings()
-    near = found.edge[np.isin(found.edge, crossing).any(axis=1)].tolist()
-    neighbours: dict[int, list[int]] = {p: [] for p in crossing.tolist()}
-    for a, b in near:
-        for p, k in ((a, b), (b, a)):
-            if p in neighbours:
-                neighbours[p].append(k)
-    cells: dict[int, list[int]] = {p: [] for p in neighbours}
-    on = np.isin(found.index, crossing)
-    for p, c in zip(found.index[on].tolist(), found.cell()[on].tolist(), strict=True):
-        cells[p].append(c)
-    return neighbours, cells
 
 
 def _spoilt(trial: Subdivision, spread: dict[int, list[int]]) -> set[int]:
