@@ -59,7 +59,7 @@ class Obstacles:
     """Convex parts of the wall's plane in which no cell is; their sides filled up with normal 0 and offset FAR."""
 
     corners: tuple[Floats, ...]  # (k, 2) m, counter-clockwise
-    normal: Floats  # (o, e, 2) outward
+    normal: Floats  # (o, e, 3) outward, in (u, v, t)
     offset: Floats  # (o, e) m
 
     def __len__(self) -> int:
@@ -272,9 +272,7 @@ def gradient(wall: FlatWall, bodies: Bodies, state: Variables, beside: Ints, wid
         chosen = near[rows[0]]
         walls = None
         if len(chosen):
-            edge = np.concatenate(
-                [wall.obstacles.normal[chosen], np.zeros((*wall.obstacles.offset[chosen].shape, 1))], 2
-            )
+            edge = wall.obstacles.normal[chosen]
             walls = edge, wall.obstacles.offset[chosen] - np.einsum("oek,bk->boe", edge, state.shift[rows])
         first = order[rows, : count[rows].max()]
         planes = normal[rows[:, None], first], offset[rows[:, None], first]

@@ -6,6 +6,7 @@ radius over the surface's: the pose is refined in the true cell afterwards.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -76,15 +77,13 @@ def _obstacles(pattern: Pattern) -> Obstacles:
     corners = [ring[piece] for ring in rings for piece in convex_pieces(ring)]
     if pattern.foot is not None:
         below = np.array([0.0, pattern.settings.height])
-        corners += [
-            np.stack([a - below, b - below, b, a]) for a, b in zip(pattern.foot, pattern.foot[1:], strict=False)
-        ]
+        corners += [np.stack([a - below, b - below, b, a]) for a, b in pairwise(pattern.foot)]
     most = max(map(len, corners), default=0)
-    normal, offset = np.zeros((len(corners), most, 2)), np.full((len(corners), most), FAR)
+    normal, offset = np.zeros((len(corners), most, 3)), np.full((len(corners), most), FAR)
     for k, ring in enumerate(corners):
         along = np.roll(ring, -1, axis=0) - ring
         length = np.linalg.norm(along, axis=1)
         own = length > 0.0
         out = np.column_stack([along[own, 1], -along[own, 0]]) / length[own, None]
-        normal[k, : len(out)], offset[k, : len(out)] = out, (out * ring[own]).sum(axis=1)
+        normal[k, : len(out), :2], offset[k, : len(out)] = out, (out * ring[own]).sum(axis=1)
     return Obstacles(tuple(corners), normal, offset)

@@ -217,7 +217,7 @@ def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
     frame = _frame(settings)
     drawn, live, least = _culled(seeds, settings, frame)
     whole = _without_thin_pieces(drawn, least)
-    found, _ = without_short_joints(whole, frame.spacing, least)
+    found = without_short_joints(whole, frame.spacing, least)
     areas, stone = found.areas(), found.site >= 0
     readout = Readout(
         cells=len(found),

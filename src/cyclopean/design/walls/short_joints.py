@@ -80,7 +80,7 @@ class _Net:
         return 2.0 * self.area(c) / float(shapely.length(polygon))
 
 
-def without_short_joints(found: Subdivision, spacing: Floats, least: float) -> tuple[Subdivision, int]:
+def without_short_joints(found: Subdivision, spacing: Floats, least: float) -> Subdivision:
     """The pattern without edges between stones that are shorter than `SHORT` of the stones' spacing.
 
     Parameters
@@ -95,22 +95,15 @@ def without_short_joints(found: Subdivision, spacing: Floats, least: float) -> t
     Returns
     -------
     Subdivision
-        A valid pattern of the same outline.
-    int
-        Edges that were changed.
+        A valid pattern of the same outline; the very one given where nothing could be changed.
     """
-    changed = 0
     for _ in range(ROUNDS):
         near = _short_edges(found, spacing)
-        if not near:
+        net = _net(found, spacing, least) if near else None
+        if net is None or not sum(_mended(net, a, b) for a, b in near if a in net.cells and b in net.cells):
             break
-        net = _net(found, spacing, least)
-        count = sum(_mended(net, a, b) for a, b in near if a in net.cells and b in net.cells)
-        if not count:
-            break
-        changed += count
         found = dissolved(subdivide(net.point, net.rings, found.site))
-    return found, changed
+    return found
 
 
 def _short_edges(found: Subdivision, spacing: Floats) -> list[tuple[int, int]]:
