@@ -10,6 +10,7 @@ import dataclasses
 import json
 import math
 import sys
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, settings
@@ -320,9 +321,9 @@ def test_speeds():
 def margin(certificate, leaf, change=lambda case, k: {}):
     """What a leaf has to spare in a cell, and the size of what it compares; `change` says what is known at point k."""
     sheet = checker._read(tree(certificate, leaf))
-    case = checker._case(sheet, checker._weigh(sheet))
+    case = checker._case(checker._weigh(sheet))
     zones = [
-        dataclasses.replace(checker._Zone(False, False, None, 0, case.span.eta), **change(case, k))
+        dataclasses.replace(checker._Zone(False, False, None, 0, case.eta), **change(case, k))
         for k in range(len(case.spots))
     ]
     spare, size = checker._margin(case, zones, sheet.tree[0])
@@ -330,11 +331,11 @@ def margin(certificate, leaf, change=lambda case, k: {}):
 
 
 def between(slow, fast):
-    return lambda case, _: {"slow": int(slow * 2**case.span.per), "fast": int(fast * 2**case.span.per)}
+    return lambda case, _: {"slow": int(slow * 2**case.per), "fast": int(fast * 2**case.per)}
 
 
 def within(case, k, *rays):
-    return tuple(checker._ray(row, case.spots[k]) for row in rays)
+    return tuple(checker._ray(row, case.spots[k].patch.normal) for row in rays)
 
 
 def test_slow_points_move_less_and_fast_points_rub_more():
@@ -399,7 +400,7 @@ def test_a_motion_that_presses_pays_whatever_friction_does():
     leaf = {"mechanism": {"cube": [0, 0, -1.005, 0, 0, 0]}, "forces": forces}
     model = cube_on_ground()
     sheet = checker._read(tree(model, leaf))
-    thrust = float(checker._reach(sheet, checker._weigh(sheet)).thrust)
+    thrust = float(checker._reach(checker._weigh(sheet)).thrust)
     assert margin(model, leaf)[0] == pytest.approx(0.005 * (RHO * G - thrust))
     assert margin(model, leaf)[0] < 0
 
@@ -442,12 +443,12 @@ def test_the_farthest_in_a_sector_agrees_with_angles(normal, x, start, width):
     whole = checker._vector(normal, 100)
     n2 = checker._dot(whole, whole)
     sizes = math.isqrt(n2 << 128), checker._root_above(n2 << 128)
-    spot = checker._Spot(0, 1, (0, 0, 0), whole, n2, *sizes, 1, 2)
+    spot = checker._Spot(SimpleNamespace(normal=whole, normal2=n2), *sizes)
     rays = [
         [math.cos(t) * a + math.sin(t) * b + 0.3 * c for a, b, c in zip(u, v, n, strict=True)]
         for t in (start, start + width)
     ]
-    one, two = (checker._ray(ray, spot) for ray in rays)
+    one, two = (checker._ray(ray, whole) for ray in rays)
     along, across = (sum(a * b for a, b in zip(x, axis, strict=True)) for axis in (u, v))
     angle = (math.atan2(across, along) - start) % (2 * math.pi)
     off = 0.0 if angle <= width else min(angle - width, 2 * math.pi - angle)
@@ -504,7 +505,7 @@ def test_no_leaf_excludes_a_state_that_is_in_its_cell(data):
     def change(case, k):
         rays, slow, fast, status = known[k]
         sector = within(case, k, *rays) if rays else None
-        whole = 2.0**case.span.per
+        whole = 2.0**case.per
         return {"sector": sector, "slow": int(slow * whole), "fast": int(fast * whole), **status}
 
     spare, size = margin({**model, **bounds}, leaf, change)
@@ -563,7 +564,7 @@ def test_no_motion_within_the_bounds_exceeds_its_reach(v1, w1, v2, w2, eta):
     joint = contact("cube", "upper", [[-0.25, -0.5, 1], [0.5, -0.5, 1], [0.5, 0.5, 1], [-0.25, 0.5, 1]])
     model = {**cube_on_ground(), "blocks": [GROUND, CUBE, upper], "contacts": [BASE, joint]}
     sheet = checker._read(tree(model, {"mechanism": {"cube": [0] * 6, "upper": [0] * 6}}, eta=eta))
-    reach = checker._reach(sheet, checker._weigh(sheet))
+    reach = checker._reach(checker._weigh(sheet))
     centres = {"cube": [0, 0, 0.5], "upper": [0.25, 0, 1.5]}
     motion = {"cube": (v1, w1), "upper": (v2, w2), "ground": ((0, 0, 0), (0, 0, 0))}
 
@@ -589,7 +590,7 @@ def test_reach_by_hand():
     Omega = 2 D / sqrt 2 + 2 D (sqrt 2 + 1), V = D + Omega sqrt(3/4); sum fn <= W V / eps.
     """
     sheet = checker._read(tree(cube_on_ground(), {"mechanism": {"cube": [0] * 6}}))
-    reach = checker._reach(sheet, checker._weigh(sheet))
+    reach = checker._reach(checker._weigh(sheet))
     d, root = math.sqrt(200), math.sqrt(2)
     omega = 2 * d / root + 2 * d * (root + 1)
     v = d + omega * math.sqrt(0.75)
@@ -603,7 +604,7 @@ def test_thrust_of_a_load_by_hand():
     load = {"block": "cube", "force": [0, 0, -3.0], "point": [0.5, 0, 1.0]}
     model = {**cube_on_ground(), "gravity": [0, 0, 0], "loads": [load]}
     sheet = checker._read(tree(model, {"mechanism": {"cube": [0] * 6}}, eps=2.0))
-    reach = checker._reach(sheet, checker._weigh(sheet))
+    reach = checker._reach(checker._weigh(sheet))
     shift, turn = reach.shifts[1] / 2**reach.per_shift, reach.turns[1] / 2**reach.per_turn
     assert float(reach.thrust) == pytest.approx((3 * shift + 1.5 * turn) / 2, rel=1e-12)
 
@@ -614,7 +615,7 @@ def test_reach_up_a_stack_by_hand():
     joint = contact("cube", "upper", [[x, y, 1] for x, y, _ in BASE["polygon"]])
     model = {**cube_on_ground(), "blocks": [GROUND, CUBE, upper], "contacts": [joint, BASE]}
     sheet = checker._read(tree(model, {"mechanism": {"cube": [0] * 6, "upper": [0] * 6}}))
-    reach = checker._reach(sheet, checker._weigh(sheet))
+    reach = checker._reach(checker._weigh(sheet))
     d, arm = math.sqrt(200), math.sqrt(0.75)
     omega = 2 * d / math.sqrt(2) + 2 * d * (math.sqrt(2) + 1)
     assert reach.turns[2] / 2**reach.per_turn == pytest.approx(2 * omega, rel=1e-12)
@@ -626,7 +627,7 @@ def test_thrust_of_every_hand_made_state_is_within_its_bound(build):
     certificate = build()
     sheet = checker._read(tree(certificate, {"mechanism": certificate["mechanism"]}))
     thrust = sum(f[2] for f in certificate["forces"])
-    assert thrust <= float(checker._reach(sheet, checker._weigh(sheet)).thrust)
+    assert thrust <= float(checker._reach(checker._weigh(sheet)).thrust)
 
 
 def mapped(node, vector, flip=False):

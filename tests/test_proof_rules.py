@@ -125,7 +125,7 @@ SMALL = 2.0**-31  # of own weight: 4.7e-10, so that a block may be left with twi
 
 def corrections(force, moment, ring=TRIANGLE):
     """Send a wrench (its moment about the origin) through the corners of a triangle: a force at each, in fractions."""
-    found, divisor = _corrections(ring, [*force, *moment])
+    found, divisor = _corrections(ring, force, moment)
     return [[Fraction(x, divisor) for x in row] for row in found]
 
 

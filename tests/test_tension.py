@@ -112,9 +112,9 @@ def test_the_checker_finds_the_same_pulls(seed: int, corners: int, convex: bool,
     k, per = 60, 40
     points = checker._vectors(polygon.tolist(), k)
     normal = checker._area_vector(points)
-    patch = checker._Patch(points, normal, checker._dot(normal, normal), (0, 1), [])
-    joint = checker._Joint(0, 1, polygon.tolist(), 0.5, strength)
-    unit, shares = checker._pulls(joint, patch, per, k)
+    joint, rows = checker._Joint(0, 1, polygon.tolist(), 0.5, strength), slice(0, corners)
+    patch = checker._Patch(0, joint, 0, rows, 0, 1, 1, 2, points, normal, checker._dot(normal, normal), (0, 1), [])
+    unit, shares = checker._pulls(patch, per, k)
     found = [float(unit * share) / 2.0 ** (per + 2 * k) for share in shares]
     assert found == pytest.approx(contacts.pull * 2.0 * contacts.area[0], rel=1e-9, abs=1e-9 * strength)
 

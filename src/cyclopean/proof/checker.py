@@ -104,32 +104,26 @@ BOUND = 10**6
 mechanism must demand: so no model has both. No masonry bears a million times itself; a solver's mechanism is exact to
 about 1e-13, so that a true one passes easily and a nearly stable model does not."""
 
-STANDARD_GRAVITY = 9.80665
-"""By which a block's own weight is counted in a model without gravity."""
-
-STEEP = 5
-"""Friction above which forces are not corrected, see `_require_modest`."""
-
-LEAN = 10**6
-"""1 / sin^2 of the angle, a thousandth, by which a contact's normal may lean from the faces it lies on."""
-
 FACE_ALIGNMENT = Fraction(19, 20)
 """Least cosine (18 degrees) between a contact's normal and its faces where the file says that the surface is rough or
 curved: facets may stand for a curved joint, cut into ten or more a half circle; the side of a block may not stand for
 its top. Forces are then inside the cones about the faces' normals as well."""
 
-TOLERANCE_SHARE = Fraction(5, 1000)
+TOLERANCE_SHARE, ROUGH_SHARE = Fraction(5, 1000), Fraction(25, 1000)
 """Largest tolerance that counts at a contact, relative to the diagonal of the box around the smaller of its blocks: a
-huge neighbour must not make room for floating contacts."""
+huge neighbour must not make room for floating contacts. The second where a surface is rough or curved."""
 
-ROUGH_SHARE = Fraction(25, 1000)
-"""Likewise where the file says that the surface is rough or curved."""
+COUPLING = Fraction(1, 10**9)
+"""How far a coupled state may miss its conditions at a point: displacements relative to eps, eta and beta_min, work
+relative to eps times the point's force (or the weight of the lighter free block there, where that is larger)."""
 
-NARROW = 4
-"""Tolerances: a contact no wider than that (its area over half its perimeter) carries nothing. It may not be there."""
+SETTLING = Fraction(1, 10**7)
+"""How far a settled state may miss its conditions: displacements relative to the settlement of the component, work
+relative to that times the point's force (or the weight of the lighter free block there, where that is larger)."""
 
-TOLD_LEAN, TOLD_SHARE = 1e-4, 1e-5
-"""Lean of a contact, and distance from its faces by the size of its smaller block, from which the claim tells them."""
+SHORT = 1000
+"""By which a sliding of less than eps / 1000 is multiplied to measure whether friction opposes it, instead of by eps:
+else the direction of a very short one would mean nothing."""
 
 TINY, HUGE = 1e-150, 1e100
 """Magnitudes of non-zero numbers accepted. Rounding noise (1e-17 * 1e-17) fits in; an exponent meant to make the
@@ -139,36 +133,21 @@ GUARD_BITS = 96
 """The largest number of each kind but lengths becomes an integer of at least so many bits, so that integer roots and
 divisions lose less than 1e-28 even where the file holds small whole numbers."""
 
-COUPLING = Fraction(1, 10**9)
-"""How far a coupled state may miss its conditions at a point: displacements relative to eps, eta and beta_min, work
-relative to eps times the point's force (or the weight of the lighter free block there, where that is larger)."""
-
-SHORT = 1000
-"""By which a sliding of less than eps / 1000 is multiplied to measure whether friction opposes it, instead of by eps:
-else the direction of a very short one would mean nothing."""
-
-SETTLING = Fraction(1, 10**7)
-"""How far a settled state may miss its conditions: displacements relative to the settlement of the component, work
-relative to that times the point's force (or the weight of the lighter free block there, where that is larger)."""
-
-ROOT_BITS = 64
-"""Bits after the point of roots of integers that may be small."""
-
-MAX_DEPTH, MAX_NODES = 250, 1_000_000
-"""Of a tree. Each split settles something about one point, so that honest trees are far from both."""
-
 VISITS, VISITS_PER_BYTE = 600_000, 50
 """Contact points and blocks that all leaves of a tree may look at together: so many, and so many more for each byte of
 the certificate beyond `SMALL`. Each takes some microseconds. An honest leaf says something of every free block."""
 
-LONG = 256
-"""Bits of lengths and motions together from which on a visit counts double, from twice as many threefold, and so on."""
-
-SMALL, LARGEST = 1_000_000, 1 << 30
-"""Bytes: a certificate that must cost next to nothing whatever is in it, and the largest that is read at all."""
-
-SLIPPERY = 2
-"""A friction coefficient above which the claim says it: no dry stone has one."""
+STANDARD_GRAVITY = 9.80665  # by which a block's own weight is counted in a model without gravity
+STEEP = 5  # friction above which forces are not corrected, see `_require_modest`
+LEAN = 10**6  # 1 / sin^2 of the angle, a thousandth, by which a contact's normal may lean from the faces it lies on
+NARROW = 4  # tolerances: a contact no wider (area over half its perimeter) carries nothing: it may not be there
+TOLD_LEAN, TOLD_SHARE = 1e-4, 1e-5  # lean, and misfit by the smaller block's size, from which the claim tells them
+ROOT_BITS = 64  # after the point of roots of integers that may be small
+MAX_DEPTH, MAX_NODES = 250, 1_000_000  # of a tree: each split settles something of one point, honest ones are far off
+LONG = 256  # bits of lengths and motions from which on a visit counts double, from twice as many threefold, and so on
+SMALL = 1_000_000  # bytes of a certificate that must cost next to nothing whatever is in it
+LARGEST = 1 << 30  # bytes of the largest certificate that is read at all
+SLIPPERY = 2  # a friction coefficient above which the claim says it: no dry stone has one
 
 CLAIMS = {
     "rbe-state": "stable under rigid-block equilibrium",
@@ -199,6 +178,7 @@ COMMON_FIELDS = {"schema", "kind", "gravity", "tolerance", "blocks", "contacts",
 
 Number = float
 Vec = tuple[int, int, int]
+Item = TypeVar("Item")
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -287,10 +267,10 @@ def _checked(certificate: Mapping[str, object], data: bytes) -> Report:
         figures = _counts(sheet)
         assumed = _assumptions(sheet)
         model = _weigh(sheet)
-        told, measured, unseen = _geometry_told(sheet, model)
+        told, measured, unseen = _geometry_told(model)
         assumed = (*assumed, *unseen)
         claim, figures = claim + model.misfit.claimed() + told, figures | model.misfit.figures() | measured
-        result, reason, grade = PROOFS[kind](sheet, model)
+        result, reason, grade = PROOFS[kind](model)
         claim, figures = claim + grade, figures | result
     except _RefusedError as refusal:
         return Report(False, kind, claim, str(refusal), figures | refusal.figures, assumed)
@@ -618,7 +598,7 @@ def _with_tree(sheet: _Sheet, top: Mapping[str, object], numbers: Mapping[str, i
 
 def _part_with(sheet: _Sheet, block: int) -> _Sheet:
     """The component that holds a free block, with the supports that it touches, as a model of its own."""
-    component, _ = _components(sheet)
+    component = _components(sheet)
     if component[block] < 0:
         _refuse(f"component: {_short(sheet.stones[block].name)} is a support, not a free block")
     joints = [joint for joint in sheet.joints if component[block] in (component[joint.a], component[joint.b])]
@@ -633,24 +613,28 @@ def _part_with(sheet: _Sheet, block: int) -> _Sheet:
     )
 
 
-def _components(sheet: _Sheet) -> tuple[list[int], int]:
-    """Component of every block, -1 for supports, and how many there are: free blocks that contacts join."""
+def _components(sheet: _Sheet) -> list[int]:
+    """Component of every block, -1 for supports: free blocks that contacts join."""
     beside: list[list[int]] = [[] for _ in sheet.stones]
     for joint in sheet.joints:
         beside[joint.a].append(joint.b)
         beside[joint.b].append(joint.a)
-    component, count = [-1] * len(sheet.stones), 0
-    for first, stone in enumerate(sheet.stones):
-        if stone.fixed or component[first] >= 0:
-            continue
-        component[first], pending = count, [first]
-        while pending:
-            for other in beside[pending.pop()]:
-                if component[other] < 0 and not sheet.stones[other].fixed:
-                    component[other] = count
-                    pending.append(other)
-        count += 1
-    return component, count
+    return _groups(beside, [stone.fixed for stone in sheet.stones])
+
+
+def _groups(beside: Sequence[Sequence[int]], apart: Sequence[bool]) -> list[int]:
+    """Number of the group of every node that neighbours join, way by way; -1 for those apart, which join nothing."""
+    group, count = [-1] * len(beside), 0
+    for first in range(len(beside)):
+        if group[first] < 0 and not apart[first]:
+            group[first], pending = count, [first]
+            while pending:
+                for other in beside[pending.pop()]:
+                    if group[other] < 0 and not apart[other]:
+                        group[other] = count
+                        pending.append(other)
+            count += 1
+    return group
 
 
 def _require_schema(schema: object) -> None:
@@ -754,7 +738,7 @@ def _read_surface(
 
 def _is_closed(faces: Sequence[Sequence[int]]) -> bool:
     """Whether every directed edge occurs once, and so does its reverse: closed, and consistently turned."""
-    edges = [pair for face in faces for pair in zip(face, [*face[1:], face[0]], strict=True)]
+    edges = [pair for face in faces for pair in _around(face)]
     once = set(edges)
     return len(once) == len(edges) and all((j, i) in once for i, j in edges)
 
@@ -1074,6 +1058,11 @@ def _dot(a: Vec, b: Vec) -> int:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def _length2(a: Vec) -> int:
+    x, y, z = a
+    return x * x + y * y + z * z
+
+
 def _cross(a: Vec, b: Vec) -> Vec:
     ax, ay, az = a
     bx, by, bz = b
@@ -1090,6 +1079,17 @@ def _minus(a: Vec, b: Vec) -> Vec:
 
 def _times(s: int, a: Vec) -> Vec:
     return s * a[0], s * a[1], s * a[2]
+
+
+def _around(ring: Sequence[Item]) -> Iterator[tuple[Item, Item]]:
+    """Each item with the next one, the last with the first."""
+    return zip(ring, (*ring[1:], ring[0]), strict=True)
+
+
+def _fan(ring: Sequence[Vec]) -> Iterator[tuple[Vec, Vec, Vec]]:
+    """The triangles of a polygon that have its first corner."""
+    for one, two in pairwise(ring[1:]):
+        yield ring[0], one, two
 
 
 def _root_above(n: int) -> int:
@@ -1120,39 +1120,31 @@ def _as_float(numerator: int, denominator: int) -> float:
 # ---------------------------------------------------------------------------------------------------------------------
 # Geometry: solids, faces and the contacts that lie on them.
 
-
-@dataclass(frozen=True, slots=True)
-class _Solid:
-    """Mass properties of a block: `volume6` = 6 V and `moment24` = 24 V c, with c the centre of mass; `box2` = D^2 of
-    the box around it.
-
-    Units: 2**-3k, 2**-4k and 2**-2k of m3, m4 and m2, with k the exponent of lengths. So c = moment24 / (4 volume6).
-    """
-
-    volume6: int
-    moment24: Vec
-    box2: int
-    pieces: int = 1  # outer shells of its mesh, see `_require_solid`
-
-
 Ratio2 = tuple[int, int]  # a squared length as numerator and denominator, in units 2**-2k
+Point = tuple[float, float, float]
 
 
 @dataclass(slots=True)
 class _Shape:
     """What blocks of one shape share; lengths are from the origin of the block, its first face's first corner.
 
-    `seats` holds how contacts lie on it, by tolerance and place.
+    `volume6` = 6 V and `moment24` = 24 V c, with c the centre of mass; `box2` = D^2 of the box around it; `pieces` are
+    the outer shells of its mesh, see `_require_solid`. `seats` holds how contacts lie on it, by tolerance and place.
     """
 
+    corners: Sequence[Vec]
     pieces: int
+    convex: bool
     volume6: int
     moment24: Vec
+    low: Vec
+    high: Vec
     box2: int
     facets: list["_Facet"]
     contacts: int = 0
     index: "_Index | None" = None
     seats: dict[tuple[object, ...], "_Seat"] = field(default_factory=dict)
+    axes: tuple[list[Point], list[Point]] | None = None  # see `_axes`
 
     def near(self, patch: "_Patch") -> tuple[Sequence["_Facet"], int]:
         """Facets that may be near a contact, and how many were looked at to find them."""
@@ -1162,21 +1154,39 @@ class _Shape:
         if self.index is None:
             boxes = [facet.prepared() for facet in self.facets]
             self.index = _Index([facet.low for facet in boxes], [facet.high for facet in boxes])
-        room = _tolerance_above(patch.tolerance2)
-        found = self.index.near(*_box(patch.points), room)
+        found = self.index.near(*_box(patch.points), _root_above(_quotient_above(*patch.tolerance2)))
         return [self.facets[number] for number in found], len(found) + 1
 
 
-Body = tuple[Vec, _Shape]  # a block's origin, and what is measured from there
+class _Solid(NamedTuple):
+    """A block: where the origin of its shape is, and what `_Shape` says of it, about the world's origin.
+
+    Units: 2**-3k, 2**-4k and 2**-2k of m3, m4 and m2, with k the exponent of lengths. So c = moment24 / (4 volume6).
+    """
+
+    origin: Vec
+    shape: _Shape
+    volume6: int
+    moment24: Vec
+    box2: int
 
 
 class _Patch(NamedTuple):
-    """A contact in integers: its points and its area vector N, from `a` into `b`.
+    """A contact in integers: its points and its area vector N, from `a` into `b`; mu = p/q.
 
-    `tolerance2` is what counts at it; `normals` holds, where the surface is rough or curved, the area vectors of the
-    faces that each point lies on: those of `a`, and those of `b` turned round.
+    `part` is its component, `rows` are its points among those of all contacts. `tolerance2` is what counts at it;
+    `normals` holds, where the surface is rough or curved, the area vectors of the faces that each point lies on: those
+    of `a`, and those of `b` turned round.
     """
 
+    number: int
+    joint: _Joint
+    part: int
+    rows: slice
+    a: int
+    b: int
+    p: int
+    q: int
     points: list[Vec]
     normal: Vec
     normal2: int
@@ -1199,6 +1209,21 @@ class _Misfit:
     share: float = 0.0
     bent: int = 0
 
+    def note(self, one: "_Seat", two: "_Seat", size: float) -> None:
+        """Keep the most of what a contact's two sides were let pass; `size` is that of the smaller block, m."""
+        self.lean = max(self.lean, one.lean, two.lean)
+        if one.heights or two.heights or one.aside or two.aside:
+            off, gap, overlap = max(one.aside, two.aside), 0.0, 0.0
+            for number in one.heights.keys() | two.heights.keys():
+                above, below = one.heights.get(number, 0.0), two.heights.get(number, 0.0)
+                off, gap, overlap = (
+                    max(off, abs(above), abs(below)),
+                    max(gap, above + below),
+                    max(overlap, -above - below),
+                )
+            self.off, self.gap, self.overlap = max(self.off, off), max(self.gap, gap), max(self.overlap, overlap)
+            self.share = max(self.share, max(off, gap, overlap) / size if size else 0.0)
+
     def figures(self) -> dict[str, float]:
         """As they stand in the report."""
         return {"misfit": self.off, "contact_gap": self.gap, "contact_overlap": self.overlap, "lean": self.lean}
@@ -1216,150 +1241,141 @@ class _Misfit:
 
 @dataclass(frozen=True, slots=True)
 class _Model:
-    """The model in integers; the exponents say in what power of two each kind of quantity is counted.
+    """The model in integers; lengths are counted in 2**-`per_length` m, forces in 2**-`per_force` N.
 
-    Forces are counted in 2**-`per_force` / 6 N wherever weights come in (`weight6`, `total6_*`): rho V g is
-    rho (6 V) g / 6, and so stays an integer. A block's own weight w is its mass times the root of `own_gravity2`,
-    whatever loads there are.
+    Weights are counted sixfold: rho V g is rho (6 V) g / 6, so that 6 times it is an integer. A block's own weight is
+    its mass times the size of gravity, whatever loads there are: `own_below` and `own_above` bound what a `masses6` of
+    1 weighs, sixfold.
     """
 
+    sheet: _Sheet
     solids: list[_Solid]
     patches: list[_Patch]
-    masses6: list[int]  # density times volume6; 0 for a fixed block
-    gravity: Vec
-    loads: list[tuple[int, Vec, Vec]]  # block, force, point; free blocks only
-    component: list[int]  # of every block; -1 = a support
-    total6_below: list[int]  # total weight W of every component, bounded from both sides
-    total6_above: list[int]
-    per_length: int
-    per_load: int
-    per_weight: int
-    per_force: int  # the finer of the last two
-    lightest6: list[int]  # of every free block the least of `masses6` in its component
-    own_gravity2: int
-    per_own: int  # of own weights, over 6
-    finer: int  # bits by which motions are counted finer, so that partly held blocks move exactly; see `_motion`
     misfit: _Misfit
-
-    def part_of(self, joint: _Joint) -> int:
-        """The component that a contact belongs to."""
-        return max(self.component[joint.a], self.component[joint.b])
+    masses6: list[int]  # density times volume6; 0 for a fixed block
+    lightest6: list[int]  # of every block the least of `masses6` in its component
+    component: list[int]  # of every block; -1 = a support
+    per_length: int
+    finer: int  # bits by which motions are counted finer, so that partly held blocks move exactly; see `_motion`
+    per_force: int = 0
+    gravity: Vec = (0, 0, 0)  # what density times volume is to be multiplied by
+    loads: list[tuple[int, Vec, Vec]] = field(default_factory=list)  # block, force, point; free blocks only
+    own_below: int = 0
+    own_above: int = 0
+    total6_below: list[int] = field(default_factory=list)  # weight W of every component, bounded from both sides
+    total6_above: list[int] = field(default_factory=list)
 
     @property
     def parts(self) -> int:
         """How many components there are."""
-        return len(self.total6_below)
+        return max(self.component, default=-1) + 1
+
+    def free(self) -> Iterator[tuple[int, _Stone, _Solid]]:
+        """The blocks that are not fixed, with their numbers."""
+        for i, (stone, solid) in enumerate(zip(self.sheet.stones, self.solids, strict=True)):
+            if not stone.fixed:
+                yield i, stone, solid
 
 
 def _weigh(sheet: _Sheet) -> _Model:
     """Check the geometry and turn the model into integers."""
     k = _fineness(_lengths(sheet))
-    solids, patches, misfit = _fitted(sheet, k)
-    component, parts = _components(sheet)
+    component = _components(sheet)
+    solids, patches, misfit = _fitted(sheet, component, k)
     per_density = _fineness(stone.density for stone in sheet.stones)
-    per_gravity = _exponent(sheet.gravity)
-    per_load = _exponent(x for push in sheet.pushes for x in push.force)
-    per_weight = per_density + per_gravity + 3 * k
-    gravity = _vector(sheet.gravity, per_gravity)
-    own = sheet.gravity if any(sheet.gravity) else (STANDARD_GRAVITY, 0.0, 0.0)
-    own_gravity = _vector(own, per_own := _exponent(own))
     masses6 = [
         0 if stone.fixed else _integer(stone.density, per_density) * solid.volume6
         for stone, solid in zip(sheet.stones, solids, strict=True)
     ]
+    least: dict[int, int] = {}
+    for mass6, c in zip(masses6, component, strict=True):
+        least[c] = min(mass6, least.get(c, mass6))
+    finer = 0
+    if any(any(stone.held) for stone in sheet.stones):
+        finer = (4 * max(solid.volume6 for solid in solids)).bit_length() + GUARD_BITS
+    lightest6 = [least[c] for c in component]
+    return _loaded(_Model(sheet, solids, patches, misfit, masses6, lightest6, component, k, finer), 1, 0.0)
+
+
+def _loaded(model: _Model, dead: int, times: Number) -> _Model:
+    """The model under `dead` (0 or 1) times its own gravity and loads plus `times` the live ones, exactly.
+
+    With times = p / 2**j all of them are multiples of units 2**j finer than their own.
+    """
+    sheet, k = model.sheet, model.per_length
+    live = sheet.live or _Live((0.0, 0.0, 0.0), [], None, None)
+    own = sheet.gravity if any(sheet.gravity) else (STANDARD_GRAVITY, 0.0, 0.0)
+    p, q = times.as_integer_ratio()
+    finer = q.bit_length() - 1
+    per_mass = _fineness(stone.density for stone in sheet.stones) + 3 * k
+    per_load = _exponent(x for push in (*sheet.pushes, *live.pushes) for x in push.force)
+    per_force = max(per_load, per_mass + _exponent(chain(own, live.gravity))) + finer
+    per_gravity = per_force - per_mass
+    dead_pull, live_pull = (_vector(gravity, per_gravity - finer) for gravity in (sheet.gravity, live.gravity))
+    gravity = _plus(_times(dead * q, dead_pull), _times(p, live_pull))
     loads = [
-        (push.block, _vector(push.force, per_load), _vector(push.point, k))
-        for push in sheet.pushes
-        if not sheet.stones[push.block].fixed
+        (push.block, _times(share, _vector(push.force, per_force - finer)), _vector(push.point, k))
+        for share, pushes in ((dead * q, sheet.pushes), (p, live.pushes))
+        for push in pushes
+        if share and not sheet.stones[push.block].fixed
     ]
-    model = _Model(
-        solids=solids,
-        patches=patches,
-        masses6=masses6,
+    own2 = _length2(_vector(own, per_gravity))
+    below, above = _totals6(model, gravity, loads)
+    return replace(
+        model,
+        per_force=per_force,
         gravity=gravity,
         loads=loads,
-        component=component,
-        total6_below=[0] * parts,
-        total6_above=[0] * parts,
-        per_length=k,
-        per_load=per_load,
-        per_weight=per_weight,
-        per_force=max(per_load, per_weight),
-        lightest6=_lightest(masses6, component),
-        own_gravity2=_dot(own_gravity, own_gravity),
-        per_own=per_density + per_own + 3 * k,
-        finer=_finer(sheet, solids),
-        misfit=misfit,
+        own_below=math.isqrt(own2),
+        own_above=_root_above(own2),
+        total6_below=below,
+        total6_above=above,
     )
-    return _with_totals(sheet, model)
 
 
-def _with_totals(sheet: _Sheet, model: _Model) -> _Model:
+def _totals6(model: _Model, gravity: Vec, loads: Iterable[tuple[int, Vec, Vec]]) -> tuple[list[int], list[int]]:
     """6 times the weight W of every component, bounded from both sides.
 
     From below without what partial supports bear: it must not make room for forces that do not balance. Of a block
     that is partly held a weight counts only along directions that are free; so does a load, unless the block may turn.
     """
-    by_weight, by_load = model.per_force - model.per_weight, model.per_force - model.per_load
     below, above = [0] * model.parts, [0] * model.parts
-    whole2 = _dot(model.gravity, model.gravity)
-    for i, (mass6, stone) in enumerate(zip(model.masses6, sheet.stones, strict=True)):
-        if not stone.fixed:
-            left = _freed(model.gravity, stone.held[:3]) if any(stone.held) else model.gravity
-            below[model.component[i]] += mass6 * math.isqrt(_dot(left, left)) << by_weight
-            above[model.component[i]] += mass6 * _root_above(whole2) << by_weight
-    for block, force, _ in model.loads:
-        held = sheet.stones[block].held
-        left = _freed(force, held[:3]) if all(held[3:]) else force
-        below[model.component[block]] += 6 * math.isqrt(_dot(left, left)) << by_load
-        above[model.component[block]] += 6 * _root_above(_dot(force, force)) << by_load
-    return replace(model, total6_below=below, total6_above=above)
+    least, most = math.isqrt(_length2(gravity)), _root_above(_length2(gravity))
+    for i, stone, _ in model.free():
+        left = math.isqrt(_length2(_freed(gravity, stone.held[:3]))) if any(stone.held) else least
+        below[model.component[i]] += model.masses6[i] * left
+        above[model.component[i]] += model.masses6[i] * most
+    for block, force, _ in loads:
+        held = model.sheet.stones[block].held
+        below[model.component[block]] += 6 * math.isqrt(_length2(_freed(force, held[:3]) if all(held[3:]) else force))
+        above[model.component[block]] += 6 * _root_above(_length2(force))
+    return below, above
 
 
 def _least_loads6(model: _Model) -> list[int]:
     """6 times the least, on every block, of its weight and the loads of its component that are not zero; else 0."""
-    pushed: list[list[int]] = [[] for _ in range(model.parts)]
+    least: dict[int, int] = {}
     for block, force, _ in model.loads:
-        size = math.isqrt(_dot(force, force)) << model.per_force - model.per_load
-        pushed[model.component[block]].append(6 * size)
-    least = [min(filter(None, sizes), default=0) for sizes in pushed]
-    pull = math.isqrt(_dot(model.gravity, model.gravity)) << model.per_force - model.per_weight
+        c, size6 = model.component[block], 6 * math.isqrt(_length2(force))
+        least[c] = min(filter(None, (size6, least.get(c, 0))), default=0)
+    pull = math.isqrt(_length2(model.gravity))
     weights = [mass6 * pull for mass6 in model.masses6]
     return [
-        min(filter(None, (least[c], weight)), default=0) for c, weight in zip(model.component, weights, strict=True)
+        min(filter(None, (least.get(c, 0), weight)), default=0)
+        for c, weight in zip(model.component, weights, strict=True)
     ]
 
 
-def _lightest(masses6: Sequence[int], component: Sequence[int]) -> list[int]:
-    """Of every block the least mass in its component, supports together."""
-    least: dict[int, int] = {}
-    for mass6, c in zip(masses6, component, strict=True):
-        least[c] = min(mass6, least.get(c, mass6))
-    return [least[c] for c in component]
-
-
-def _own_weight_below(model: _Model, block: int, per_force: int) -> int:
-    """A free block's own weight in 2**-per_force N, rounded down."""
-    weight6 = model.masses6[block] * math.isqrt(model.own_gravity2)
-    return (weight6 << per_force) // (6 << model.per_own)
-
-
-def _lighter_weight_below(model: _Model, joint: _Joint, per_force: int) -> int:
+def _lighter_weight(model: _Model, patch: _Patch, per_force: int) -> int:
     """The own weight of the lighter free block at a contact, in 2**-per_force N, rounded down."""
-    return min(_own_weight_below(model, i, per_force) for i in (joint.a, joint.b) if model.component[i] >= 0)
+    mass6 = min(model.masses6[i] for i in (patch.a, patch.b) if model.component[i] >= 0)
+    return (mass6 * model.own_below << per_force) // (6 << model.per_force)
 
 
 def _freed(vector: Vec, held: Sequence[bool]) -> Vec:
     """The components along directions that nothing holds."""
     x, y, z = (0 if still else part for part, still in zip(vector, held, strict=True))
     return x, y, z
-
-
-def _finer(sheet: _Sheet, solids: Sequence[_Solid]) -> int:
-    """Bits that let spins be multiples of 24 V, see `_motion`; 0 where no block is partly held."""
-    if not any(any(stone.held) for stone in sheet.stones):
-        return 0
-    return (4 * max(solid.volume6 for solid in solids)).bit_length() + GUARD_BITS
 
 
 def _lengths(sheet: _Sheet) -> Iterator[Number]:
@@ -1410,9 +1426,7 @@ def _is_flat(ring: Sequence[Vec], normal: Vec, normal2: int, tolerance2: Ratio2)
         return True
     t, u = tolerance2
     if len(ring) == 4:
-        (ax, ay, az), (bx, by, bz), _, _ = ring
-        x, y, z = normal
-        rise = (bx - ax) * x + (by - ay) * y + (bz - az) * z
+        rise = _dot(_minus(ring[1], ring[0]), normal)
         return rise == 0 or rise * rise * u <= 4 * t * normal2
     heights = [_dot(r, normal) for r in ring]
     count, total = len(ring), sum(heights)
@@ -1420,27 +1434,35 @@ def _is_flat(ring: Sequence[Vec], normal: Vec, normal2: int, tolerance2: Ratio2)
     return all((count * h - total) ** 2 * u <= limit for h in heights)
 
 
-def _fitted(sheet: _Sheet, k: int) -> tuple[list[_Solid], list[_Patch], _Misfit]:
+def _fitted(sheet: _Sheet, component: Sequence[int], k: int) -> tuple[list[_Solid], list[_Patch], _Misfit]:
     """Check every block, and that every contact lies on faces of both of its blocks."""
     tn, td = sheet.tolerance.as_integer_ratio()
     stated2: Ratio2 = (tn << k) ** 2, td * td
-    bodies = [_body(stone, k, stated2) for stone in sheet.stones]
+    solids = [_solid(stone, k, stated2) for stone in sheet.stones]
     misfit = _Misfit(bent=sum(joint.bent for joint in sheet.joints))
-    looks = _Looks(sum(len(joint.polygon) for joint in sheet.joints) + sum(len(s.surface.faces) for s in sheet.stones))
+    faces = sum(len(stone.surface.faces) for stone in sheet.stones)
+    looks = _Budget(
+        MAX_LOOKS,
+        faces + sum(len(joint.polygon) for joint in sheet.joints),
+        "too many faces under its contacts to look at",
+    )
     patches: list[_Patch] = []
     known: dict[object, tuple[Vec, int]] = {}
+    first = 0
     for i, joint in enumerate(sheet.joints):
-        a, b = bodies[joint.a], bodies[joint.b]
-        box2 = min(a[1].box2, b[1].box2)
-        patch = _patch(sheet, i, _capped(stated2, box2, ROUGH_SHARE if joint.bent else TOLERANCE_SHARE), k, known)
-        one, two = _on_body(sheet, i, a, patch, 1, k, looks), _on_body(sheet, i, b, patch, -1, k, looks)
+        a, b = solids[joint.a], solids[joint.b]
+        box2 = min(a.box2, b.box2)
+        tolerance2 = _capped(stated2, box2, ROUGH_SHARE if joint.bent else TOLERANCE_SHARE)
+        patch = _patch(sheet, i, max(component[joint.a], component[joint.b]), first, tolerance2, known, k)
+        one, two = _on_solid(sheet, a, patch, 1, k, looks), _on_solid(sheet, b, patch, -1, k, looks)
         patch.normals.extend(zip(one.normals, two.normals, strict=True))
-        _note(misfit, one, two, box2, k)
+        misfit.note(one, two, math.sqrt(_as_float(box2, 1 << 2 * k)))
         patches.append(patch)
-    return [_solid(*body) for body in bodies], patches, misfit
+        first = patch.rows.stop
+    return solids, patches, misfit
 
 
-def _body(stone: _Stone, k: int, stated2: Ratio2) -> Body:
+def _solid(stone: _Stone, k: int, stated2: Ratio2) -> _Solid:
     """Check that a block bounds a solid, and measure it: once for all blocks of the same shape."""
     surface, vertices = stone.surface, _vectors(stone.vertices, k)
     if not surface.faces:
@@ -1452,56 +1474,55 @@ def _body(stone: _Stone, k: int, stated2: Ratio2) -> Body:
         shape = _shape(stone, local, stated2)
         if len(local) <= MAX_KEPT and len(surface.shapes) < MAX_KEPT:
             surface.shapes[local] = shape
-    return origin, shape
+    moment24 = _plus(shape.moment24, _times(4 * shape.volume6, origin))
+    return _Solid(origin, shape, shape.volume6, moment24, shape.box2)
 
 
 def _shape(stone: _Stone, local: Sequence[Vec], stated2: Ratio2) -> _Shape:
     surface, where = stone.surface, f"block {_short(stone.name)}"
     if not surface.closed:
         _refuse(f"{where}: its faces do not close, or are not turned the same way")
-    low, high = _box(local[i] for i in surface.used)
-    diagonal = _minus(high, low)
-    box2 = _dot(diagonal, diagonal)
+    corners = [local[i] for i in surface.used]
+    low, high = _box(corners)
+    box2 = _length2(_minus(high, low))
     volume6, moment24 = _moments(surface.faces, local)
     if not volume6 > 0:
         _refuse(f"{where}: its volume is not positive, its faces look inward")
-    pieces = _require_solid(where, surface, local)
-    return _Shape(pieces, volume6, moment24, box2, _facets(surface, local, _capped(stated2, box2, TOLERANCE_SHARE)))
+    pieces, convex = _require_solid(where, surface, local)
+    facets = _facets(surface, local, _capped(stated2, box2, TOLERANCE_SHARE))
+    return _Shape(corners, pieces, convex, volume6, moment24, low, high, box2, facets)
 
 
-def _solid(origin: Vec, shape: _Shape) -> _Solid:
-    """Mass properties of a block: 24 V c is what it is from the origin o, and 24 V o."""
-    moment24 = _plus(shape.moment24, _times(4 * shape.volume6, origin))
-    return _Solid(shape.volume6, moment24, shape.box2, shape.pieces)
-
-
-def _on_body(sheet: _Sheet, i: int, body: Body, patch: _Patch, sign: int, k: int, looks: "_Looks") -> "_Seat":
+def _on_solid(sheet: _Sheet, solid: _Solid, patch: _Patch, sign: int, k: int, looks: "_Budget") -> "_Seat":
     """How a contact lies on a block: once for all that lie alike on blocks of the same shape."""
-    (ox, oy, oz), shape = body
+    (ox, oy, oz), shape = solid.origin, solid.shape
     points = [(x - ox, y - oy, z - oz) for x, y, z in patch.points]
-    place = (sign, sheet.joints[i].bent, patch.tolerance2, *points)
+    place = (sign, patch.joint.bent, patch.tolerance2, *points)
     seat = shape.seats.get(place)
     if seat is None:
         local = patch._replace(points=points)
         facets, count = shape.near(local)
         looks.spend(count)
-        seat = _seat(sheet, i, facets, local, sign, k, looks)
+        seat = _seat(sheet, facets, local, sign, k, looks)
         if len(points) <= MAX_KEPT and len(shape.seats) < MAX_KEPT:
             shape.seats[place] = seat
     return seat
 
 
-class _Looks:
-    """Counts looks at facets and edges: an honest contact is on a few, hostile files would take hours."""
+class _Budget:
+    """Counts work that honest files need little of, and hostile ones would make hours of; `fault` is said at its end.
 
-    def __init__(self, size: int) -> None:
-        self.left = MAX_LOOKS[0] + MAX_LOOKS[1] * size
+    `most` are so many steps, and so many more for each thing in the file that they are about.
+    """
+
+    def __init__(self, most: tuple[int, int], count: int, fault: str) -> None:
+        self.left, self.fault = most[0] + most[1] * count, fault
 
     def spend(self, count: int) -> None:
         """Take some off; no more may be spent than there are."""
         self.left -= count
         if self.left < 0:
-            _refuse("too many faces under its contacts to look at")
+            _refuse(self.fault)
 
 
 class _Index:
@@ -1531,16 +1552,12 @@ class _Index:
             for axis, start, step in zip(self.axes, self.low, self.steps, strict=True)
         ]
 
-    def near(self, low: Sequence[int], high: Sequence[int], room: int) -> Sequence[int]:
+    def near(self, low: Sequence[int], high: Sequence[int], room: int = 0) -> Sequence[int]:
         """Numbers, in order, of all boxes that are within `room` of another one, and of some that are not."""
         ranges = self._ranges(low, high, room)
         if math.prod(map(len, ranges)) > self.count:
             return range(self.count)
         return sorted(set(self.wide).union(*[self.squares.get(square, ()) for square in product(*ranges)]))
-
-
-def _tolerance_above(tolerance2: Ratio2) -> int:
-    return _root_above(_quotient_above(*tolerance2))
 
 
 def _capped(tolerance2: Ratio2, box2: int, share: Fraction) -> Ratio2:
@@ -1549,7 +1566,9 @@ def _capped(tolerance2: Ratio2, box2: int, share: Fraction) -> Ratio2:
     return tolerance2 if tolerance2[0] * cap[1] <= cap[0] * tolerance2[1] else cap
 
 
-def _patch(sheet: _Sheet, i: int, tolerance2: Ratio2, k: int, known: dict[object, tuple[Vec, int]]) -> _Patch:
+def _patch(
+    sheet: _Sheet, i: int, part: int, first: int, tolerance2: Ratio2, known: dict[object, tuple[Vec, int]], k: int
+) -> _Patch:
     """Turn a contact polygon into integers; it must have an area, be flat, and wider than a few tolerances.
 
     That is looked at once for all that are `known` to be alike.
@@ -1558,45 +1577,33 @@ def _patch(sheet: _Sheet, i: int, tolerance2: Ratio2, k: int, known: dict[object
     points = _vectors(joint.polygon, k)
     ox, oy, oz = points[0]
     outline = (joint.bent, tolerance2, *[(x - ox, y - oy, z - oz) for x, y, z in points])
-    if outline not in known:
-        normal = _area_vector(points)
-        normal2 = _dot(normal, normal)
-        if normal2 == 0:
-            _refuse(f"{_label(sheet, i)}: polygon has no area")
-        if not _is_flat(points, normal, normal2, tolerance2):
-            _refuse(f"{_label(sheet, i)}: polygon is not flat within the tolerance")
-        if not joint.bent and not _is_wide(points, normal2, tolerance2):
-            _refuse(
-                f"{_label(sheet, i)}: polygon is no wider than {NARROW} tolerances; it carries nothing, leave it out"
-            )
-        if len(points) > MAX_KEPT or len(known) >= MAX_KEPT:
-            return _Patch(points, normal, normal2, tolerance2, [])
+    normal, normal2 = known.get(outline) or _area_checked(sheet, i, points, tolerance2)
+    if len(points) <= MAX_KEPT and len(known) < MAX_KEPT:
         known[outline] = normal, normal2
-    return _Patch(points, *known[outline], tolerance2, [])
+    rows, (p, q) = slice(first, first + len(points)), joint.mu.as_integer_ratio()
+    return _Patch(i, joint, part, rows, joint.a, joint.b, p, q, points, normal, normal2, tolerance2, [])
+
+
+def _area_checked(sheet: _Sheet, i: int, points: Sequence[Vec], tolerance2: Ratio2) -> tuple[Vec, int]:
+    normal = _area_vector(points)
+    normal2 = _length2(normal)
+    if normal2 == 0:
+        _refuse(f"{_label(sheet, i)}: polygon has no area")
+    if not _is_flat(points, normal, normal2, tolerance2):
+        _refuse(f"{_label(sheet, i)}: polygon is not flat within the tolerance")
+    if not sheet.joints[i].bent and not _is_wide(points, normal2, tolerance2):
+        _refuse(f"{_label(sheet, i)}: polygon is no wider than {NARROW} tolerances; it carries nothing, leave it out")
+    return normal, normal2
 
 
 def _is_wide(points: Sequence[Vec], normal2: int, tolerance2: Ratio2) -> bool:
     """Whether |N| / perimeter exceeds `NARROW` tolerances; |dx| + |dy| + |dz| is at least an edge's length."""
     t, u = tolerance2
-    edges = [_minus(b, a) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    edges = [_minus(b, a) for a, b in _around(points)]
     around = sum(abs(x) + abs(y) + abs(z) for x, y, z in edges)
     if normal2 * u > NARROW**2 * t * around**2:
         return True
-    return normal2 * u > NARROW**2 * t * sum(_root_above(_dot(edge, edge)) for edge in edges) ** 2
-
-
-def _note(misfit: _Misfit, one: "_Seat", two: "_Seat", box2: int, k: int) -> None:
-    """Keep the most of what a contact's two sides were let pass; `box2` is the square of the smaller block's size."""
-    misfit.lean = max(misfit.lean, one.lean, two.lean)
-    if one.heights or two.heights or one.aside or two.aside:
-        off, gap, overlap = max(one.aside, two.aside), 0.0, 0.0
-        for number in one.heights.keys() | two.heights.keys():
-            above, below = one.heights.get(number, 0.0), two.heights.get(number, 0.0)
-            off, gap, overlap = max(off, abs(above), abs(below)), max(gap, above + below), max(overlap, -above - below)
-        misfit.off, misfit.gap = max(misfit.off, off), max(misfit.gap, gap)
-        misfit.overlap = max(misfit.overlap, overlap)
-        size = math.sqrt(_as_float(box2, 1 << 2 * k))
-        misfit.share = max(misfit.share, max(off, gap, overlap) / size if size else 0.0)
+    return normal2 * u > NARROW**2 * t * sum(_root_above(_length2(edge)) for edge in edges) ** 2
 
 
 def _moments(faces: Sequence[Sequence[int]], local: Sequence[Vec]) -> tuple[int, Vec]:
@@ -1626,38 +1633,18 @@ def _moments(faces: Sequence[Sequence[int]], local: Sequence[Vec]) -> tuple[int,
 # or turned inside out, one shell inside another, and faces that lie on each other. A convex block can have none of
 # that, which a few products tell; all others are looked at shell by shell and plane by plane.
 
-FLAT_BITS = 20
-"""A corner may stand out of the plane of a face of a convex block by 2**-20 of how far the block reaches below it."""
+FLAT_BITS = 20  # a convex block's corner may stand out of a face's plane by 2**-20 of how far the block reaches below
+THIN_BITS = 30  # a shell thinner than 2**-30 of its own size has no volume: that is rounding, as of a turned sheet
+MAX_CONVEX = 4000  # faces times vertices up to which a block is tried for being convex
+MAX_NAMED = 30  # faces among which those that lie on each other are looked for, to be named
+SAMPLES = 8  # places of a shell that are looked up in the others
+MAX_KEPT = 256  # points up to which a shape or a contact is kept, to be known again, and how many are
+FEW = 16  # facets, edges and contacts up to which there is no use in sorting them by place
 
-THIN_BITS = 30
-"""A shell thinner than 2**-30 of its own size has no volume: that is rounding, as where a sheet was rotated."""
-
-MAX_CONVEX = 4000
-"""Faces times vertices up to which a block is tried for being convex."""
-
-MAX_NESTING = 4_000, 100
-"""Triangles looked at to tell which shells of a block lie inside which: so many, and so many more for each face."""
-
-MAX_BESIDE = 4_000, 1_000
-"""Pairs of shells compared: so many, and so many more for each shell."""
-
-MAX_SWEEP = 10_000, 100
-"""Steps taken to tell whether faces in one plane lie on each other: so many, and so many more for each edge."""
-
-MAX_NAMED = 30
-"""Faces among which those that lie on each other are looked for, to be named."""
-
-SAMPLES = 8
-"""Places of a shell that are looked up in the others."""
-
-MAX_KEPT = 256
-"""Points up to which a shape or an outline is kept, to be known again, and how many are."""
-
-FEW = 16
-"""Facets, edges and contacts up to which there is no use in sorting them by place."""
-
-MAX_LOOKS = 1_000_000, 50
-"""Facets, and edges of large ones, that contacts look at: so many, and so many more for each point and each face."""
+# Steps of work: so many, and so many more for each thing in the file that they are about.
+MAX_NESTING = 4_000, 100  # neighbours and triangles that tell which shells lie inside which; for each face
+MAX_SWEEP = 10_000, 100  # edges that a line in a plane sweeps over; for each edge
+MAX_LOOKS = 1_000_000, 50  # facets, and edges of large ones, that contacts look at; for each point and each face
 
 
 def _shells(faces: Sequence[Sequence[int]]) -> list[list[int]]:
@@ -1666,66 +1653,62 @@ def _shells(faces: Sequence[Sequence[int]]) -> list[list[int]]:
     >>> _shells([(0, 1, 2), (3, 4, 5), (2, 1, 6), (5, 4, 3)])
     [[0, 2], [1, 3]]
     """
-    around: dict[tuple[int, int], list[int]] = {}
-    for number, face in enumerate(faces):
-        for i, j in zip(face, [*face[1:], face[0]], strict=True):
-            around.setdefault((i, j) if i < j else (j, i), []).append(number)
     beside: list[list[int]] = [[] for _ in faces]
-    for numbers in around.values():
-        for one, two in pairwise(numbers):
-            beside[one].append(two)
-            beside[two].append(one)
-    shells, seen = [], bytearray(len(faces))
-    for start in range(len(faces)):
-        if not seen[start]:
-            seen[start] = 1
-            shell = [start]
-            for number in shell:
-                for other in beside[number]:
-                    if not seen[other]:
-                        seen[other] = 1
-                        shell.append(other)
-            shells.append(sorted(shell))
-    return shells
+    last: dict[tuple[int, int], int] = {}  # the face seen last at an edge
+    for number, face in enumerate(faces):
+        for i, j in _around(face):
+            edge = (i, j) if i < j else (j, i)
+            other = last.setdefault(edge, number)
+            if other != number:
+                beside[number].append(other)
+                beside[other].append(number)
+                last[edge] = number
+    shells: dict[int, list[int]] = {}
+    for number, shell in enumerate(_groups(beside, [False] * len(faces))):
+        shells.setdefault(shell, []).append(number)
+    return list(shells.values())
 
 
-def _require_solid(where: str, surface: _Surface, vertices: Sequence[Vec]) -> int:
-    """Require that a closed mesh of positive volume bounds a solid; count its outer shells.
+def _require_solid(where: str, surface: _Surface, vertices: Sequence[Vec]) -> tuple[int, bool]:
+    """Require that a closed mesh of positive volume bounds a solid; count its outer shells, and tell if it is convex.
 
     No shell may be without volume; shells turned inward are holes, inside exactly one more outward shell than inward
     ones; outward shells are outside of all that is stone. No two faces may lie on each other, neither back to back
     (a sheet without thickness, or a cut without width) nor facing the same way. A surface that crosses itself
     otherwise is not looked for.
-    """
-    if len(surface.shells) == 1 and _is_convex(surface, vertices):
-        return 1
-    pieces = 1 if len(surface.shells) == 1 else _outer_shells(where, surface, vertices)
-    _require_single_faces(where, surface.faces, vertices)
-    return pieces
 
-
-def _is_convex(surface: _Surface, vertices: Sequence[Vec]) -> bool:
-    """Whether a shell bounds a convex solid, all but 2**-FLAT_BITS: no corner is in front of the plane of a face.
-
-    So the surface lies on its convex hull, and goes round it a whole number of times. Once, if the corners in one plane
+    A convex shell lies on its convex hull, and goes round it a whole number of times. Once, if the corners in one plane
     are four or fewer: around them, on the side of the hull where no corner stands between two others, there can be one
     edge only, and each directed edge occurs once.
     """
-    faces = surface.faces
+    alone = len(surface.shells) == 1
+    fewest = _fewest_in_a_plane(surface, vertices) if alone else 0
+    if 0 < fewest <= 4:
+        return 1, True
+    pieces = 1 if alone else _outer_shells(where, surface, vertices)
+    _require_single_faces(where, surface.faces, vertices)
+    return pieces, fewest > 0
+
+
+def _fewest_in_a_plane(surface: _Surface, vertices: Sequence[Vec]) -> int:
+    """How many corners of a convex shell are in the plane of a face, at least, or four; 0 if it is not convex.
+
+    Convex is, all but 2**-FLAT_BITS, that no corner is in front of the plane of a face.
+    """
+    faces, fewest = surface.faces, len(vertices)
     if len(faces) * len(vertices) > MAX_CONVEX:
-        return False
-    once = False
+        return 0
     for face in faces:
         nx, ny, nz = _area_vector([vertices[i] for i in face])
         heights = [nx * x + ny * y + nz * z for x, y, z in vertices]
         base = heights[face[0]] if len(face) == 3 else min([heights[i] for i in face])
         depth = base - min(heights)
         if not (depth > 0 and max(heights) - base << FLAT_BITS <= depth):
-            return False
-        if not once:
+            return 0
+        if fewest > 4:
             level = base - (depth >> FLAT_BITS - 1)
-            once = sum([height >= level for height in heights]) <= 4
-    return once
+            fewest = min(fewest, sum([height >= level for height in heights]))
+    return fewest
 
 
 class _Triangle(NamedTuple):
@@ -1763,16 +1746,17 @@ def _outer_shells(where: str, surface: _Surface, vertices: Sequence[Vec]) -> int
     low, high = _box(thirds)
     slack = sum(_minus(high, low)) >> THIN_BITS
     shells = [_shell(where, surface, numbers, thirds, slack) for numbers in surface.shells]
-    allowed = MAX_NESTING[0] + MAX_NESTING[1] * len(surface.faces)
-    for shell, near in zip(shells, _neighbours(where, shells), strict=True):
+    index = _Index([shell.low for shell in shells], [shell.high for shell in shells])
+    budget = _Budget(MAX_NESTING, len(surface.faces), f"{where}: too many shells of its mesh are beside each other")
+    for number, shell in enumerate(shells):
+        near = [shells[other] for other in index.near(shell.low, shell.high) if other != number]
+        budget.spend(len(near))
         found: set[int] = set()
         some = shell.triangles[:: -(-len(shell.triangles) // SAMPLES)]
-        corners, middles = [t.a for t in some], [_middle(t) for t in some]
-        for point in chain(corners, middles):
+        corners = [t.a for t in some]
+        for point in (*corners, *(_middle(t) for t in some)):
             around = [other for other in near if _is_in_box(point, other)]
-            allowed -= sum(len(other.triangles) for other in around)
-            if allowed < 0:
-                _refuse(f"{where}: too many shells of its mesh are beside each other")
+            budget.spend(sum(len(other.triangles) for other in around))
             turns = [_winding(other.triangles, point) for other in around]
             if None not in turns:
                 found.add(sum(turn or 0 for turn in turns))
@@ -1782,7 +1766,7 @@ def _outer_shells(where: str, surface: _Surface, vertices: Sequence[Vec]) -> int
     return sum(shell.volume6 > 0 for shell in shells)
 
 
-def _middle(triangle: "_Triangle") -> Vec:
+def _middle(triangle: _Triangle) -> Vec:
     """The middle of a triangle whose corners are multiples of three."""
     x, y, z = _plus(_plus(triangle.a, triangle.b), triangle.c)
     return x // 3, y // 3, z // 3
@@ -1818,42 +1802,17 @@ def _shell(where: str, surface: _Surface, numbers: Sequence[int], vertices: Sequ
     triangles = []
     origin = vertices[surface.faces[numbers[0]][0]]
     volume6, area = 0, 0
-    for number in numbers:
-        face = surface.faces[number]
-        a = vertices[face[0]]
-        for i, j in pairwise(face[1:]):
-            b, c = vertices[i], vertices[j]
-            normal = _cross(_minus(b, a), _minus(c, a))
-            low, high = _box((a, b, c))
-            around = sum(map(abs, normal))
-            triangles.append(_Triangle(a, b, c, normal, _minus(low, wide), _plus(high, wide), slack * around))
-            volume6 += _dot(_minus(a, origin), normal)
-            area += around
+    for a, b, c in chain.from_iterable(_fan([vertices[i] for i in surface.faces[number]]) for number in numbers):
+        normal = _cross(_minus(b, a), _minus(c, a))
+        low, high = _box((a, b, c))
+        around = sum(map(abs, normal))
+        triangles.append(_Triangle(a, b, c, normal, _minus(low, wide), _plus(high, wide), slack * around))
+        volume6 += _dot(_minus(a, origin), normal)
+        area += around
     low, high = _box(vertices[i] for number in numbers for i in surface.faces[number])
     if not abs(volume6) << THIN_BITS > sum(_minus(high, low)) * area:
         _refuse(f"{where}: a shell of its mesh has no volume ({_numbered(numbers)})")
     return _Shell(numbers, triangles, volume6, low, high)
-
-
-def _neighbours(where: str, shells: Sequence[_Shell]) -> list[list[_Shell]]:
-    """Find for each shell those whose boxes meet its own, sweeping along x."""
-    near: list[list[_Shell]] = [[] for _ in shells]
-    order = sorted(range(len(shells)), key=lambda i: shells[i].low[0])
-    allowed = MAX_BESIDE[0] + MAX_BESIDE[1] * len(shells)
-    for k, i in enumerate(order):
-        one = shells[i]
-        for j in order[k + 1 :]:
-            two = shells[j]
-            if two.low[0] > one.high[0]:
-                break
-            allowed -= 1
-            if one.low[1] <= two.high[1] and two.low[1] <= one.high[1]:
-                if one.low[2] <= two.high[2] and two.low[2] <= one.high[2]:
-                    near[i].append(two)
-                    near[j].append(one)
-        if allowed < 0:
-            _refuse(f"{where}: too many shells of its mesh are beside each other")
-    return near
 
 
 def _is_in_box(point: Vec, shell: _Shell) -> bool:
@@ -1921,20 +1880,19 @@ def _require_single_faces(where: str, faces: Sequence[Sequence[int]], vertices: 
         normal = _area_vector(ring)
         height = _dot(normal, ring[0])
         if any(normal) and all([_dot(normal, corner) == height for corner in ring[1:]]):
-            pieces = [(ring, normal)]
+            pieces: list[tuple[Sequence[Vec], Vec]] = [(ring, normal)]
         else:
-            fans = ([ring[0], *pair] for pair in pairwise(ring[1:]))
-            pieces = [(fan, _area_vector(fan)) for fan in fans]
+            pieces = [(fan, _area_vector(fan)) for fan in _fan(ring)]
             if any(_dot(n, normal) < 0 for _, n in pieces):
                 continue
-            size2 = _dot(normal, normal)  # a sliver between corners on a line lies in any plane: 60 degrees are enough
-            pieces = [(fan, n) for fan, n in pieces if 4 * _dot(n, normal) ** 2 >= size2 * _dot(n, n)]
+            size2 = _length2(normal)  # a sliver between corners on a line lies in any plane: 60 degrees are enough
+            pieces = [(fan, n) for fan, n in pieces if 4 * _dot(n, normal) ** 2 >= size2 * _length2(n)]
         for corners, n in pieces:
             if any(n):
                 key, outline = _in_plane(number, corners, n)
                 planes.setdefault(key, []).append(outline)
     for outlines in planes.values():
-        if not _are_plainly_apart(outlines):
+        if len(outlines) > 1 or not _turns_left(outlines[0].ring):
             _require_apart(where, outlines)
 
 
@@ -1955,34 +1913,14 @@ def _in_plane(number: int, ring: Sequence[Vec], normal: Vec) -> tuple[tuple[Vec,
     return (direction, _dot(direction, ring[0])), _Piece(number, flat, back)
 
 
-def _are_plainly_apart(outlines: Sequence[_Piece]) -> bool:
-    """Whether pieces in one plane are triangles or convex quadrilaterals whose boxes, sorted, do not overlap."""
-    spans = []
-    for outline in outlines:
-        ring = outline.ring
-        if len(ring) > 4 or (len(ring) == 4 and not _turns_left(ring)):
-            return False
-        xs, ys = zip(*ring, strict=True)
-        spans.append((min(xs), max(xs), min(ys), max(ys)))
-    if len(spans) == 1:
-        return True
-    if len(spans) > 8:
-        return False
-    return all(
-        one[1] <= two[0] or two[1] <= one[0] or one[3] <= two[2] or two[3] <= one[2]
-        for i, one in enumerate(spans)
-        for two in spans[:i]
-    )
-
-
 def _turns_left(ring: Sequence[tuple[int, int]]) -> bool:
-    """Whether a polygon turns left, or not, at each of its corners."""
+    """Whether a polygon of four corners at most turns left, or not, at each of them: then it does not cross itself."""
     (ax, ay), (bx, by) = ring[-2:]
     for cx, cy in ring:
         if (bx - ax) * (cy - by) - (by - ay) * (cx - bx) < 0:
             return False
         ax, ay, bx, by = bx, by, cx, cy
-    return True
+    return len(ring) <= 4
 
 
 class _Rim(NamedTuple):
@@ -2000,9 +1938,19 @@ class _Rim(NamedTuple):
         """Positive if a point is above the edge's line, negative if below."""
         return self.dx * (y - self.y) - self.dy * (x - self.x)
 
+    def is_under(self, other: "_Rim") -> bool:
+        """Whether another edge starts above the line of this one, or on it and rises more."""
+        return (self.above(other.x, other.y) or self.dx * other.dy - other.dx * self.dy) > 0
+
     def is_along(self, other: "_Rim") -> bool:
         """Whether both are parts of one line."""
         return self.dx * other.dy == self.dy * other.dx and self.above(other.x, other.y) == 0
+
+    def does_cross(self, above: "_Rim") -> bool:
+        """Whether this one, the lower of two neighbours, is the upper one where the first of them ends."""
+        if self.end_x <= above.end_x:
+            return above.above(self.end_x, self.end_y) > 0
+        return self.above(above.end_x, above.end_y) < 0
 
 
 def _require_apart(where: str, outlines: Sequence[_Piece]) -> None:
@@ -2027,320 +1975,47 @@ def _do_overlap(where: str, outlines: Sequence[_Piece]) -> bool:
     is one piece or none. Those that cross do so first as neighbours on the line, or one that starts where another
     passes is out of turn.
     """
-    starts, ends = _rims(outlines)
-    allowed = MAX_SWEEP[0] + MAX_SWEEP[1] * sum(map(len, ends.values()))
-    line: list[int] = []  # numbers of the edges that the line crosses, from below
-    turns: list[int] = []
-    rims: dict[int, _Rim] = {}
-    for x in sorted(starts.keys() | ends.keys()):
-        first, last = len(line), -1  # where something changes
-        for key in ends.get(x, ()):
-            place = line.index(key)
-            del line[place], turns[place], rims[key]
-            first, last = min(first, place), max(last - (last > place), place)
-        for key, rim in starts.get(x, ()):
-            place = _place_on(line, rims, rim)
-            line.insert(place, key)
-            turns.insert(place, rim.turn)
-            rims[key] = rim
-            first, last = min(first, place), max(last + (last >= place), place)
-        first, last = max(first - 1, 0), min(last + 1, len(line) - 1)
-        allowed -= 1 + max(last - first, 0) + len(line) // 64
-        if allowed < 0:
-            _refuse(f"{where}: too many faces in one plane")
-        covered = sum(turns[:first])
-        for place in range(first, last):
-            covered += turns[place]
-            below, above = rims[line[place]], rims[line[place + 1]]
-            if _do_cross(below, above) or (covered not in (0, 1) and not below.is_along(above)):
-                return True
-    return False
-
-
-def _rims(outlines: Sequence[_Piece]) -> tuple[dict[int, list[tuple[int, _Rim]]], dict[int, list[int]]]:
-    """Edges in which no two pieces adjoin, numbered, by where they start along x, and numbers by where they end."""
     loose: Counter[tuple[tuple[int, int], tuple[int, int]]] = Counter()
     for outline in outlines:
-        for tail, head in zip(outline.ring, [*outline.ring[1:], outline.ring[0]], strict=True):
+        for tail, head in _around(outline.ring):
             if tail[0] < head[0]:
                 loose[tail, head] += 1
             elif tail[0] > head[0]:
                 loose[head, tail] -= 1
-    starts: dict[int, list[tuple[int, _Rim]]] = {}
-    ends: dict[int, list[int]] = {}
-    key = 0
+    starts: dict[int, list[_Rim]] = {}
+    ends: dict[int, list[_Rim]] = {}
     for ((ax, ay), (bx, by)), count in loose.items():
-        rim = _Rim(ax, ay, bx - ax, by - ay, bx, by, count)
         if count:
-            starts.setdefault(ax, []).append((key, rim))
-            ends.setdefault(bx, []).append(key)
-            key += 1
-    return starts, ends
+            rim = _Rim(ax, ay, bx - ax, by - ay, bx, by, count)
+            starts.setdefault(ax, []).append(rim)
+            ends.setdefault(bx, []).append(rim)
+    budget = _Budget(MAX_SWEEP, sum(map(len, ends.values())), f"{where}: too many faces in one plane")
+    line: list[_Rim] = []  # the edges that the line crosses, from below
+    turns: list[int] = []
+    for x in sorted(starts.keys() | ends.keys()):
+        first, last = len(line), -1  # where something changes
+        for rim in ends.get(x, ()):
+            place = line.index(rim)
+            del line[place], turns[place]
+            first, last = min(first, place), max(last - (last > place), place)
+        for rim in starts.get(x, ()):
+            place = bisect_left(line, True, key=lambda other: not other.is_under(rim))
+            line.insert(place, rim)
+            turns.insert(place, rim.turn)
+            first, last = min(first, place), max(last + (last >= place), place)
+        first, last = max(first - 1, 0), min(last + 1, len(line) - 1)
+        budget.spend(1 + max(last - first, 0) + len(line) // 64)
+        covered = sum(turns[:first])
+        for below, above in pairwise(line[first : last + 1]):
+            covered += below.turn
+            if below.does_cross(above) or (covered not in (0, 1) and not below.is_along(above)):
+                return True
+    return False
 
 
-def _place_on(line: Sequence[int], rims: Mapping[int, _Rim], rim: _Rim) -> int:
-    """Find the place of an edge on the line that sweeps over its start: by height, and of those that meet by slope."""
-    low, high = 0, len(line)
-    while low < high:
-        middle = (low + high) // 2
-        other = rims[line[middle]]
-        if (other.above(rim.x, rim.y) or other.dx * rim.dy - other.dy * rim.dx) > 0:
-            low = middle + 1
-        else:
-            high = middle
-    return low
-
-
-def _do_cross(below: _Rim, above: _Rim) -> bool:
-    """Whether the lower of two neighbours is the upper one where the first of them ends."""
-    if below.end_x <= above.end_x:
-        return above.above(below.end_x, below.end_y) > 0
-    return below.above(above.end_x, above.end_y) < 0
-
-
-# Do blocks run into each other? It is told, and proves nothing, so floats do. Lengths are counted in the model's size.
-
-Point = tuple[float, float, float]
-
-MAX_BOXES = 1_000_000, 100_000
-"""Comparisons of boxes, and pairs of boxes that overlap, after which overlaps are not looked at."""
-
-FINE = 2.0**40
-"""Parts of the model's size in which boxes are sorted by place."""
-
-MAX_PROJECTED = 4_000_000
-"""Corners projected to measure how deep blocks run into each other, after which the pairs left are not looked at."""
-
-ROUNDING = 1e-12
-"""Of the model's size: depths below it are none."""
-
-
-class _Overlaps(NamedTuple):
-    """Blocks that run into each other: how deep the worst two do (m), which, how many pairs do by more than the
-    tolerance, and how many pairs were not looked at (None: none was).
-    """
-
-    depth: float
-    names: tuple[str, str]
-    pairs: int
-    unseen: int | None
-
-
-def _geometry_told(sheet: _Sheet, model: _Model) -> tuple[str, dict[str, float], tuple[str, ...]]:
-    """What a reader of the claim should know of the blocks: detached pieces, and blocks that run into each other.
-
-    For the claim, for the figures, and for what is assumed: pairs of blocks that were not looked at.
-    """
-    told, figures = "", {}
-    if several := sum(solid.pieces > 1 for solid in model.solids):
-        told += f", {several} block{'s' * (several > 1)} of several detached pieces"
-        figures["pieces"] = float(several)
-    found = _overlap_told(sheet)
-    if found.pairs:
-        one, two = (_short(name) for name in found.names)
-        more = f" (and {found.pairs - 1} more pair{'s' * (found.pairs > 2)})" if found.pairs > 1 else ""
-        told += f", blocks '{one}' and '{two}' run into each other by {found.depth:.3g} m{more}"
-        figures["overlap"] = found.depth
-    if found.unseen is None:
-        return told, figures, ("overlaps   of blocks were not looked at: none are assumed",)
-    pairs = "1 pair of blocks" if found.unseen == 1 else f"{found.unseen} pairs of blocks"
-    unseen = f"overlaps   none of {pairs}, not convex or of many faces, that were not looked at"
-    return told, figures, (unseen,) if found.unseen else ()
-
-
-def _overlap_told(sheet: _Sheet) -> _Overlaps:
-    """Measure how deep blocks run into each other, pairs of fixed blocks left out.
-
-    For two convex blocks that is the least way along a face normal of one, or a normal to an edge of each, that takes
-    them apart. Other blocks count as apart if the plane of a contact or of a face is between them; how many pairs are
-    left is told.
-    """
-    bodies, size = _bodies(sheet)
-    none = _Overlaps(0.0, ("", ""), 0, 0)
-    if not 0.0 < size < math.inf:
-        return none
-    tolerance = sheet.tolerance / size + ROUNDING
-    pairs = _box_pairs(bodies, tolerance)
-    if pairs is None:
-        return none._replace(unseen=None)
-    between: dict[tuple[int, int], list[Sequence[Sequence[Number]]]] = {pair: [] for pair in pairs}
-    for joint in sheet.joints:
-        pair = (joint.a, joint.b) if joint.a < joint.b else (joint.b, joint.a)
-        if pair in between:
-            between[pair].append(joint.polygon)
-    left = MAX_PROJECTED
-    worst, deepest, count, unseen = 0.0, (0, 0), 0, 0
-    for (i, j), polygons in between.items():
-        found, work = _depth(bodies[i], bodies[j], polygons, tolerance, left)
-        left -= work
-        unseen += found is None
-        depth = found or 0.0
-        count += depth > tolerance
-        if depth > max(worst, tolerance):
-            worst, deepest = depth, (i, j)
-    names = sheet.stones[deepest[0]].name, sheet.stones[deepest[1]].name
-    return _Overlaps(worst * size, names, count, unseen)
-
-
-class _Body:
-    """A block's corners in the frame, in model sizes, with its box; planes and edges as they are asked for."""
-
-    __slots__ = ("convex", "corners", "edges", "fixed", "high", "low", "planes", "stone", "where")
-
-    def __init__(self, stone: _Stone, corners: list[Point], where: "_Frame") -> None:
-        self.stone, self.corners, self.where, self.fixed = stone, corners, where, stone.fixed
-        self.low, self.high = _box(corners)
-        self.planes: list[
-            tuple[Point, float]
-        ] = []  # unit normals of the faces, with the farthest that a corner reaches
-        self.edges: list[Point] = []  # unit directions, each once
-        self.convex = False
-
-    def prepare(self) -> int:
-        """Find planes and edges, unless that is done; tell how many corners were projected."""
-        if self.planes:
-            return 0
-        faces = self.stone.surface.faces
-        corner = dict(zip(self.stone.surface.used, self.corners, strict=True))
-        slack = 1e-6 * min(high - low for low, high in zip(self.low, self.high, strict=True))
-        self.convex = len(faces) * len(corner) <= MAX_CONVEX and len(self.stone.surface.shells) == 1
-        edges: dict[tuple[int, ...], Point] = {}
-        for face in faces if self.convex else faces[:: len(faces) // 64 + 1]:
-            ring = [corner[i] for i in face]
-            normal = _unit(_float_normal(ring))
-            if normal is None:
-                continue
-            heights = [_float_dot(normal, point) for point in self.corners]
-            top = max(heights)
-            self.planes.append((normal, top))
-            if not top - min(_float_dot(normal, point) for point in ring) <= slack + ROUNDING:
-                self.convex = False
-            for a, b in pairwise([*ring, ring[0]]):
-                run = _unit((b[0] - a[0], b[1] - a[1], b[2] - a[2]))
-                if run is not None:
-                    sign = 1.0 if run > (0.0, 0.0, 0.0) else -1.0
-                    edges.setdefault(tuple(round(1e9 * sign * x) for x in run), run)
-        self.edges = list(edges.values())
-        return len(self.planes) * len(self.corners)
-
-
-class _Frame(NamedTuple):
-    """An origin (m) and a unit of length (1/m)."""
-
-    origin: Sequence[Number]
-    unit: float
-
-    def placed(self, points: Iterable[Sequence[Number]]) -> list[Point]:
-        """Points in the frame."""
-        (ox, oy, oz), s = self.origin, self.unit
-        return [(s * (x - ox), s * (y - oy), s * (z - oz)) for x, y, z in points]
-
-
-def _bodies(sheet: _Sheet) -> tuple[list[_Body], float]:
-    """Lay all blocks into a frame; and the model's size, m."""
-    corners = [[stone.vertices[i] for i in stone.surface.used] for stone in sheet.stones]
-    low, high = _box(chain.from_iterable(corners))
-    size = max(b - a for a, b in zip(low, high, strict=True))
-    if not 0.0 < size < math.inf:
-        return [], size
-    where = _Frame(low, 1.0 / size)
-    return [_Body(stone, where.placed(own), where) for stone, own in zip(sheet.stones, corners, strict=True)], size
-
-
-def _float_dot(a: Point, b: Point) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _float_cross(a: Point, b: Point) -> Point:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _float_normal(ring: Sequence[Point]) -> Point:
-    """Newell's normal about the first corner."""
-    ox, oy, oz = ring[0]
-    away = [(x - ox, y - oy, z - oz) for x, y, z in ring[1:]]
-    x, y, z = 0.0, 0.0, 0.0
-    for one, two in pairwise(away):
-        dx, dy, dz = _float_cross(one, two)
-        x, y, z = x + dx, y + dy, z + dz
-    return x, y, z
-
-
-def _unit(vector: Point) -> Point | None:
-    """A vector of length one; None where it has no direction."""
-    length = math.hypot(*vector)
-    if not 1e-30 < length < math.inf:
-        return None
-    return vector[0] / length, vector[1] / length, vector[2] / length
-
-
-def _box_pairs(bodies: Sequence[_Body], tolerance: float) -> list[tuple[int, int]] | None:
-    """Pairs i < j of blocks, not both fixed, whose boxes overlap by more than the tolerance along all axes.
-
-    None if that takes too long.
-    """
-    lows = [[int(FINE * x) for x in body.low] for body in bodies]
-    highs = [[int(FINE * x) for x in body.high] for body in bodies]
-    index, steps = _Index(lows, highs), 0
-    pairs: list[tuple[int, int]] = []
-    for j, body in enumerate(bodies):
-        (lx, ly, lz), (hx, hy, hz) = body.low, (x - tolerance for x in body.high)
-        lx, ly, lz = lx + tolerance, ly + tolerance, lz + tolerance
-        found = index.near(lows[j], highs[j], 0)
-        steps += len(found)
-        if steps > MAX_BOXES[0] or len(pairs) > MAX_BOXES[1]:
-            return None
-        for i in found[: bisect_left(found, j)]:
-            other = bodies[i]
-            (ax, ay, az), (bx, by, bz) = other.low, other.high
-            if bx > lx and ax < hx and by > ly and ay < hy and bz > lz and az < hz:
-                if not (other.fixed and body.fixed):
-                    pairs.append((i, j))
-    return pairs
-
-
-def _depth(
-    a: _Body, b: _Body, polygons: Sequence[Sequence[Sequence[Number]]], tolerance: float, left: int
-) -> tuple[float | None, int]:
-    """How deep two blocks run into each other, in model sizes: 0 where something keeps them apart, None where that is
-    not known; and how many corners were projected, of those `left`.
-    """
-    if left <= 0:
-        return None, 0
-    each, work = len(a.corners) + len(b.corners), 0
-    depth = min(min(a.high[k] - b.low[k], b.high[k] - a.low[k]) for k in range(3))
-    for polygon in polygons:
-        normal = _unit(_float_normal(a.where.placed(polygon)))
-        if normal is not None:
-            work += each
-            depth = min(depth, _overlap_along(normal, a.corners, b.corners))
-    if depth <= tolerance:
-        return 0.0, work
-    work += a.prepare() + b.prepare()
-    for one, two in ((a, b), (b, a)):
-        for normal, top in one.planes:
-            depth = min(depth, top - min([_float_dot(normal, point) for point in two.corners]))
-            work += len(two.corners)
-            if depth <= tolerance:
-                return 0.0, work
-    if not (a.convex and b.convex and len(a.edges) * len(b.edges) * each <= min(left, MAX_PROJECTED // 10)):
-        return None, work
-    for one_edge in a.edges:
-        for two_edge in b.edges:
-            normal = _unit(_float_cross(one_edge, two_edge))
-            if normal is not None:
-                depth = min(depth, _overlap_along(normal, a.corners, b.corners))
-                work += each
-                if depth <= tolerance:
-                    return 0.0, work
-    return depth, work
-
-
-def _overlap_along(axis: Point, a: Sequence[Point], b: Sequence[Point]) -> float:
-    """How far two sets of points overlap along an axis; the less of both ways to part them."""
-    x, y, z = axis
-    one, two = ([x * p + y * q + z * r for p, q, r in points] for points in (a, b))
-    return min(max(one) - min(two), max(two) - min(one))
+# A point is on a facet if it is within tolerance of the facet's plane, and inside its outline or within tolerance of an
+# edge. Nearly every point of an honest certificate is inside a triangle or quadrilateral, or on its edge; this is found
+# out first, with a few products. What is not so found takes the general way. Both are exact.
 
 
 class _Edge(NamedTuple):
@@ -2351,6 +2026,16 @@ class _Edge(NamedTuple):
     run2: int
     inward: Vec
     offset: int
+
+    def distance2(self, point: Vec) -> Ratio2:
+        """The square of the distance of a point: from the nearer end, or between them from the line."""
+        away = _minus(point, self.start)
+        along = _dot(away, self.run)
+        if along > 0:
+            if along < self.run2:
+                return _length2(_cross(away, self.run)), self.run2
+            away = _minus(away, self.run)
+        return _length2(away), 1
 
 
 @dataclass(slots=True)
@@ -2387,25 +2072,88 @@ class _Facet:
     def edged(self) -> "_Facet":
         """Itself, with its edges too."""
         if not self.edges:
-            for start, end in zip(self.ring, [*self.ring[1:], self.ring[0]], strict=True):
+            for start, end in _around(self.ring):
                 run = _minus(end, start)
                 inward = _cross(self.normal, run)
-                self.edges.append(_Edge(start, run, _dot(run, run), inward, _dot(inward, start)))
+                self.edges.append(_Edge(start, run, _length2(run), inward, _dot(inward, start)))
             least = min(range(3), key=lambda axis: abs(self.normal[axis]))
             self.sweep = _cross(self.normal, (int(least == 0), int(least == 1), int(least == 2)))
             if len(self.ring) > FEW:
-                levels = [_dot(r, self.sweep) for r in self.ring]
-                ends = list(zip(levels, [*levels[1:], levels[0]], strict=True))
+                ends = list(_around([_dot(r, self.sweep) for r in self.ring]))
                 self.index = _Index([(min(pair),) for pair in ends], [(max(pair),) for pair in ends])
         return self
+
+    def is_near(self, low: Vec, high: Vec, tolerance2: Ratio2) -> bool:
+        """Whether its box is within tolerance of another one."""
+        (ax, ay, az), (bx, by, bz), (lx, ly, lz), (hx, hy, hz) = self.low, self.high, low, high
+        t, u = tolerance2
+        apart = max(ax - hx, lx - bx, ay - hy, ly - by, az - hz, lz - bz, 0)
+        return apart * apart * u <= t
+
+    def reaches(self, point: Vec, tolerance2: Ratio2, looks: "_Budget") -> bool:
+        """Whether a point is within tolerance of the plane."""
+        t, u = tolerance2
+        (x, y, z), (nx, ny, nz), count = point, self.normal, len(self.ring)
+        rise = count * (x * nx + y * ny + z * nz) - self.height
+        looks.spend(1)
+        return not rise or rise * rise * u <= count * count * t * self.normal2
+
+    def covers(self, point: Vec) -> bool:
+        """Whether a point that the facet reaches is plainly inside, or on an edge.
+
+        A point to the left of all edges of a triangle or quadrilateral is inside: seen from it each edge turns by less
+        than half a turn and never back, all four by less than two turns, so by one. (With five edges that would not be
+        true: a pentagram goes round its middle twice.) Points on the line of an edge are inside too, or on the edge;
+        they count if the facet is exactly flat, for then the edge is as near as the plane is; if not, its corners do.
+        """
+        if len(self.ring) > 4:
+            return False
+        x, y, z = point
+        for _, _, _, (ix, iy, iz), offset in self.edges:
+            if ix * x + iy * y + iz * z < offset + self.lean:
+                return self.lean == 1 and point in self.ring
+        return True
+
+    def beside2(self, point: Vec, tolerance2: Ratio2, looks: "_Budget") -> Ratio2 | None:
+        """How far a point is beside the facet that reaches it, squared; None where that is more than the tolerance."""
+        t, u = tolerance2
+        edges = self.edges_near(point, tolerance2)
+        looks.spend(4 * len(edges))
+        if self.is_inside(edges, point):
+            return 0, 1
+        found = [d for edge in edges if (d := edge.distance2(point))[0] * u <= t * d[1]]
+        return min(found, key=lambda d: Fraction(*d), default=None)
 
     def edges_near(self, point: Vec, tolerance2: Ratio2) -> list[_Edge]:
         """Edges that are as high as a point along the sweep, but for the tolerance."""
         if self.index is None:
             return self.edges
-        room = _root_above(_quotient_above(tolerance2[0] * _dot(self.sweep, self.sweep), tolerance2[1]))
+        room = _root_above(_quotient_above(tolerance2[0] * _length2(self.sweep), tolerance2[1]))
         level = (_dot(point, self.sweep),)
         return [self.edges[number] for number in self.index.near(level, level, room)]
+
+    def is_inside(self, edges: Sequence[_Edge], point: Vec) -> bool:
+        """Even-odd rule, along the normal: count the edges that a ray in the plane from the point crosses.
+
+        An edge is crossed where its ends lie on either side in the sweep direction and the point to its proper side.
+        """
+        level = _dot(point, self.sweep)
+        inside = False
+        for edge in edges:
+            start = _dot(edge.start, self.sweep)
+            rises = start + _dot(edge.run, self.sweep) > level
+            if rises != (start > level) and (_dot(edge.inward, point) > edge.offset) == rises:
+                inside = not inside
+        return inside
+
+    def height_of(self, point: Vec, k: int) -> float:
+        """How far a point is above the facet's plane, outside the block, in m: for the claim only."""
+        count = len(self.ring)
+        rise = count * _dot(point, self.normal) - self.height
+        if not rise:
+            return 0.0
+        size = math.sqrt(_as_float(rise * rise, count * count * self.normal2 << 2 * k))
+        return size if rise >= 0 else -size
 
 
 class _Seat(NamedTuple):
@@ -2428,62 +2176,51 @@ def _facets(surface: _Surface, vertices: Sequence[Vec], tolerance2: Ratio2) -> l
     for face in surface.faces:
         ring = [vertices[i] for i in face]
         normal = _area_vector(ring)
-        normal2 = _dot(normal, normal)
-        if len(ring) == 3 or (normal2 and _is_flat(ring, normal, normal2, tolerance2)):
-            if normal2:
-                facets.append(_Facet(ring, normal, normal2))
+        normal2 = _length2(normal)
+        if normal2 and _is_flat(ring, normal, normal2, tolerance2):
+            facets.append(_Facet(ring, normal, normal2))
             continue
-        for pair in pairwise(ring[1:]):
-            fan = [ring[0], *pair]
+        for fan in _fan(ring):
             if any(normal := _area_vector(fan)):
-                facets.append(_Facet(fan, normal, _dot(normal, normal)))
+                facets.append(_Facet(fan, normal, _length2(normal)))
     return facets
 
 
-# A point is on a facet if it is within tolerance of the facet's plane, and inside its outline or within tolerance of an
-# edge. Nearly every point of an honest certificate is inside a triangle or quadrilateral, or on its edge; this is found
-# out first, with a few products. What is not so found takes the general way. Both are exact.
-
-
-def _seat(sheet: _Sheet, i: int, facets: Sequence[_Facet], patch: _Patch, sign: int, k: int, looks: _Looks) -> _Seat:
-    """Find facets that look along `sign` N under every point of contact i."""
-    bent = sheet.joints[i].bent
-    near, lean = _facets_along(facets, patch, sign, bent)
+def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: int, looks: _Budget) -> _Seat:
+    """Find facets that look along `sign` N under every point of a contact."""
+    bent, aside2 = patch.joint.bent, 0.0
+    near, lean = _facets_along(facets, patch, sign)
     heights: dict[int, float] = {}
-    normals: list[list[Vec]] = [[] for _ in patch.points] if bent else []
-    left = list(enumerate(patch.points))
-    aside = 0.0
-    if not bent:
-        for facet in near:
-            if len(facet.ring) <= 4:
-                looks.spend(len(left))
-                left = _not_within(facet.edged(), left, patch.tolerance2, heights, k)
-                if not left:
-                    return _Seat(heights, aside, lean, normals)
-    for number, point in left:
+    normals: list[list[Vec]] = []
+    for number, point in enumerate(patch.points):
+        reaching = [facet for facet in near if facet.reaches(point, patch.tolerance2, looks)]
+        if not bent and (plain := next((facet for facet in reaching if facet.covers(point)), None)):
+            heights[number] = plain.height_of(point, k)
+            continue
         found: list[tuple[float, float]] = []
-        for facet in near:
-            beside2 = _beside2(facet.edged(), point, patch.tolerance2, looks)
+        normals.append([])
+        for facet in reaching:
+            beside2 = facet.beside2(point, patch.tolerance2, looks)
             if beside2 is not None:
-                found.append((_as_float(beside2[0], beside2[1] << 2 * k), _height(facet, point, k)))
-                if bent:
-                    normals[number].append(_times(sign, facet.normal))
+                found.append((_as_float(beside2[0], beside2[1] << 2 * k), facet.height_of(point, k)))
+                normals[-1].append(_times(sign, facet.normal))
         if not found:
             side = "a" if sign == 1 else "b"
-            _refuse(f"{_label(sheet, i)}: point {number} is not on a face of its block {side} that looks along it")
+            where = f"{_label(sheet, patch.number)}: point {number}"
+            _refuse(f"{where} is not on a face of its block {side} that looks along it")
         nearest2, heights[number] = min(found, key=lambda one: (one[0], abs(one[1])))
-        aside = max(aside, nearest2)
-    return _Seat({number: h for number, h in heights.items() if h}, math.sqrt(aside), lean, normals)
+        aside2 = max(aside2, nearest2)
+    return _Seat({number: h for number, h in heights.items() if h}, math.sqrt(aside2), lean, normals if bent else [])
 
 
-def _facets_along(facets: Sequence[_Facet], patch: _Patch, sign: int, bent: bool) -> tuple[list[_Facet], float]:
+def _facets_along(facets: Sequence[_Facet], patch: _Patch, sign: int) -> tuple[list[_Facet], float]:
     """Facets near a contact that look along `sign` times its normal, and the largest angle.
 
     cos >= p/q is n.N > 0, q^2 (n.N)^2 >= p^2 |n|^2 |N|^2; of flat surfaces sin^2 <= 1 / LEAN.
     """
     x, y, z = patch.normal
     p2, q2 = FACE_ALIGNMENT.numerator**2, FACE_ALIGNMENT.denominator**2
-    if not bent:
+    if not patch.joint.bent:
         p2, q2 = LEAN - 1, LEAN
     found, most = [], 0.0
     low, high = _box(patch.points)
@@ -2492,144 +2229,184 @@ def _facets_along(facets: Sequence[_Facet], patch: _Patch, sign: int, bent: bool
         along = nx * x + ny * y + nz * z
         if (along > 0) == (sign > 0):
             both, square = facet.normal2 * patch.normal2, along * along
-            if q2 * square >= p2 * both and _is_near(facet.prepared(), low, high, patch.tolerance2):
-                found.append(facet)
+            if q2 * square >= p2 * both and facet.prepared().is_near(low, high, patch.tolerance2):
+                found.append(facet.edged())
                 if square != both:
                     most = max(most, _as_float(both - square, both))
     return found, math.asin(math.sqrt(most))
 
 
-def _not_within(
-    facet: _Facet, points: list[tuple[int, Vec]], tolerance2: Ratio2, heights: dict[int, float], k: int
-) -> list[tuple[int, Vec]]:
-    """Points that are off the plane of a triangle or quadrilateral, or to the right of one of its edges.
+# ---------------------------------------------------------------------------------------------------------------------
+# Do blocks run into each other? It is told, and proves nothing, so that lengths along axes are floats, in m.
 
-    A point to the left of all edges is inside: seen from it each edge turns by less than half a turn and never back,
-    all four by less than two turns, so by one. (With five edges that would not be true: a pentagram goes round its
-    middle twice.) Points on the line of an edge are inside too, or on the edge; they count if the facet is exactly
-    flat, for then the edge is as near as the plane is; if it is not, its corners do.
+MAX_BOXES = 1_000_000, 100_000  # comparisons of boxes, and pairs that overlap, after which nothing is looked at
+MAX_PROJECTED = 4_000_000  # corners projected onto axes, after which the pairs left are not looked at
+ROUNDING_BITS = 40  # depths below 2**-40 of the model's size are none
+
+
+def _geometry_told(model: _Model) -> tuple[str, dict[str, float], tuple[str, ...]]:
+    """What a reader of the claim should know of the blocks: detached pieces, and blocks that run into each other.
+
+    For the claim, for the figures, and for what is assumed: pairs of blocks that were not looked at.
     """
-    ring, (nx, ny, nz) = facet.ring, facet.normal
-    count, lean, height = len(ring), facet.lean, facet.height
-    t, u = tolerance2
-    limit = count * count * t * facet.normal2
-    outside = []
-    for entry in points:
-        x, y, z = entry[1]
-        rise = count * (x * nx + y * ny + z * nz) - height
-        if rise and not rise * rise * u <= limit:
-            outside.append(entry)
-            continue
-        if not lean or entry[1] not in ring:
-            for _, _, _, (ix, iy, iz), offset in facet.edges:
-                if ix * x + iy * y + iz * z < offset + lean:
-                    outside.append(entry)
-                    break
+    told, figures = "", {}
+    if several := sum(solid.shape.pieces > 1 for solid in model.solids):
+        told += f", {several} block{'s' * (several > 1)} of several detached pieces"
+        figures["pieces"] = float(several)
+    found, unseen = _overlaps(model)
+    if found:
+        depth, *worst = max(found, key=lambda pair: pair[0])
+        one, two = (_short(model.sheet.stones[i].name) for i in worst)
+        more = f" (and {len(found) - 1} more pair{'s' * (len(found) > 2)})" if len(found) > 1 else ""
+        told += f", blocks '{one}' and '{two}' run into each other by {depth:.3g} m{more}"
+        figures["overlap"] = depth
+    if unseen is None:
+        return told, figures, ("overlaps   of blocks were not looked at: none are assumed",)
+    pairs = "1 pair of blocks" if unseen == 1 else f"{unseen} pairs of blocks"
+    said = f"overlaps   none of {pairs}, not convex or of many faces, that were not looked at"
+    return told, figures, (said,) if unseen else ()
+
+
+def _overlaps(model: _Model) -> tuple[list[tuple[float, int, int]], int | None]:
+    """How deep blocks run into each other (m) by more than the tolerance, and which two; fixed ones may. And how many
+    pairs were not looked at, or None if none was.
+
+    For two convex blocks that is the least way along a face normal of one, or a normal to an edge of each, that takes
+    them apart. Other blocks count as apart if the plane of a contact or of a face is between them.
+    """
+    solids, unit, left = model.solids, 1 << model.per_length, MAX_PROJECTED
+    lows = [_plus(solid.origin, solid.shape.low) for solid in solids]
+    highs = [_plus(solid.origin, solid.shape.high) for solid in solids]
+    size = max(_minus(_box(highs)[1], _box(lows)[0]))
+    room = int(Fraction(model.sheet.tolerance) * unit) + (size >> ROUNDING_BITS)
+    between = _box_pairs(model, lows, highs, room)
+    if between is None:
+        return [], None
+    for patch in model.patches:
+        pair = (patch.a, patch.b) if patch.a < patch.b else (patch.b, patch.a)
+        if pair in between:
+            between[pair].append(patch.normal)
+    corners: dict[int, list[Point]] = {}
+    for i in set(chain.from_iterable(between)):
+        ox, oy, oz = _minus(solids[i].origin, lows[0])
+        corners[i] = [((x + ox) / unit, (y + oy) / unit, (z + oz) / unit) for x, y, z in solids[i].shape.corners]
+    found, unseen = [], 0
+    for (i, j), normals in between.items():
+        one, two = solids[i].shape, solids[j].shape
+        axes = _axes_between(one, two, normals)
+        depth = min(map(min, _minus(highs[i], lows[j]), _minus(highs[j], lows[i]))) / unit
+        while depth * unit > room and left > 0 and (axis := next(axes, None)):
+            left -= len(corners[i]) + len(corners[j])
+            depth = min(depth, _overlap_along(axis, corners[i], corners[j]))
+        if depth * unit > room:
+            if left > 0 and _is_measured(one, two):
+                found.append((depth, i, j))
             else:
-                if rise:
-                    heights[entry[0]] = _height(facet, entry[1], k)
-        elif rise:
-            heights[entry[0]] = _height(facet, entry[1], k)
-    return outside
+                unseen += 1
+    return found, unseen
 
 
-def _height(facet: _Facet, point: Vec, k: int) -> float:
-    """How far a point is above a facet's plane, outside the block, in m: for the claim only."""
-    count = len(facet.ring)
-    rise = count * _dot(point, facet.normal) - facet.height
-    size = math.sqrt(_as_float(rise * rise, count * count * facet.normal2 << 2 * k))
-    return size if rise >= 0 else -size
-
-
-def _is_near(facet: _Facet, low: Vec, high: Vec, tolerance2: Ratio2) -> bool:
-    """Whether the boxes around a facet and a contact are within tolerance of each other."""
-    (ax, ay, az), (bx, by, bz), (lx, ly, lz), (hx, hy, hz) = facet.low, facet.high, low, high
-    t, u = tolerance2
-    apart = max(ax - hx, lx - bx, ay - hy, ly - by, az - hz, lz - bz, 0)
-    return apart * apart * u <= t
-
-
-def _beside2(facet: _Facet, point: Vec, tolerance2: Ratio2, looks: _Looks) -> Ratio2 | None:
-    """How far a point is beside a facet, squared; None where it is not within tolerance of the facet.
-
-    Within tolerance means of its plane, and inside the outline or near an edge of it.
+def _box_pairs(
+    model: _Model, lows: Sequence[Vec], highs: Sequence[Vec], room: int
+) -> dict[tuple[int, int], list[Vec]] | None:
+    """Pairs i < j of blocks, not both fixed, whose boxes overlap by more than `room` along all axes, with an empty list
+    for each; None if that takes too long.
     """
-    t, u = tolerance2
-    count = len(facet.ring)
-    rise = count * _dot(point, facet.normal) - facet.height
-    looks.spend(1)
-    if not rise * rise * u <= count * count * t * facet.normal2:
+    index, steps = _Index(lows, highs), 0
+    stones = model.sheet.stones
+    pairs: dict[tuple[int, int], list[Vec]] = {}
+    for j, ((lx, ly, lz), (hx, hy, hz)) in enumerate(zip(lows, highs, strict=True)):
+        near = index.near(lows[j], highs[j])
+        steps += len(near)
+        if steps > MAX_BOXES[0] or len(pairs) > MAX_BOXES[1]:
+            return None
+        for i in near[: bisect_left(near, j)]:
+            (ax, ay, az), (bx, by, bz) = lows[i], highs[i]
+            if min(bx - lx, hx - ax, by - ly, hy - ay, bz - lz, hz - az) > room:
+                if not (stones[i].fixed and stones[j].fixed):
+                    pairs[i, j] = []
+    return pairs
+
+
+def _is_measured(one: _Shape, two: _Shape) -> bool:
+    """Whether the axes between two blocks, see `_axes_between`, tell how deep they run into each other."""
+    each = len(one.corners) + len(two.corners)
+    return one.convex and two.convex and len(_axes(one)[1]) * len(_axes(two)[1]) * each <= MAX_PROJECTED // 10
+
+
+def _axes_between(one: _Shape, two: _Shape, normals: Iterable[Vec]) -> Iterator[Point]:
+    """Normals of contacts and faces, and of an edge of each where that tells how deep blocks run into each other."""
+    yield from filter(None, map(_unit, normals))
+    yield from _axes(one)[0]
+    yield from _axes(two)[0]
+    if _is_measured(one, two):
+        for (ax, ay, az), (bx, by, bz) in product(_axes(one)[1], _axes(two)[1]):
+            if axis := _unit((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)):
+                yield axis
+
+
+def _axes(shape: _Shape) -> tuple[list[Point], list[Point]]:
+    """Directions of a block's normals and, if it is convex, edges, each once; of a few faces where there are many."""
+    if shape.axes is None:
+        facets = shape.facets if shape.convex else shape.facets[:: len(shape.facets) // 64 + 1]
+        runs = (_minus(b, a) for facet in facets if shape.convex for a, b in _around(facet.ring))
+        shape.axes = _directions(facet.normal for facet in facets), _directions(runs)
+    return shape.axes
+
+
+def _directions(vectors: Iterable[Vec]) -> list[Point]:
+    """The directions of these vectors, each once, whichever way they point, but for rounding."""
+    found: dict[tuple[int, ...], Point] = {}
+    for unit in filter(None, map(_unit, vectors)):
+        sign = 1e9 if unit > (0.0, 0.0, 0.0) else -1e9
+        found.setdefault(tuple(round(sign * x) for x in unit), unit)
+    return list(found.values())
+
+
+def _unit(vector: tuple[T, T, T]) -> Point | None:
+    """A vector of length one; None where it has no direction."""
+    if not (most := max(map(abs, vector))) > 1e-30:
         return None
-    edges = facet.edges_near(point, tolerance2)
-    looks.spend(4 * len(edges))
-    if _is_inside(edges, facet.sweep, point):
-        return 0, 1
-    found = [d for edge in edges if (d := _from_edge2(edge, point))[0] * u <= t * d[1]]
-    return min(found, key=lambda d: Fraction(*d), default=None)
+    x, y, z = (part / most for part in vector)
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length
 
 
-def _is_inside(edges: Sequence[_Edge], sweep: Vec, point: Vec) -> bool:
-    """Even-odd rule, along a facet's normal: count the edges that a ray in the plane from the point crosses.
-
-    An edge is crossed where its ends lie on either side in the sweep direction and the point to its proper side.
-    """
-    level = _dot(point, sweep)
-    inside = False
-    for edge in edges:
-        start = _dot(edge.start, sweep)
-        rises = start + _dot(edge.run, sweep) > level
-        if rises != (start > level) and (_dot(edge.inward, point) > edge.offset) == rises:
-            inside = not inside
-    return inside
-
-
-def _from_edge2(edge: _Edge, point: Vec) -> Ratio2:
-    """The square of the distance of a point from a segment: from its nearer end, or between them from its line."""
-    away = _minus(point, edge.start)
-    along = _dot(away, edge.run)
-    if along > 0:
-        if along < edge.run2:
-            aside = _cross(away, edge.run)
-            return _dot(aside, aside), edge.run2
-        away = _minus(away, edge.run)
-    return _dot(away, away), 1
+def _overlap_along(axis: Point, a: Sequence[Point], b: Sequence[Point]) -> float:
+    """How far two sets of points overlap along an axis; the less of both ways to part them."""
+    x, y, z = axis
+    one, two = ([x * p + y * q + z * r for p, q, r in points] for points in (a, b))
+    return min(max(one) - min(two), max(two) - min(one))
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # rbe-state.
 
 
-def _state(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+def _state(model: _Model) -> tuple[dict[str, float], str, str]:
     """Check forces: inside their cones, and in balance on every free block."""
-    forces, per_force = _forces(sheet, model, sheet.forces)
-    balance = _balance(sheet, model, forces, per_force)
+    balance = _balance(model, *_forces(model, model.sheet.forces))
     return balance.figures, f"every force is inside its friction cone; {balance.reason}", balance.grade
 
 
-def _force_exponent(model: _Model, rows: Iterable[Sequence[Number]]) -> int:
-    """Exponent that turns these forces, and the loads, into integers."""
-    return max(model.per_load, _exponent(chain.from_iterable(rows)))
-
-
-def _forces(sheet: _Sheet, model: _Model, rows: Sequence[Sequence[Number]]) -> tuple[list[Vec], int]:
+def _forces(model: _Model, rows: Sequence[Sequence[Number]]) -> tuple[list[Vec], int]:
     """The force at every contact point in 2**-per_force N, and per_force: what the file splits is added up."""
-    smooth = [not joint.mu for joint in sheet.joints for _ in joint.polygon]
+    smooth = [not joint.mu for joint in model.sheet.joints for _ in joint.polygon]
     per_factor = _exponent(x for row, single in zip(rows, smooth, strict=True) if single for x in row)
-    per_force = _force_exponent(model, (row for row, single in zip(rows, smooth, strict=True) if not single))
+    per_force = _exponent(x for row, single in zip(rows, smooth, strict=True) if not single for x in row)
     if any(smooth):
         per_force = max(per_force, per_factor + 2 * model.per_length)
     up = per_force - per_factor - 2 * model.per_length
     forces: list[Vec] = []
-    for joint, patch in zip(sheet.joints, model.patches, strict=True):
-        own = rows[len(forces) : len(forces) + len(patch.points)]
-        if not joint.mu:
+    for patch in model.patches:
+        own = rows[patch.rows]
+        if not patch.p:
             forces += [_times(sum(_integer(x, per_factor) for x in row) << up, patch.normal) for row in own]
         elif all(len(row) == 3 for row in own):
             forces += _vectors(own, per_force)
         else:
-            forces += [
-                _plus(_vector(row[:3], per_force), _vector(row[3:] or (0.0, 0.0, 0.0), per_force)) for row in own
-            ]
+            split = ((*row, 0.0, 0.0, 0.0)[:6] for row in own)
+            forces += [_plus(_vector(row[:3], per_force), _vector(row[3:], per_force)) for row in split]
     return forces, per_force
 
 
@@ -2650,7 +2427,7 @@ EXACT = "; every block balances exactly"
 NEARLY = "; balancing loads that differ, on each block, by at most 1e-9 of its own weight"  # the lightest's, in fact
 
 
-def _balance(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int, what: str = "force") -> _Balance:
+def _balance(model: _Model, forces: list[Vec], per_force: int, what: str = "force") -> _Balance:
     """Check forces: inside their cones, of a size that masonry bears, and in balance on every free block.
 
     Per free block, with the forces F at r (contacts and loads), the centre of mass c, the own weight w and the diagonal
@@ -2667,44 +2444,41 @@ def _balance(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int, wh
     live weight and its component's live loads stands for w where it is less, as any multiple is to be balanced.
     """
     recession = what == "recession"
-    state = _require_cones(sheet, model, forces, per_force, not recession, what)
-    large = _require_modest(sheet, model, state[0], per_force)
-    wrenches, unit = _wrenches(sheet, model, forces, per_force)
+    sizes, inner = _require_cones(model, forces, per_force, not recession, what)
+    large = _require_modest(model, sizes, per_force)
+    wrenches, unit = _wrenches(model, forces, per_force)
     most6 = _least_loads6(model) if recession else None
-    worst, off = _misses(sheet, model, wrenches, unit, most6, model.masses6)
+    worst, off = _misses(model, wrenches, unit, most6, model.masses6)
     figures = {"equilibrium_force": worst[0], "equilibrium_moment": worst[1]}
     for i, fault in off.items():
-        _refuse(f"block {_short(sheet.stones[i].name)}: its {fault}", figures)
-    missed = _misses(sheet, model, wrenches, unit, most6, model.lightest6)[1]
+        _refuse(f"block {_short(model.sheet.stones[i].name)}: its {fault}", figures)
+    missed = _misses(model, wrenches, unit, most6, model.lightest6)[1]
     inexact: set[int] = set()
-    if sheet.motion and not sheet.live:
-        inexact = {model.component[i] for i, wrench in enumerate(wrenches) if any(wrench)}
-    elif any(any(wrench) for wrench in wrenches):
-        inexact = large | _inexact(sheet, model, forces, per_force, wrenches, unit, state, not recession)
+    if model.sheet.motion and not model.sheet.live:
+        inexact = {model.component[i] for i, wrench in wrenches.items() if wrench != NOTHING}
+    elif any(wrench != NOTHING for wrench in wrenches.values()):
+        inexact = large | _inexact(model, forces, per_force, wrenches, unit, (sizes, inner), not recession)
     for i, fault in missed.items():
         if model.component[i] in inexact:
-            _refuse(f"block {_short(sheet.stones[i].name)}: its {fault}", figures | {"exact": 0.0})
+            _refuse(f"block {_short(model.sheet.stones[i].name)}: its {fault}", figures | {"exact": 0.0})
     figures["exact"] = 1.0 - len(inexact) / max(model.parts, 1)
     size = f"{max(worst):.2g} of its own weight"
     if inexact:
-        return _Balance(figures, f"every block balances to {size}", NEARLY, state[0])
-    return _Balance(figures, f"every block balances exactly (the file's numbers to {size})", EXACT, state[0])
+        return _Balance(figures, f"every block balances to {size}", NEARLY, sizes)
+    return _Balance(figures, f"every block balances exactly (the file's numbers to {size})", EXACT, sizes)
 
 
-def _require_modest(sheet: _Sheet, model: _Model, sizes: Sizes, per_force: int) -> set[int]:
+def _require_modest(model: _Model, sizes: Sizes, per_force: int) -> set[int]:
     """Require sum |F|^2 <= (BOUND W)^2 in every component; those where it is more than a hundredth of that.
 
     There nothing is corrected, nor where friction is above STEEP: what is added stays in the cones, so it is no more
     than sqrt(3 (1 + mu^2)) < 10 times as large as the forces, and does not come near what a mechanism demands.
     """
     sums = [0] * model.parts
-    first = 0
-    for joint, patch in zip(sheet.joints, model.patches, strict=True):
-        last = first + len(patch.points)
-        sums[model.part_of(joint)] += sum(force2 for _, force2 in sizes[first:last])
-        first = last
+    for patch in model.patches:
+        sums[patch.part] += sum(force2 for _, force2 in sizes[patch.rows])
     unit = max(per_force, model.per_force)
-    large = {model.part_of(joint) for joint in sheet.joints if joint.mu > STEEP}
+    large = {patch.part for patch in model.patches if patch.joint.mu > STEEP}
     for c, (force2, total6) in enumerate(zip(sums, model.total6_below, strict=True)):
         mine, most = 36 * force2 << 2 * (unit - per_force), (BOUND * total6 << unit - model.per_force) ** 2
         if not mine <= most:
@@ -2714,71 +2488,76 @@ def _require_modest(sheet: _Sheet, model: _Model, sizes: Sizes, per_force: int) 
     return large
 
 
-Wrenches = list[list[int]]  # per block six numbers: force, and moment about the world's origin
+Wrench = tuple[Vec, Vec]  # a force, and its moment about the centre of mass c, times 4 (6 V)
+NOTHING: Wrench = (0, 0, 0), (0, 0, 0)
 
 
-def _wrenches(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int) -> tuple[Wrenches, int]:
-    """24 times what is left on every block: forces in 2**-unit N, moments in 2**-(unit + per_length) N m; and unit.
+def _wrenches(model: _Model, forces: list[Vec], per_force: int, loaded: bool = True) -> tuple[dict[int, Wrench], int]:
+    """24 times what is left on every free block, and unit: forces are in 2**-unit N, moments in 2**-(unit + per_length)
+    N m, each times 4 (6 V).
 
-    Zero on supports. A weight's share is rho V g = rho 4 (6 V) g / 24, and c x that is (24 V c) x rho g / 24. Where a
-    partial support holds a block nothing is left; the moment there is about the centre of mass, and a fraction.
+    With the weights and loads if `loaded`; on `a` a contact acts with the opposite sign. Where a partial support holds
+    a block nothing is left.
     """
+    pulls: list[Vec] = [(0, 0, 0)] * len(model.solids)
+    turns: list[Vec] = [(0, 0, 0)] * len(model.solids)
+    for patch in model.patches:
+        px = py = pz = tx = ty = tz = 0
+        for (x, y, z), (fx, fy, fz) in zip(patch.points, forces[patch.rows], strict=True):
+            px, py, pz = px + fx, py + fy, pz + fz
+            tx, ty, tz = tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx
+        a, b, pull, turn = patch.a, patch.b, (px, py, pz), (tx, ty, tz)
+        pulls[b], turns[b] = _plus(pulls[b], pull), _plus(turns[b], turn)
+        pulls[a], turns[a] = _minus(pulls[a], pull), _minus(turns[a], turn)
     unit = max(per_force, model.per_force)
-    found: Wrenches = []
-    for i, (stone, pull, turn) in enumerate(
-        zip(sheet.stones, *_resultants(sheet, model, forces, per_force), strict=True)
-    ):
-        if stone.fixed:
-            found.append([0] * 6)
-            continue
-        solid, up = model.solids[i], unit - model.per_weight
-        density = model.masses6[i] // solid.volume6  # exact: masses6 = density * volume6
-        weight, moment = _times(4 * model.masses6[i], model.gravity), _cross(solid.moment24, model.gravity)
-        force = _plus(_times(24 << unit - per_force, pull), _times(1 << up, weight))
-        whole = _plus(_times(24 << unit - per_force, turn), _times(density << up, moment))
-        found.append([*force, *whole] if not any(stone.held) else _unheld(solid, stone.held, [*force, *whole]))
+    scale, up = 24 << unit - per_force, unit - model.per_force
+    pushed = {i: (_times(scale, pulls[i]), _times(scale, turns[i])) for i, _, _ in model.free()}
+    for block, load, point in model.loads if loaded else ():
+        force, (pull, turn) = _times(24 << up, load), pushed[block]
+        pushed[block] = _plus(pull, force), _plus(turn, _cross(point, force))
+    found = {}
+    for i, stone, solid in model.free():
+        pull, turn = pushed[i]
+        turn = _about_centre(solid, pull, turn)  # the weight has no moment about c
+        if loaded:
+            pull = _plus(pull, _times(4 * model.masses6[i] << up, model.gravity))
+        found[i] = (_freed(pull, stone.held[:3]), _freed(turn, stone.held[3:])) if any(stone.held) else (pull, turn)
     return found, unit
 
 
-def _unheld(solid: _Solid, held: Sequence[bool], wrench: Sequence[int]) -> list[int]:
-    """A wrench without what a partial support takes: forces, and moments about the centre of mass c.
+def _about_centre(solid: _Solid, pull: Vec, turn: Vec) -> Vec:
+    """The moment about c times d = 4 (6 V): d T_c = d T - d c x F, with T that about the world's origin."""
+    return _minus(_times(4 * solid.volume6, turn), _cross(solid.moment24, pull))
 
-    With d = 4 (6 V) and d c an integer: d T_c = d T - d c x F, and back again T' = (d T_c' + d c x F') / d.
-    """
-    d, force = 4 * solid.volume6, (wrench[0], wrench[1], wrench[2])
-    about = _minus(_times(d, (wrench[3], wrench[4], wrench[5])), _cross(solid.moment24, force))
-    left, turn = _freed(force, held[:3]), _freed(about, held[3:])
-    back = _plus(turn, _cross(solid.moment24, left))
-    return [*left, *(Fraction(x, d) if x % d else x // d for x in back)]  # type: ignore[list-item]
+
+def _about_origin(solid: _Solid, pull: Vec, turn: Vec) -> Vec:
+    """And back: T = (d T_c + d c x F) / d, a fraction only where a support has taken part of it."""
+    d = 4 * solid.volume6
+    x, y, z = _plus(turn, _cross(solid.moment24, pull))
+    if x % d or y % d or z % d:
+        return Fraction(x, d), Fraction(y, d), Fraction(z, d)  # type: ignore[return-value]
+    return x // d, y // d, z // d
 
 
 def _misses(
-    sheet: _Sheet,
-    model: _Model,
-    wrenches: Wrenches,
-    unit: int,
-    most6: list[int] | None,
-    masses6: Sequence[int],
+    model: _Model, wrenches: dict[int, Wrench], unit: int, most6: list[int] | None, masses6: Sequence[int]
 ) -> tuple[tuple[float, float], dict[int, str]]:
     """The largest |r_F| / w and |r_M| / (w D) of all blocks, and what is wrong where either exceeds `BALANCE`.
 
     The weights w are those of `masses6`; where `most6` is given, 6 w is no more than that.
     """
     p2, q2 = BALANCE.numerator**2, BALANCE.denominator**2
-    up, down = 4 ** max(unit - model.per_own, 0), 4 ** max(model.per_own - unit, 0)
     worst = [0.0, 0.0]
     off: dict[int, str] = {}
-    for i, (fx, fy, fz, tx, ty, tz) in enumerate(wrenches):
-        if fx or fy or fz or tx or ty or tz:
-            solid, force = model.solids[i], (fx, fy, fz)
-            d = 4 * solid.volume6
-            moment = _minus(_times(d, (tx, ty, tz)), _cross(solid.moment24, force))
-            weight2 = 16 * masses6[i] ** 2 * model.own_gravity2 * up  # (24 w)^2
+    for i, wrench in wrenches.items():
+        if wrench != NOTHING:
+            solid, weight6 = model.solids[i], masses6[i] * model.own_below
             if most6 is not None:
-                weight2 = min(weight2, 16 * (most6[i] << unit - model.per_force) ** 2 * down)
-            for k, (left, size2) in enumerate(((force, weight2), (moment, weight2 * solid.box2 * d * d))):
-                square = _dot(left, left) * down
-                share = math.sqrt(_as_float(square.numerator, size2 * square.denominator))
+                weight6 = min(weight6, most6[i])
+            weight2 = (4 * weight6 << unit - model.per_force) ** 2
+            for k, size2 in enumerate((weight2, weight2 * solid.box2 * (4 * solid.volume6) ** 2)):
+                square = _length2(wrench[k])
+                share = math.sqrt(_as_float(square, size2))
                 worst[k] = max(worst[k], share)
                 if not q2 * square <= p2 * size2:
                     what, of = (("forces", ""), ("moments", " times its size"))[k]
@@ -2788,7 +2567,7 @@ def _misses(
 
 
 def _require_cones(
-    sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int, pulling: bool, what: str
+    model: _Model, forces: list[Vec], per_force: int, pulling: bool, what: str
 ) -> tuple[Sizes, list[bool]]:
     """F.N >= 0 and |F|^2 |N|^2 <= (1 + mu^2) (F.N)^2, with mu = p/q, so times q^2; and where that is not an equation.
 
@@ -2796,37 +2575,36 @@ def _require_cones(
     """
     sizes: Sizes = []
     inner: list[bool] = []
-    for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
-        p, q = joint.mu.as_integer_ratio()
-        (x, y, z), first = patch.normal, len(sizes)
+    for patch in model.patches:
+        p, q, (x, y, z), bent = patch.p, patch.q, patch.normal, patch.joint.bent
         left, right = q * q * patch.normal2, q * q + p * p
-        pulls = _whole_pulls(joint, patch, per_force, model.per_length) if pulling and joint.tension else []
-        for number, force in enumerate(forces[first : first + len(patch.points)]):
+        pulls = _whole_pulls(patch, per_force, model.per_length, pulling)
+        for number, force in enumerate(forces[patch.rows]):
             fx, fy, fz = force
             along = fx * x + fy * y + fz * z
             force2 = fx * fx + fy * fy + fz * fz
-            if pulls or joint.bent:
-                slack = _slack(joint, patch, number, force, pulls[number] if pulls else 0)
+            if pulls or bent:
+                slack = _slack(patch, number, force, pulls[number] if pulls else 0)
             else:
                 slack = right * along * along - left * force2 if along >= 0 else -1
             if slack < 0:
                 beyond = " more than the joint can" if pulls else ""
                 pressed = along + (pulls[number] if pulls else 0) >= 0
                 fault = "leaves the friction cone" if pressed else f"pulls{beyond}"
-                _refuse(f"{_label(sheet, i)}: the {what} at point {number} {fault}")
+                _refuse(f"{_label(model.sheet, patch.number)}: the {what} at point {number} {fault}")
             sizes.append((along, force2))
             inner.append(slack > 0)
     return sizes, inner
 
 
-def _slack(joint: _Joint, patch: _Patch, number: int, force: Vec, pull: int = 0) -> int:
+def _slack(patch: _Patch, number: int, force: Vec, pull: int = 0) -> int:
     """Positive inside the cone at a point of a contact, negative outside, 0 on its edge.
 
     With s = F.N + t |N|, t |N| rounded down: s >= 0 and |F|^2 |N|^2 - (F.N)^2 <= mu^2 s^2. On a rough or curved surface
     F has to be in the cones about the normals of a face of either block, too.
     """
-    p, q = joint.mu.as_integer_ratio()
-    force2 = _dot(force, force)
+    p, q = patch.p, patch.q
+    force2 = _length2(force)
 
     def within(normal: Vec, normal2: int, more: int) -> int:
         along = _dot(force, normal)
@@ -2834,86 +2612,88 @@ def _slack(joint: _Joint, patch: _Patch, number: int, force: Vec, pull: int = 0)
         return p * p * pressed * pressed - q * q * (force2 * normal2 - along * along) if pressed >= 0 else -1
 
     slack = within(patch.normal, patch.normal2, pull)
-    if joint.bent and slack >= 0 and force2:
+    if patch.joint.bent and slack >= 0 and force2:
         for normals in patch.normals[number]:
-            slack = min(slack, max(within(normal, _dot(normal, normal), 0) for normal in normals))
+            slack = min(slack, max(within(normal, _length2(normal), 0) for normal in normals))
     return slack
 
 
-def _whole_pulls(joint: _Joint, patch: _Patch, per_force: int, per_length: int) -> list[int]:
-    """What each corner of a joint that pulls may pull, rounded down."""
-    unit, shares = _pulls(joint, patch, per_force, per_length)
+def _whole_pulls(patch: _Patch, per_force: int, per_length: int, pulling: bool) -> list[int]:
+    """What each corner of a joint that pulls may pull, rounded down; nothing of one that does not, or may not."""
+    if not (pulling and patch.joint.tension):
+        return []
+    unit, shares = _pulls(patch, per_force, per_length)
     return [unit.numerator * share // unit.denominator for share in shares]
 
 
 def _inexact(
-    sheet: _Sheet,
     model: _Model,
     forces: list[Vec],
     per_force: int,
-    wrenches: Wrenches,
+    wrenches: dict[int, Wrench],
     unit: int,
     state: tuple[Sizes, list[bool]],
     pulling: bool,
 ) -> set[int]:
-    """Components whose forces cannot be corrected to balance exactly; `wrenches` are changed on the way.
+    """Components whose forces cannot be corrected to balance exactly.
 
     A forest of contacts grows from the supports, the strongest first; each needs three points, in no line, strictly
     inside their cones. From its leaves on, what is left on a block goes to its parent through that contact, and what
     that adds to the three forces has to leave them in their cones. Nothing is added twice, for no contact is the way of
     two blocks.
     """
-    ways, order = _forest(sheet, model, state)
-    failed = {model.component[i] for i, wrench in enumerate(wrenches) if i not in ways and any(wrench)}
+    stones, solids = model.sheet.stones, model.solids
+    ways, order = _forest(model, state)
+    failed = {model.component[i] for i, wrench in wrenches.items() if i not in ways and wrench != NOTHING}
+    carried = {i: (pull, _about_origin(solids[i], pull, turn)) for i, (pull, turn) in wrenches.items()}
     for block in reversed(order):
-        c, wrench = model.component[block], wrenches[block]
+        c, (pull, turn), held = model.component[block], carried[block], stones[block].held
         if c in failed:
             continue
-        if any(sheet.stones[block].held):
-            wrench = _unheld(model.solids[block], sheet.stones[block].held, wrench)
-        if not any(wrench):
+        if any(held):
+            about = _freed(_about_centre(solids[block], pull, turn), held[3:])
+            pull = _freed(pull, held[:3])
+            turn = _about_origin(solids[block], pull, about)
+        if (pull, turn) == NOTHING:
             continue
-        i, first, points = ways[block]
-        joint = sheet.joints[i]
-        parent = joint.a if joint.b == block else joint.b
-        if not sheet.stones[parent].fixed:
-            wrenches[parent] = [x + y for x, y in zip(wrenches[parent], wrench, strict=True)]
-        way = -1 if joint.b == block else 1  # the force in the file acts on b
-        pulls = _whole_pulls(joint, model.patches[i], per_force, model.per_length) if pulling and joint.tension else []
-        three, whole = _corrections([model.patches[i].points[k] for k in points], [way * x for x in wrench])
+        patch, points = ways[block]
+        parent = patch.a if patch.b == block else patch.b
+        if not stones[parent].fixed:
+            carried[parent] = _plus(carried[parent][0], pull), _plus(carried[parent][1], turn)
+        way = -1 if patch.b == block else 1  # the force in the file acts on b
+        pulls = _whole_pulls(patch, per_force, model.per_length, pulling)
+        three, whole = _corrections([patch.points[k] for k in points], _times(way, pull), _times(way, turn))
         scale = 24 * whole << unit - per_force
         for k, d in zip(points, three, strict=True):
-            force = _plus(d, _times(scale, forces[first + k]))
-            if _slack(joint, model.patches[i], k, force, pulls[k] * scale if pulls else 0) < 0:
+            force = _plus(d, _times(scale, forces[patch.rows.start + k]))
+            if _slack(patch, k, force, pulls[k] * scale if pulls else 0) < 0:
                 failed.add(c)
     return failed
 
 
-Ways = dict[int, tuple[int, int, list[int]]]  # block: contact to its parent, its first point, three points of it
+Ways = dict[int, tuple[_Patch, list[int]]]  # block: contact to its parent, three points of it
 
 
-def _forest(sheet: _Sheet, model: _Model, state: tuple[Sizes, list[bool]]) -> tuple[Ways, list[int]]:
+def _forest(model: _Model, state: tuple[Sizes, list[bool]]) -> tuple[Ways, list[int]]:
     """The forest, and its blocks from the supports on."""
-    sizes, inner = state
-    beside: list[list[tuple[int, int, int, int]]] = [[] for _ in sheet.stones]
-    first = 0
-    for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
-        last = first + len(patch.points)
-        if sum(inner[first:last]) >= 3:
-            strength = sorted([sizes[k][1] for k in range(first, last) if inner[k]])[-3]
-            beside[joint.a].append((-strength, i, joint.b, first))
-            beside[joint.b].append((-strength, i, joint.a, first))
-        first = last
+    stones, patches, (sizes, inner) = model.sheet.stones, model.patches, state
+    beside: list[list[tuple[int, int, int]]] = [[] for _ in stones]
+    for patch in patches:
+        inside = [size[1] for size, strictly in zip(sizes[patch.rows], inner[patch.rows], strict=True) if strictly]
+        if len(inside) >= 3:
+            strength = sorted(inside)[-3]
+            beside[patch.a].append((-strength, patch.number, patch.b))
+            beside[patch.b].append((-strength, patch.number, patch.a))
     ways: Ways = {}
     order: list[int] = []
-    heap = [entry for stone, near in zip(sheet.stones, beside, strict=True) if stone.fixed for entry in near]
+    heap = [entry for stone, near in zip(stones, beside, strict=True) if stone.fixed for entry in near]
     heapq.heapify(heap)
     while heap:
-        _, i, block, first = heapq.heappop(heap)
-        if block not in ways and not sheet.stones[block].fixed:
-            points = model.patches[i].points
-            if three := _spread(points, [k for k in range(len(points)) if inner[first + k]]):
-                ways[block] = i, first, three
+        _, i, block = heapq.heappop(heap)
+        if block not in ways and not stones[block].fixed:
+            patch = patches[i]
+            if three := _spread(patch.points, [k for k, strictly in enumerate(inner[patch.rows]) if strictly]):
+                ways[block] = patch, three
                 order.append(block)
                 for entry in beside[block]:
                     if entry[2] not in ways:
@@ -2925,15 +2705,14 @@ def _spread(at: Sequence[Vec], points: Sequence[int]) -> list[int]:
     """Three of these points that span a large triangle: the first, the one furthest from it, the one furthest aside."""
     origin = at[points[0]]
     arms = [_minus(at[k], origin) for k in points]
-    sizes = [_dot(arm, arm) for arm in arms]
+    sizes = [_length2(arm) for arm in arms]
     one = sizes.index(max(sizes))
-    across = [_cross(arms[one], arm) for arm in arms]
-    areas = [_dot(area, area) for area in across]
+    areas = [_length2(_cross(arms[one], arm)) for arm in arms]
     two = areas.index(max(areas))
     return [points[0], points[one], points[two]] if areas[two] else []
 
 
-def _corrections(r: Sequence[Vec], wrench: Sequence[int]) -> tuple[list[Vec], int]:
+def _corrections(r: Sequence[Vec], w: Vec, t: Vec) -> tuple[list[Vec], int]:
     """Forces at three points in no line that add up to a wrench (w, and t about the world's origin), and what they
     are to be divided by.
 
@@ -2945,23 +2724,18 @@ def _corrections(r: Sequence[Vec], wrench: Sequence[int]) -> tuple[list[Vec], in
 
     Here all of it is times 3 |M|^2 S, with 3 rho_j and 3 t' for rho_j and t', and r_j from r_1.
     """
-    w, e2, e3 = (wrench[0], wrench[1], wrench[2]), _minus(r[1], r[0]), _minus(r[2], r[0])
+    e2, e3 = _minus(r[1], r[0]), _minus(r[2], r[0])
     m, total = _cross(e2, e3), _plus(e2, e3)
     middle = _plus(_times(3, r[0]), total)
-    tx, ty, tz = _cross(middle, w)
-    t3 = 3 * wrench[3] - tx, 3 * wrench[4] - ty, 3 * wrench[5] - tz
+    t3 = _minus(_times(3, t), _cross(middle, w))
     rho = _times(-1, total), _minus(_times(3, e2), total), _minus(_times(3, e3), total)
-    s, m2, turn = sum([_dot(x, x) for x in rho]), _dot(m, m), 3 * _dot(t3, m)
+    s, m2, turn = sum([_length2(x) for x in rho]), _length2(m), 3 * _dot(t3, m)
     c2, c3, even = -_dot(t3, e3), _dot(t3, e2), _times(m2 * s, w)
-    if turn:
-        twist = _times(turn, m)
-        turned = [_plus(even, _cross(twist, x)) for x in rho]
-    else:
-        turned = [even] * 3
+    turned = [_plus(even, _cross(_times(turn, m), x)) for x in rho] if turn else [even] * 3
     return [_plus(d, _times(s * c, m)) for d, c in zip(turned, (-c2 - c3, c2, c3), strict=True)], 3 * m2 * s
 
 
-def _pulls(joint: _Joint, patch: _Patch, per_force: int, per_length: int) -> tuple[Fraction, list[int]]:
+def _pulls(patch: _Patch, per_force: int, per_length: int) -> tuple[Fraction, list[int]]:
     """T |N| at each corner of a joint that pulls, in 2**-(per_force + 2 per_length) N m2: a unit, and how many of it.
 
     An even stress s on a polygon has the resultant of forces at its corners: triangle by triangle from the centroid g,
@@ -2975,59 +2749,9 @@ def _pulls(joint: _Joint, patch: _Patch, per_force: int, per_length: int) -> tup
     for one, two in pairwise(arms[1:]):
         middle = _plus(middle, _times(_dot(_cross(one, two), patch.normal), _plus(one, two)))
     around = [_minus(_times(3 * normal2, arm), middle) for arm in arms]
-    areas = [_dot(_cross(one, two), patch.normal) for one, two in zip(around, [*around[1:], around[0]], strict=True)]
-    unit = Fraction(joint.tension) * Fraction(2) ** (per_force - 2 * per_length) / (36 * normal2 * normal2)
+    areas = [_dot(_cross(one, two), patch.normal) for one, two in _around(around)]
+    unit = Fraction(patch.joint.tension) * Fraction(2) ** (per_force - 2 * per_length) / (36 * normal2 * normal2)
     return unit, [before + after for before, after in zip([areas[-1], *areas], areas, strict=False)]
-
-
-Resultants = tuple[list[Vec], list[Vec]]
-
-
-def _residuals(
-    sheet: _Sheet, model: _Model, resultants: Resultants, per_force: int, weighty: bool = True
-) -> Iterator[tuple[int, Vec, Vec]]:
-    """What is left on each free block: its number, 6 r_F in 2**-max(per_force, model.per_force) N, and r_M about the
-    centre of mass, rounded up. The resultants are in 2**-per_force N; `weighty` adds the weights to them.
-    """
-    unit = max(per_force, model.per_force)
-    for i, (stone, pull, turn) in enumerate(zip(sheet.stones, *resultants, strict=True)):
-        if not stone.fixed:
-            residual6 = _times(6 << (unit - per_force), pull)
-            if weighty:
-                residual6 = _plus(residual6, _times(model.masses6[i] << (unit - model.per_weight), model.gravity))
-            moment = _moment_above(model.solids[i], pull, turn)
-            if any(stone.held):
-                residual6, moment = _freed(residual6, stone.held[:3]), _freed(moment, stone.held[3:])
-            yield i, residual6, moment
-
-
-def _resultants(sheet: _Sheet, model: _Model, forces: list[Vec], per_force: int, loaded: bool = True) -> Resultants:
-    """Sum of F and of r x F on each block, contacts and loads; on `a` a contact acts with the opposite sign."""
-    pulls: list[Vec] = [(0, 0, 0)] * len(sheet.stones)
-    turns: list[Vec] = [(0, 0, 0)] * len(sheet.stones)
-    first = 0
-    for joint, patch in zip(sheet.joints, model.patches, strict=True):
-        px = py = pz = tx = ty = tz = 0
-        last = first + len(patch.points)
-        for (x, y, z), (fx, fy, fz) in zip(patch.points, forces[first:last], strict=True):
-            px, py, pz = px + fx, py + fy, pz + fz
-            tx, ty, tz = tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx
-        first = last
-        a, b, pull, turn = joint.a, joint.b, (px, py, pz), (tx, ty, tz)
-        pulls[b], turns[b] = _plus(pulls[b], pull), _plus(turns[b], turn)
-        pulls[a], turns[a] = _minus(pulls[a], pull), _minus(turns[a], turn)
-    for block, load, point in model.loads if loaded else ():
-        force = _times(1 << (per_force - model.per_load), load)
-        pulls[block] = _plus(pulls[block], force)
-        turns[block] = _plus(turns[block], _cross(point, force))
-    return pulls, turns
-
-
-def _moment_above(solid: _Solid, pull: Vec, turn: Vec) -> Vec:
-    """|turn - c x pull| in each component, rounded up, with c = moment24 / (4 volume6)."""
-    denominator = 4 * solid.volume6
-    x, y, z = _minus(_times(denominator, turn), _cross(solid.moment24, pull))
-    return _quotient_above(x, denominator), _quotient_above(y, denominator), _quotient_above(z, denominator)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -3041,8 +2765,19 @@ class _Motion:
     drift: Vec
     spin: Vec
 
+    def at(self, point: Vec) -> Vec:
+        """The velocity of a point."""
+        return _plus(self.drift, _cross(self.spin, point))
 
-def _mechanism(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+    def flow(self, solid: _Solid) -> Vec:
+        """The velocity of a block's centre of mass, times 4 (6 V)."""
+        return _plus(_times(4 * solid.volume6, self.drift), _cross(self.spin, solid.moment24))
+
+
+Motions = Sequence[_Motion]
+
+
+def _mechanism(model: _Model) -> tuple[dict[str, float], str, str]:
     """Check a motion: in some component C the loads do more work than any state of it can take up.
 
     A state's forces are at most BOUND W in size, and leave at most BALANCE w, BALANCE w D on a block, so that its
@@ -3053,8 +2788,8 @@ def _mechanism(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str
     over C, with v the velocity of the centre of mass and w the least weight of a block in C. Shown is that p.y is more,
     with all roots rounded up.
     """
-    motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
-    figures, _ = _driven(sheet, model, motions, _resistances(sheet, model, motions))
+    motions = _motions(model, model.sheet.motion)
+    figures, _ = _driven(model, motions, _resistances(model, motions))
     return figures, _demand(figures), ""
 
 
@@ -3065,23 +2800,13 @@ def _demand(figures: dict[str, float]) -> str:
     return f"to hold this motion the contacts would need forces of {figures['bound']:.2g} times the weight and loads"
 
 
-def _resistances(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> list[int]:
-    """||P(-dd)|| over the contact points of each component, rounded up."""
-    found = [0] * model.parts
-    for joint, patch in zip(sheet.joints, model.patches, strict=True):
-        found[model.part_of(joint)] += _resistance2(joint, patch, motions)
-    return [_root_above(norm2) for norm2 in found]
-
-
-def _driven(
-    sheet: _Sheet, model: _Model, motions: Sequence[_Motion], norms: Sequence[int]
-) -> tuple[dict[str, float], list[int]]:
+def _driven(model: _Model, motions: Motions, norms: Sequence[int]) -> tuple[dict[str, float], list[int]]:
     """Require p.y to exceed what a state can take up, in some component; return those, the best one's figures first.
 
     What joints that pull take up is taken off p.y, and added to W.
     """
-    works, pulls6 = _against_pulls(sheet, model, motions)
-    powers24, slacks24 = _powers24(sheet, model, motions), _slacks24(sheet, model, motions)
+    works, pulls6 = _against_pulls(model, motions)
+    powers24, slacks24 = _powers24(model, motions), _slacks24(model, motions)
     falling: list[int] = []
     best = 0.0
     for c, norm in enumerate(norms):
@@ -3100,44 +2825,34 @@ def _driven(
     return figures, falling
 
 
-def _slacks24(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> list[Fraction]:
-    """24 BALANCE sum w (|v| + D |omega|) over each component, in the unit of `_powers24`, rounded up; w is the least.
-
-    The velocity of the centre of mass is (4 (6V) drift + w x (24 V c)) / (4 (6V)).
-    """
+def _slacks24(model: _Model, motions: Motions) -> list[Fraction]:
+    """24 BALANCE sum w (|v| + D |omega|) of each component, in the unit of `_powers24`, rounded up; w is the least."""
     sums = [0] * model.parts
-    root = _root_above(model.own_gravity2)
-    for i, (stone, solid, motion) in enumerate(zip(sheet.stones, model.solids, motions, strict=True)):
-        if not stone.fixed:
-            d = 4 * solid.volume6
-            flow = _plus(_times(d, motion.drift), _cross(motion.spin, solid.moment24))
-            speed = _quotient_above(_root_above(_dot(flow, flow)), d)
-            turn = _root_above(solid.box2 * _dot(motion.spin, motion.spin))
-            sums[model.component[i]] += 4 * model.lightest6[i] * root * (speed + turn)
-    unit = BALANCE * Fraction(2) ** (model.per_force - model.per_own)
-    return [unit * total for total in sums]
+    for i, _, solid in model.free():
+        flow, spin = motions[i].flow(solid), motions[i].spin
+        speed = _quotient_above(_root_above(_length2(flow)), 4 * solid.volume6)
+        turn = _root_above(solid.box2 * _length2(spin))
+        sums[model.component[i]] += 4 * model.lightest6[i] * model.own_above * (speed + turn)
+    return [BALANCE * total for total in sums]
 
 
-def _against_pulls(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> tuple[list[int], list[int]]:
+def _against_pulls(model: _Model, motions: Motions) -> tuple[list[int], list[int]]:
     """24 sum t dn, in the unit of `_powers24`, and 6 sum |t|, in that of W: of joints that pull, both rounded up."""
     work, total = [0] * model.parts, [0] * model.parts
-    for joint, patch in zip(sheet.joints, model.patches, strict=True):
-        if joint.tension:
-            c, a, b = model.part_of(joint), motions[joint.a], motions[joint.b]
-            drift, spin = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
-            unit, shares = _pulls(joint, patch, model.per_force, model.per_length)
-            opening = [_dot(_plus(drift, _cross(spin, point)), patch.normal) for point in patch.points]
-            done = sum(share * d for share, d in zip(shares, opening, strict=True))
-            work[c] += math.ceil(24 * unit * done / patch.normal2)
-            total[c] += math.ceil(6 * unit * sum(map(abs, shares)) / math.isqrt(patch.normal2))
+    for patch in model.patches:
+        if patch.joint.tension:
+            unit, shares = _pulls(patch, model.per_force, model.per_length)
+            done = sum(share * _dot(x, patch.normal) for share, x in zip(shares, _moves(patch, motions), strict=True))
+            work[patch.part] += math.ceil(24 * unit * done / patch.normal2)
+            total[patch.part] += math.ceil(6 * unit * sum(map(abs, shares)) / math.isqrt(patch.normal2))
     return work, total
 
 
-def _motions(rows: Iterable[Sequence[Number]], model: _Model, per_velocity: int) -> list[_Motion]:
+def _motions(model: _Model, rows: Sequence[Sequence[Number]], per_velocity: int | None = None) -> list[_Motion]:
     """Motions in 2**-(per_velocity + model.per_length + model.finer), spins in 2**-(per_velocity + model.finer)."""
+    per = _exponent(chain.from_iterable(rows)) if per_velocity is None else per_velocity
     return [
-        _motion(row, solid, per_velocity, model.per_length, model.finer)
-        for row, solid in zip(rows, model.solids, strict=True)
+        _motion(row, solid, per, model.per_length, model.finer) for row, solid in zip(rows, model.solids, strict=True)
     ]
 
 
@@ -3160,25 +2875,29 @@ def _motion(row: Sequence[Number], solid: _Solid, per_velocity: int, per_length:
     return _Motion((x // denominator, y // denominator, z // denominator), spin)
 
 
-def _powers24(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> list[int]:
+def _moves(patch: _Patch, motions: Motions) -> list[Vec]:
+    """dd, the displacement of `b` relative to `a`, at every point of a contact."""
+    a, b = motions[patch.a], motions[patch.b]
+    (vx, vy, vz), (wx, wy, wz) = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
+    return [(vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x) for x, y, z in patch.points]
+
+
+def _powers24(model: _Model, motions: Motions) -> list[int]:
     """24 p.y of every component: weights at the centres of mass, loads at their points.
 
     A weight's share is rho V g.(drift + w x c) = rho g.(4 (6V) drift + w x (24 V c)) / 24: integers.
     """
     found = [0] * model.parts
-    for i, (stone, solid, motion) in enumerate(zip(sheet.stones, model.solids, motions, strict=True)):
-        if not stone.fixed:
-            flow = _plus(_times(4 * solid.volume6, motion.drift), _cross(motion.spin, solid.moment24))
-            density = model.masses6[i] // solid.volume6  # exact: masses6 = density * volume6
-            found[model.component[i]] += density * _dot(model.gravity, flow) << model.per_force - model.per_weight
+    for i, _, solid in model.free():
+        density = model.masses6[i] // solid.volume6  # exact: masses6 = density * volume6
+        found[model.component[i]] += density * _dot(model.gravity, motions[i].flow(solid))
     for block, force, point in model.loads:
-        work = _dot(force, _plus(motions[block].drift, _cross(motions[block].spin, point)))
-        found[model.component[block]] += 24 * work << model.per_force - model.per_load
+        found[model.component[block]] += 24 * _dot(force, motions[block].at(point))
     return found
 
 
-def _resistance2(joint: _Joint, patch: _Patch, motions: Sequence[_Motion]) -> int:
-    """||P(x)||^2 over the points of a contact, x = -dd, rounded up.
+def _resistances(model: _Model, motions: Motions) -> list[int]:
+    """||P(x)|| over the contact points of each component, x = -dd, rounded up.
 
     With d = x.N and C = |x|^2 |N|^2 - d^2 (the normal part of x is d/|N|, the tangential one sqrt(C)/|N|), mu = p/q:
 
@@ -3186,110 +2905,79 @@ def _resistance2(joint: _Joint, patch: _Patch, motions: Sequence[_Motion]) -> in
     - inside the cone, d >= 0 and q^2 C <= p^2 d^2: all of x does, |x|^2;
     - otherwise (q d + p sqrt C)^2 / ((p^2 + q^2) |N|^2), with the root rounded up.
     """
-    p, q = joint.mu.as_integer_ratio()
-    p2, q2 = p * p, q * q
-    a, b = motions[joint.a], motions[joint.b]
-    drift, spin = _minus(a.drift, b.drift), _minus(a.spin, b.spin)
-    whole, scaled = 0, 0
-    for point in patch.points:
-        x = _plus(drift, _cross(spin, point))
-        x2, d = _dot(x, x), _dot(x, patch.normal)
-        d2 = d * d
-        c = x2 * patch.normal2 - d2
-        if d <= 0 and p2 * c <= q2 * d2:
-            continue
-        if d >= 0 and q2 * c <= p2 * d2:
-            whole += x2
-        else:
-            scaled += (q * d + p * _root_above(c)) ** 2
-    return whole + _quotient_above(scaled, (p2 + q2) * patch.normal2)
+    found = [0] * model.parts
+    for patch in model.patches:
+        p, q = patch.p, patch.q
+        p2, q2 = p * p, q * q
+        whole, scaled = 0, 0
+        for move in _moves(patch, motions):
+            x2, d = _length2(move), -_dot(move, patch.normal)
+            d2 = d * d
+            c = x2 * patch.normal2 - d2
+            if d <= 0 and p2 * c <= q2 * d2:
+                continue
+            if d >= 0 and q2 * c <= p2 * d2:
+                whole += x2
+            else:
+                scaled += (q * d + p * _root_above(c)) ** 2
+        found[patch.part] += whole + _quotient_above(scaled, (p2 + q2) * patch.normal2)
+    return [_root_above(norm2) for norm2 in found]
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # limit-bounds.
 
 
-def _limit(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+def _limit(model: _Model) -> tuple[dict[str, float], str, str]:
     """Check forces at the lower multiplier and a motion at the upper one, those that there are.
 
     Instead of a motion there may be a recession: forces in the cones that balance the live loads alone. Any multiple
     of them, added to the forces at the lower multiplier, balances the loads at a larger one.
     """
-    live = sheet.live
+    sheet, live = model.sheet, model.sheet.live
     assert live is not None
     figures: dict[str, float] = {}
     said, grade = [], ""
+    alone = _loaded(model, 0, 1.0)
     if live.lower is not None:
-        found, reason, grade = _state(sheet, _multiplied(sheet, model, live, 1, live.lower))
+        found, reason, grade = _state(_loaded(model, 1, live.lower))
         figures = {"lower": live.lower} | found
         said.append(reason)
     if sheet.recession:
-        alone = _multiplied(sheet, model, live, 0, 1.0)
-        forces, per_force = _forces(sheet, alone, sheet.recession)
-        balance = _balance(sheet, alone, forces, per_force, "recession")
+        balance = _balance(alone, *_forces(alone, sheet.recession), "recession")
         for key, value in balance.figures.items():
             figures[key] = (min if key == "exact" else max)(figures[key], value)
         said.append("so do forces that balance the live loads alone")
         grade = grade if balance.grade == EXACT else NEARLY + " (of the live loads, for each unit of their multiplier)"
     if live.upper is not None:
-        motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
-        norms = _resistances(sheet, model, motions)
-        driven, falling = _driven(sheet, _multiplied(sheet, model, live, 1, live.upper), motions, norms)
+        motions = _motions(model, sheet.motion)
+        norms = _resistances(model, motions)
+        driven, falling = _driven(_loaded(model, 1, live.upper), motions, norms)
         figures |= {"upper": live.upper} | driven
-        _require_no_relief(sheet, _multiplied(sheet, model, live, 0, 1.0), motions, norms, falling, figures)
+        _require_no_relief(alone, motions, norms, falling, figures)
         said.append(_demand(driven))
     return figures, "; ".join(said), grade
 
 
 def _require_no_relief(
-    sheet: _Sheet,
-    grown: _Model,
-    motions: Sequence[_Motion],
-    norms: Sequence[int],
-    falling: Sequence[int],
-    figures: dict[str, float],
+    alone: _Model, motions: Motions, norms: Sequence[int], falling: Sequence[int], figures: dict[str, float]
 ) -> None:
     """Require of the live loads alone that p.y >= BOUND W ||P(-dd)|| in a component that falls: more is no help then.
 
     Both p.y and what W is at the most are affine in the multiplier, so the motion proves every larger one too.
     """
-    powers24 = _powers24(sheet, grown, motions)
+    powers24 = _powers24(alone, motions)
     if not any(powers24[c] >= 0 for c in falling):
         _refuse("the live loads work against the motion, so that more of them might hold it", figures)
-    if not any(powers24[c] >= BOUND * 4 * grown.total6_above[c] * norms[c] for c in falling):
+    if not any(powers24[c] >= BOUND * 4 * alone.total6_above[c] * norms[c] for c in falling):
         _refuse("the live loads do too little work in the motion to prove anything of more of them", figures)
-
-
-def _multiplied(sheet: _Sheet, model: _Model, live: _Live, dead: int, times: Number) -> _Model:
-    """The model under `dead` (0 or 1) times its own gravity and loads plus `times` the live ones, exactly.
-
-    With times = p / 2**k, all of them are counted in units 2**k finer.
-    """
-    p, q = times.as_integer_ratio()
-    finer = q.bit_length() - 1
-    per_gravity = _exponent(chain(sheet.gravity, live.gravity))
-    per_load = _exponent(x for push in (*sheet.pushes, *live.pushes) for x in push.force)
-    own, grown = _vector(sheet.gravity, per_gravity), _vector(live.gravity, per_gravity)
-    gravity = _plus(_times(dead * q, own), _times(p, grown))
-    loads = [
-        (push.block, _times(share, _vector(push.force, per_load)), _vector(push.point, model.per_length))
-        for share, pushes in ((dead * q, sheet.pushes), (p, live.pushes))
-        for push in pushes
-        if share and not sheet.stones[push.block].fixed
-    ]
-    per_density = _fineness(stone.density for stone in sheet.stones)
-    per_weight = per_density + per_gravity + finer + 3 * model.per_length
-    per_load += finer
-    per_force = max(per_load, per_weight)
-    whole = replace(model, gravity=gravity, loads=loads, per_load=per_load, per_weight=per_weight, per_force=per_force)
-    return _with_totals(sheet, whole)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # rbe-settled.
 
 
-def _settled(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+def _settled(model: _Model) -> tuple[dict[str, float], str, str]:
     """Check forces as for an rbe-state, and the displacement that they go with.
 
     With d = dd.N, x = dd, U the largest displacement of a contact point of the component on a block that the ground
@@ -3297,52 +2985,40 @@ def _settled(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
 
         d + t U |N| >= mu sqrt(|x|^2 |N|^2 - d^2)        |F.x| <= t U s        |F| d <= t U s |N|
     """
-    forces, per_force = _forces(sheet, model, sheet.forces)
-    balance = _balance(sheet, model, forces, per_force)
-    motions = _motions(sheet.motion, model, _exponent(chain.from_iterable(sheet.motion)))
-    largest = _settlements(sheet, model, motions)
+    forces, per_force = _forces(model, model.sheet.forces)
+    balance = _balance(model, forces, per_force)
+    motions = _motions(model, model.sheet.motion)
+    largest = _settlements(model, motions)
     worst = {"closing": 0.0, "work": 0.0, "hanging": 0.0, "opened": 0.0}
     if not any(largest):
         _refuse("no contact point is on a block that the ground moves", balance.figures)
-    first = 0
-    for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
-        last = first + len(patch.points)
-        weight = _lighter_weight_below(model, joint, per_force)
-        points = zip(patch.points, forces[first:last], balance.sizes[first:last], strict=True)
-        wrong = _unsettled(joint, patch, motions, largest[model.part_of(joint)], weight, points, worst)
-        if wrong:
-            _refuse(f"{_label(sheet, i)}: {wrong}", balance.figures | worst)
-        first = last
+    for patch in model.patches:
+        weight = _lighter_weight(model, patch, per_force)
+        points = zip(_moves(patch, motions), forces[patch.rows], balance.sizes[patch.rows], strict=True)
+        if wrong := _unsettled(patch, largest[patch.part], weight, points, worst):
+            _refuse(f"{_label(model.sheet, patch.number)}: {wrong}", balance.figures | worst)
     off = max(worst["closing"], worst["work"], worst["hanging"])
     reason = f"forces go with the displacement, to {off:.2g} of the settlement; {balance.reason}"
     return balance.figures | worst, reason, balance.grade
 
 
-def _unsettled(
-    joint: _Joint,
-    patch: _Patch,
-    motions: Sequence[_Motion],
-    largest: int,
-    weight: int,
-    points: Iterable[tuple[Vec, Vec, tuple[int, int]]],
-    worst: dict[str, float],
-) -> str:
+Couples = Iterable[tuple[Vec, Vec, tuple[int, int]]]  # dd, F, and (F.N, |F|^2), point by point
+
+
+def _unsettled(patch: _Patch, largest: int, weight: int, points: Couples, worst: dict[str, float]) -> str:
     """What is wrong with the points of a contact, or nothing; `worst` is kept up."""
-    t, (p, q) = SETTLING, joint.mu.as_integer_ratio()
-    a, b = motions[joint.a], motions[joint.b]
-    drift, spin = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
+    t, p, q = SETTLING, patch.p, patch.q
     size = math.isqrt(patch.normal2)
     room = t.numerator * largest * size // t.denominator
-    for number, (point, force, (_, strength)) in enumerate(points):
-        x = _plus(drift, _cross(spin, point))
+    for number, (x, force, (_, strength)) in enumerate(points):
         d = _dot(x, patch.normal)
-        slid = p * _root_above(_dot(x, x) * patch.normal2 - d * d)
+        slid = p * _root_above(_length2(x) * patch.normal2 - d * d)
         work, bearing = abs(_dot(force, x)), max(weight, math.isqrt(strength))
         hanging = max(d, 0) * _root_above(strength)
-        worst["closing"] = max(worst["closing"], _as_float(slid - q * d, q * size * largest))
-        worst["work"] = max(worst["work"], _as_float(work, bearing * largest))
-        worst["hanging"] = max(worst["hanging"], _as_float(hanging, bearing * largest * size))
-        worst["opened"] = max(worst["opened"], _as_float(d, size * largest))
+        _note(worst, "closing", slid - q * d, q * size * largest)
+        _note(worst, "work", work, bearing * largest)
+        _note(worst, "hanging", hanging, bearing * largest * size)
+        _note(worst, "opened", d, size * largest)
         if not q * (d + room) >= slid:
             return f"point {number} closes, or slides without opening"
         if not t.denominator * work <= t.numerator * largest * bearing:
@@ -3352,14 +3028,19 @@ def _unsettled(
     return ""
 
 
-def _settlements(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> list[int]:
+def _note(worst: dict[str, float], key: str, numerator: int, denominator: int) -> None:
+    """Keep the largest ratio met so far, for the figures to print."""
+    worst[key] = max(worst[key], _as_float(numerator, denominator))
+
+
+def _settlements(model: _Model, motions: Motions) -> list[int]:
     """The largest displacement of a contact point on a support, of every component, rounded down."""
     most = [0] * model.parts
-    for joint, patch in zip(sheet.joints, model.patches, strict=True):
-        for block in (joint.a, joint.b):
-            if sheet.stones[block].fixed:
-                moved = (_plus(motions[block].drift, _cross(motions[block].spin, point)) for point in patch.points)
-                most[model.part_of(joint)] = max(most[model.part_of(joint)], *(_dot(x, x) for x in moved))
+    for patch in model.patches:
+        for block in (patch.a, patch.b):
+            if model.sheet.stones[block].fixed:
+                moved = (_length2(motions[block].at(point)) for point in patch.points)
+                most[patch.part] = max(most[patch.part], *moved)
     return [math.isqrt(square) for square in most]
 
 
@@ -3367,57 +3048,17 @@ def _settlements(sheet: _Sheet, model: _Model, motions: Sequence[_Motion]) -> li
 # cra-state.
 
 
-def _coupled_state(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+def _coupled_state(model: _Model) -> tuple[dict[str, float], str, str]:
     """Check forces as for an rbe-state, and the virtual displacement that they are coupled with."""
-    forces, per_force = _forces(sheet, model, sheet.forces)
-    balance = _balance(sheet, model, forces, per_force)
-    figures = balance.figures | _coupling(sheet, model, forces, balance.sizes, per_force)
+    forces, per_force = _forces(model, model.sheet.forces)
+    balance = _balance(model, forces, per_force)
+    figures = balance.figures | _coupling(model, forces, balance.sizes, per_force)
     worst = max(figures[key] for key in ("gap", "complementarity", "alignment"))
     reason = f"forces and displacements are coupled at every point, to {worst:.2g}; {balance.reason}"
     return figures, reason, balance.grade
 
 
-class _Limits(NamedTuple):
-    """Bounds of a virtual displacement at the points of one contact, for d = dd.N and x = dd, all integers.
-
-    `closing`, `opening` bound -d and d; `sliding` and `rubbing` are the most and the least that |x|^2 |N|^2 - d^2 may
-    be; `eps_below`, `eps_above`, `eta_above` bound eps |N| and eta |N|; `eps_square` is eps |N|^2; `weight` is that of
-    the lighter block.
-    """
-
-    closing: int
-    opening: int
-    sliding: int
-    rubbing: int
-    eps_below: int
-    eps_above: int
-    eps_square: int
-    eta_above: int
-    weight: int
-
-
-def _limits(eps: int, eta: int, beta: int, weight: int, normal2: int) -> _Limits:
-    """Relative to t = COUPLING: (1 + t)^2 = (q + p)^2 / q^2. What d may be at most is the root of what d^2 may be."""
-    p, q = COUPLING.numerator, COUPLING.denominator
-    wide, narrow, q2 = (q + p) ** 2 * normal2, (q - p) ** 2 * normal2, q * q
-    sliding = eta * eta * wide // q2
-    rubbing = _quotient_above(beta * beta * narrow, q2)
-    closing, square = math.isqrt(eps * eps * wide // q2), eps * eps * normal2
-    below, above = math.isqrt(square), _root_above(square)
-    return _Limits(
-        closing,
-        math.isqrt(sliding),
-        sliding,
-        rubbing,
-        below,
-        above,
-        eps * normal2,
-        _root_above(eta * eta * normal2),
-        weight,
-    )
-
-
-def _coupling(sheet: _Sheet, model: _Model, forces: list[Vec], sizes: Sizes, per_force: int) -> dict[str, float]:
+def _coupling(model: _Model, forces: list[Vec], sizes: Sizes, per_force: int) -> dict[str, float]:
     """Check the virtual displacement dd = (dn, dd_t) at every point against the force F = fn n + F_t there.
 
         -eps <= dn <= eta, |dd_t| <= eta        fn (dn + eps) = 0        F_t = -alpha dd_t, alpha >= 0
@@ -3426,56 +3067,26 @@ def _coupling(sheet: _Sheet, model: _Model, forces: list[Vec], sizes: Sizes, per
     each to `COUPLING`: lengths relative to the bound, work to eps max(|F|, weight of the lighter free block), and
     |F_t x dd_t| also to SHORT |dd_t| times that.
     """
-    assert sheet.bounds is not None
-    bounds = sheet.bounds
+    bounds, motion = model.sheet.bounds, model.sheet.motion
+    assert bounds is not None
     given = (bounds.eps, bounds.eta, bounds.beta)
-    per_motion = _exponent(chain(given, chain.from_iterable(sheet.motion)))
-    motions = _motions(sheet.motion, model, per_motion)
-    eps, eta, beta = (_integer(x, per_motion) << model.per_length + model.finer for x in given)
-    worst, fault = _Worst(), ""
-    first = 0
-    for i, (joint, patch) in enumerate(zip(sheet.joints, model.patches, strict=True)):
-        limits = _limits(eps, eta, beta, _lighter_weight_below(model, joint, per_force), patch.normal2)
-        last = first + len(patch.points)
-        couples = zip(patch.points, forces[first:last], sizes[first:last], strict=True)
-        wrong = _uncoupled(patch, limits, motions[joint.a], motions[joint.b], couples, worst)
-        if wrong and not fault:
-            fault = f"{_label(sheet, i)}: {wrong}"
-        first = last
-    figures = worst.figures(bounds)
+    per_motion = _exponent(chain(given, chain.from_iterable(motion)))
+    motions = _motions(model, motion, per_motion)
+    scaled = [_integer(x, per_motion) << model.per_length + model.finer for x in given]
+    worst, fault = {"gap": 0.0, "complementarity": 0.0, "alignment": 0.0, "slide": -1.0}, ""
+    for patch in model.patches:
+        weight = _lighter_weight(model, patch, per_force)
+        couples = zip(_moves(patch, motions), forces[patch.rows], sizes[patch.rows], strict=True)
+        if (wrong := _uncoupled(patch, scaled, weight, couples, worst)) and not fault:
+            fault = f"{_label(model.sheet, patch.number)}: {wrong}"
+    slide = -worst.pop("slide")
+    figures = worst | {"sliding_least": float(Fraction(bounds.eta) / Fraction(bounds.eps)) * slide}
     if fault:
         _refuse(fault, figures)
     return figures
 
 
-@dataclass(slots=True)
-class _Worst:
-    """The worst of all points met so far, for the figures to print; `slide` relative to eta."""
-
-    slide: float = 1.0
-    gap: float = 0.0
-    complementarity: float = 0.0
-    alignment: float = 0.0
-
-    def figures(self, bounds: _Bounds) -> dict[str, float]:
-        """As they stand in the report."""
-        least = float(Fraction(bounds.eta) / Fraction(bounds.eps)) * self.slide
-        return {
-            "gap": self.gap,
-            "complementarity": self.complementarity,
-            "alignment": self.alignment,
-            "sliding_least": least,
-        }
-
-
-def _uncoupled(
-    patch: _Patch,
-    limits: _Limits,
-    a: _Motion,
-    b: _Motion,
-    couples: Iterable[tuple[Vec, Vec, tuple[int, int]]],
-    worst: _Worst,
-) -> str:
+def _uncoupled(patch: _Patch, bounds: Sequence[int], weight: int, couples: Couples, worst: dict[str, float]) -> str:
     """What is wrong with the coupling of force and displacement at the points of a contact, or nothing.
 
     With N = |N| n, along = F.N and d = dd.N:
@@ -3483,25 +3094,28 @@ def _uncoupled(
         |dd_t|^2 |N|^2 = |dd|^2 |N|^2 - d^2        fn (dn + eps) |N|^2 = along (d + eps |N|)
         |F_t|^2 |N|^2 = |F|^2 |N|^2 - along^2      F_t.dd_t |N|^2 = F.dd |N|^2 - along d
         |F_t x dd_t| |N| = |(F x dd).N|
+
+    Relative to t = COUPLING: (1 + t)^2 = (q + p)^2 / q^2. What d may be at most is the root of what d^2 may be.
     """
-    p, q = COUPLING.numerator, COUPLING.denominator
-    closing, opening, sliding, rubbing, below, above, square, eta, weight = limits
-    (nx, ny, nz), normal2, fault = patch.normal, patch.normal2, ""
-    (vx, vy, vz), (wx, wy, wz) = _minus(b.drift, a.drift), _minus(b.spin, a.spin)
-    for number, ((x, y, z), (fx, fy, fz), (along, force2)) in enumerate(couples):
-        mx, my, mz = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
+    p, q, (nx, ny, nz), normal2, fault = COUPLING.numerator, COUPLING.denominator, patch.normal, patch.normal2, ""
+    eps, eta, beta = bounds
+    wide, narrow = (q + p) ** 2 * normal2, (q - p) ** 2 * normal2
+    closing, sliding = math.isqrt(eps * eps * wide // (q * q)), eta * eta * wide // (q * q)
+    opening, rubbing = math.isqrt(sliding), _quotient_above(beta * beta * narrow, q * q)
+    below, above = math.isqrt(eps * eps * normal2), _root_above(eps * eps * normal2)  # of eps |N|
+    most = _root_above(eta * eta * normal2)
+    for number, ((mx, my, mz), (fx, fy, fz), (along, force2)) in enumerate(couples):
         d = mx * nx + my * ny + mz * nz
         slide2 = (mx * mx + my * my + mz * mz) * normal2 - d * d
         wrong = "" if -closing <= d else "overlaps by more than eps"
         if not (d <= opening and slide2 <= sliding):
             wrong = wrong or "moves by more than eta"
-        if -d > below:
-            worst.gap = max(worst.gap, _as_float(-d - below, below))
+        _note(worst, "gap", -d - below, below)
         if force2:
             size = max(weight, math.isqrt(force2))
-            room = size * square
+            room = size * eps * normal2
             work = along * max(abs(d + below), abs(d + above))
-            worst.complementarity = max(worst.complementarity, _as_float(work, room))
+            _note(worst, "complementarity", work, room)
             if not q * work <= p * room:
                 wrong = wrong or "presses without overlapping by eps"
             rub2 = force2 * normal2 - along * along
@@ -3509,11 +3123,12 @@ def _uncoupled(
                 reach = size * min(below, SHORT * math.isqrt(slide2))
                 across = abs((fy * mz - fz * my) * nx + (fz * mx - fx * mz) * ny + (fx * my - fy * mx) * nz)
                 forward = (fx * mx + fy * my + fz * mz) * normal2 - along * d
-                worst.alignment = max(worst.alignment, _as_float(across, reach), _as_float(forward, room))
+                _note(worst, "alignment", across, reach)
+                _note(worst, "alignment", forward, room)
                 if not (q * across <= p * reach and q * forward <= p * room):
                     wrong = wrong or "has friction that does not oppose its sliding"
                 if q * q * rub2 > p * p * size * size * normal2:
-                    worst.slide = min(worst.slide, _as_float(math.isqrt(slide2), eta))
+                    _note(worst, "slide", -math.isqrt(slide2), most)
                     if not (slide2 >= rubbing and forward < 0):
                         wrong = wrong or "has friction but slides by less than beta_min"
         if wrong and not fault:
@@ -3525,19 +3140,12 @@ def _uncoupled(
 # cra-tree.
 
 
-@dataclass(frozen=True, slots=True)
-class _Spot:
-    """A contact point, ready for the leaves: blocks, place, N with |N|^2, bounds of 2**ROOT_BITS |N|, and mu = p/q."""
+class _Spot(NamedTuple):
+    """A contact point, ready for the leaves: its contact, and bounds of 2**ROOT_BITS |N|."""
 
-    a: int
-    b: int
-    point: Vec
-    normal: Vec
-    normal2: int
+    patch: _Patch
     below: int
     above: int
-    p: int
-    q: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -3581,37 +3189,28 @@ class _Reach:
 
 
 @dataclass(frozen=True, slots=True)
-class _Range:
-    """The bounds of the displacement as integers, times 2**`per`."""
+class _Case:
+    """What all leaves of a tree share; eps, eta and beta_min are integers, times 2**`per`."""
 
+    model: _Model
+    spots: list[_Spot]
     eps: int
     eta: int
     beta: int
     per: int
-
-
-@dataclass(frozen=True, slots=True)
-class _Case:
-    """What all leaves of a tree share."""
-
-    sheet: _Sheet
-    model: _Model
-    spots: list[_Spot]
-    span: _Range
     reach: _Reach
 
 
-def _tree(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
+def _tree(model: _Model) -> tuple[dict[str, float], str, str]:
     """Check that the branches of a tree cover all coupled states of the model or a component, and no leaf holds one."""
-    if sheet.part is not None:
-        sheet = sheet.part
-        model = _weigh(sheet)
-    case = _case(sheet, model)
-    figures = {"nodes": float(len(sheet.tree)), "leaves": 0.0, "depth": 0.0, "least_margin": 1.0}
-    whole = _Zone(False, False, None, 0, case.span.eta)
+    if model.sheet.part is not None:
+        model = _weigh(model.sheet.part)
+    case, tree = _case(model), model.sheet.tree
+    figures = {"nodes": float(len(tree)), "leaves": 0.0, "depth": 0.0, "least_margin": 1.0}
+    whole = _Zone(False, False, None, 0, case.eta)
     zones, before = [whole] * len(case.spots), list[tuple[int, _Zone]]()  # of this node, and what splits have changed
     pending = [(0, 0, whole)]
-    for number, node in enumerate(sheet.tree):
+    for number, node in enumerate(tree):
         depth, point, part = pending.pop()
         while len(before) > max(depth - 1, 0):
             k, zone = before.pop()
@@ -3620,49 +3219,40 @@ def _tree(sheet: _Sheet, model: _Model) -> tuple[dict[str, float], str, str]:
             before.append((point, zones[point]))
             zones[point] = part
         if isinstance(node, _Split):
-            parts = _parts(node, case.spots[node.point], zones[node.point], case.span, f"tree node {number}: ")
+            parts = _parts(case, node, zones[node.point], f"tree node {number}: ")
             pending.extend((depth + 1, node.point, part) for part in reversed(parts))
         else:
             figures["leaves"] += 1
             figures["depth"] = max(figures["depth"], depth)
             margin, size = _margin(case, zones, node)
-            figures["least_margin"] = min(figures["least_margin"], _ratio(margin, size))
+            ratio = _as_float(margin.numerator * size.denominator, margin.denominator * size.numerator)
+            figures["least_margin"] = min(figures["least_margin"], ratio)
             if not margin > 0:
                 _refuse(f"tree node {number}: this leaf does not exclude all of its cell", figures)
     reason = f"no coupled state exists: {figures['leaves']:.0f} cells cover all of them, and each is empty"
     return figures, reason, ""
 
 
-def _case(sheet: _Sheet, model: _Model) -> _Case:
-    assert sheet.bounds is not None
-    bounds = sheet.bounds
-    speeds = [node.speed for node in sheet.tree if isinstance(node, _Split) and node.speed is not None]
-    per = _exponent([bounds.eps, bounds.eta, bounds.beta, *speeds])
-    span = _Range(_integer(bounds.eps, per), _integer(bounds.eta, per), _integer(bounds.beta, per), per)
-    return _Case(sheet, model, _spots(sheet, model), span, _reach(sheet, model))
-
-
-def _ratio(a: Fraction, b: Fraction) -> float:
-    return _as_float(a.numerator * b.denominator, a.denominator * b.numerator)
-
-
-def _spots(sheet: _Sheet, model: _Model) -> list[_Spot]:
-    """All contact points in their order."""
-    spots = []
-    for joint, patch in zip(sheet.joints, model.patches, strict=True):
+def _case(model: _Model) -> _Case:
+    bounds, spots = model.sheet.bounds, []
+    assert bounds is not None
+    for patch in model.patches:
         scaled = patch.normal2 << 2 * ROOT_BITS
-        p, q = joint.mu.as_integer_ratio()
-        size = math.isqrt(scaled), _root_above(scaled)
-        spots += [_Spot(joint.a, joint.b, r, patch.normal, patch.normal2, *size, p, q) for r in patch.points]
-    return spots
+        spots += [_Spot(patch, math.isqrt(scaled), _root_above(scaled))] * len(patch.points)
+    speeds = [node.speed for node in model.sheet.tree if isinstance(node, _Split) and node.speed is not None]
+    given = (bounds.eps, bounds.eta, bounds.beta)
+    per = _exponent([*given, *speeds])
+    eps, eta, beta = (_integer(x, per) for x in given)
+    return _Case(model, spots, eps, eta, beta, per, _reach(model))
 
 
-def _parts(node: _Split, spot: _Spot, zone: _Zone, span: _Range, where: str) -> list[_Zone]:
+def _parts(case: _Case, node: _Split, zone: _Zone, where: str) -> list[_Zone]:
     """Cut what a cell says about a point into the parts that the branches take; together they cover it."""
     if node.rays:
-        return [replace(zone, sector=sector) for sector in _sectors(node, spot, zone.sector, where)]
+        normal = case.spots[node.point].patch.normal
+        return [replace(zone, sector=sector) for sector in _sectors(node, normal, zone.sector, where)]
     if node.speed is not None:
-        speed = _integer(node.speed, span.per)
+        speed = _integer(node.speed, case.per)
         if not zone.slow < speed < zone.fast:
             _refuse(f"{where}speed is not inside the interval that is left")
         return [replace(zone, fast=speed), replace(zone, slow=speed)]
@@ -3671,44 +3261,40 @@ def _parts(node: _Split, spot: _Spot, zone: _Zone, span: _Range, where: str) -> 
     return [replace(zone, engaged=True), replace(zone, unloaded=True)]
 
 
-def _sectors(node: _Split, spot: _Spot, sector: tuple[_Ray, _Ray] | None, where: str) -> list[tuple[_Ray, _Ray]]:
+def _sectors(node: _Split, normal: Vec, sector: tuple[_Ray, _Ray] | None, where: str) -> list[tuple[_Ray, _Ray]]:
     """Sectors between rays in counter-clockwise order about N: once around, or inside the sector given.
 
     Ray c is ahead of ray b by less than half a turn iff det(N, b, c) > 0. Rays that are ahead of each other all around
     come round once iff the first is not met again before the end.
     """
-    rays = [_ray(row, spot) for row in node.rays]
+    rays = [_ray(row, normal) for row in node.rays]
     ring = [*rays, rays[0]] if sector is None else [sector[0], *rays, sector[1]]
     if node.branches != len(ring) - 1:
         _refuse(f"{where}{node.branches} sectors for {len(node.rays)} rays")
     found = list(pairwise(ring))
-    if not all(_turn(spot, one.vector, two.vector) > 0 for one, two in found):
+    if not all(_turn(normal, one.vector, two.vector) > 0 for one, two in found):
         _refuse(f"{where}a sector is empty, turns the wrong way round or is 180 degrees or wider")
     first, last = ring[0].vector, ring[-1].vector
     if sector is None:
-        once = not any(_is_between(spot, one.vector, first, two.vector) for one, two in found[:-1])
+        turns = ((_turn(normal, one.vector, first), _turn(normal, first, two.vector)) for one, two in found[:-1])
+        once = not any(ahead > 0 and behind >= 0 for ahead, behind in turns)
     else:
-        once = all(_turn(spot, first, ray.vector) > 0 and _turn(spot, ray.vector, last) > 0 for ray in rays)
+        once = all(_turn(normal, first, ray.vector) > 0 and _turn(normal, ray.vector, last) > 0 for ray in rays)
     if not once:
         _refuse(f"{where}the rays go round more than once, or leave the sector that they split")
     return found
 
 
-def _ray(row: Sequence[Number], spot: _Spot) -> _Ray:
+def _ray(row: Sequence[Number], normal: Vec) -> _Ray:
     vector = _vector(row, _exponent(row))
-    flat = _minus(_times(spot.normal2, vector), _times(_dot(vector, spot.normal), spot.normal))
-    length2 = _dot(flat, flat)
+    flat = _minus(_times(_length2(normal), vector), _times(_dot(vector, normal), normal))
+    length2 = _length2(flat)
     return _Ray(vector, flat, math.isqrt(length2), _root_above(length2))
 
 
-def _turn(spot: _Spot, one: Vec, two: Vec) -> int:
+def _turn(normal: Vec, one: Vec, two: Vec) -> int:
     """det(N, one, two): positive if `two` lies to the left of `one`, seen against N."""
-    return _dot(spot.normal, _cross(one, two))
-
-
-def _is_between(spot: _Spot, start: Vec, x: Vec, end: Vec) -> bool:
-    """Whether x points into a sector of less than half a turn, its end included and its start not."""
-    return _turn(spot, start, x) > 0 and _turn(spot, x, end) >= 0
+    return _dot(normal, _cross(one, two))
 
 
 def _margin(case: _Case, zones: Sequence[_Zone], leaf: _Leaf) -> tuple[Fraction, Fraction]:
@@ -3727,69 +3313,57 @@ def _margin(case: _Case, zones: Sequence[_Zone], leaf: _Leaf) -> tuple[Fraction,
     with the suprema over the cell. Hence the cell is empty if p.y - max(v) sum fn > U.
     """
     coupled = leaf.motion is not None and leaf.forces is not None
-    gained, lost = _gain(case, zones, leaf.motion, coupled), _loss(case, zones, leaf.forces, coupled)
+    gained = (Fraction(0), Fraction(0)) if leaf.motion is None else _gain(case, zones, leaf.motion, coupled)
+    lost = (Fraction(0), Fraction(0)) if leaf.forces is None else _loss(case, zones, leaf.forces, coupled)
     return gained[0] - lost[0], gained[1] + lost[1]
 
 
 def _gain(
-    case: _Case, zones: Sequence[_Zone], rows: list[Sequence[Number]] | None, coupled: bool
+    case: _Case, zones: Sequence[_Zone], rows: list[Sequence[Number]], coupled: bool
 ) -> tuple[Fraction, Fraction]:
     """p.y - max(v) sum fn, rounded down; and the sum of both sizes.
 
     v = max(0, -g, -g - mu (l max(beta_min, slow) - h)) with g = l eps + dn^y and h the largest e.dd_t^y in the sector:
     the most that a unit of fn at a point can take from p.y.
     """
-    if rows is None:
-        return Fraction(0), Fraction(0)
-    per_motion = _exponent(chain.from_iterable(rows))
-    span, motions = case.span, _motions(rows, case.model, per_motion)
-    per_place = per_motion + case.model.per_length + case.model.finer
-    per = max(per_place, span.per)
-    up, fine = per - per_place, coupled << (per - span.per + ROOT_BITS)
+    model, per_motion = case.model, _exponent(chain.from_iterable(rows))
+    motions = _motions(model, rows, per_motion)
+    per_place = per_motion + model.per_length + model.finer
+    per = max(per_place, case.per)
+    up, fine = per - per_place, coupled << (per - case.per + ROOT_BITS)
     most = 0
-    for spot, zone in zip(case.spots, zones, strict=True):
+    moves = chain.from_iterable(_moves(patch, motions) for patch in model.patches)
+    for spot, zone, move in zip(case.spots, zones, moves, strict=True):
         if not zone.unloaded:
-            a, b = motions[spot.a], motions[spot.b]
-            spin = _minus(b.spin, a.spin)
-            move = _plus(_minus(b.drift, a.drift), _cross(spin, spot.point))
-            d = _dot(move, spot.normal) << 2 * ROOT_BITS
-            held = fine * span.eps + (d // (spot.above if d >= 0 else spot.below) << up)
-            slip = (_farthest(move, spot, zone.sector) << up) - fine * max(span.beta, zone.slow)
-            most = max(most, -held, -held - (-spot.p * slip // spot.q))
-    power = Fraction(sum(_powers24(case.sheet, case.model, motions)), 24 << case.model.per_force + per_place)
+            patch = spot.patch
+            d = _dot(move, patch.normal) << 2 * ROOT_BITS
+            held = fine * case.eps + (d // (spot.above if d >= 0 else spot.below) << up)
+            slip = (_farthest(move, spot, zone.sector) << up) - fine * max(case.beta, zone.slow)
+            most = max(most, -held, -held - (-patch.p * slip // patch.q))
+    power = Fraction(sum(_powers24(model, motions)), 24 << model.per_force + per_place)
     taken = Fraction(most, 1 << per + ROOT_BITS) * case.reach.thrust
     return power - taken, abs(power) + taken
 
 
 def _loss(
-    case: _Case, zones: Sequence[_Zone], rows: list[Sequence[Number]] | None, coupled: bool
+    case: _Case, zones: Sequence[_Zone], rows: list[Sequence[Number]], coupled: bool
 ) -> tuple[Fraction, Fraction]:
     """U, rounded up, and the sum of the sizes of its parts."""
-    if rows is None:
-        return Fraction(0), Fraction(0)
-    model, span, reach = case.model, case.span, case.reach
-    per_force = _force_exponent(model, rows)
+    model, per_force = case.model, _exponent(chain.from_iterable(rows))
     forces = _vectors(rows, per_force)
     work, gross = 0, 0
     for spot, zone, force in zip(case.spots, zones, forces, strict=True):
         if any(force):
-            along = _dot(force, spot.normal) << 2 * ROOT_BITS
-            least = -span.eps if zone.engaged or along < 0 else span.eta
+            along = _dot(force, spot.patch.normal) << 2 * ROOT_BITS
+            least = -case.eps if zone.engaged or along < 0 else case.eta
             normal = _above(least * along, spot)
             h = _farthest(force, spot, zone.sector)
             tangential = h * (zone.fast if h >= 0 else zone.slow)
             work += normal + tangential
             gross += abs(normal) + abs(tangential)
     opposite = [(-x, -y, -z) for x, y, z in forces]
-    resultants = _resultants(case.sheet, model, opposite, per_force, loaded=coupled)
-    pushed6, turned = 0, 0
-    for i, residual6, moment in _residuals(case.sheet, model, resultants, per_force, weighty=coupled):
-        pushed6 += _root_above(_dot(residual6, residual6)) * reach.shifts[i]
-        turned += _root_above(_dot(moment, moment)) * reach.turns[i]
-    slack = Fraction(pushed6, 6 << max(per_force, model.per_force) + reach.per_shift) + Fraction(
-        turned, 1 << per_force + model.per_length + reach.per_turn
-    )
-    unit = 1 << per_force + span.per + ROOT_BITS
+    slack = _work_above(model, opposite, per_force, coupled, case.reach)
+    unit = 1 << per_force + case.per + ROOT_BITS
     return Fraction(work, unit) + slack, Fraction(gross, unit) + slack
 
 
@@ -3803,12 +3377,13 @@ def _farthest(x: Vec, spot: _Spot, sector: tuple[_Ray, _Ray] | None) -> int:
 
     That is |x_t| if x_t lies in the sector, and else at one of its two rays.
     """
+    normal = spot.patch.normal
     if sector is not None:
         one, two = sector
-        if not (_turn(spot, one.vector, x) >= 0 and _turn(spot, x, two.vector) >= 0):
+        if not (_turn(normal, one.vector, x) >= 0 and _turn(normal, x, two.vector) >= 0):
             return max(_component(x, one), _component(x, two))
-    along = _dot(x, spot.normal)
-    return _above(_root_above(_dot(x, x) * spot.normal2 - along * along) << 2 * ROOT_BITS, spot)
+    along = _dot(x, normal)
+    return _above(_root_above(_length2(x) * spot.patch.normal2 - along * along) << 2 * ROOT_BITS, spot)
 
 
 def _component(x: Vec, ray: _Ray) -> int:
@@ -3817,7 +3392,7 @@ def _component(x: Vec, ray: _Ray) -> int:
     return -(-product // (ray.below if product >= 0 else ray.above))
 
 
-def _reach(sheet: _Sheet, model: _Model) -> _Reach:
+def _reach(model: _Model) -> _Reach:
     """Bound displacements, rotations and normal forces of every coupled state.
 
     No point of a contact moves by more than D = sqrt(2) max(eps, eta) against its neighbour. Three points r0, r1, r2
@@ -3830,15 +3405,16 @@ def _reach(sheet: _Sheet, model: _Model) -> _Reach:
     chain of contacts gives bounds; the least Omega of all chains are found first, then with them the least V. Forces:
      eps sum fn <= p.dq <= sum |p_F| V + |p_M| Omega.
     """
-    assert sheet.bounds is not None
-    far = _root_of(2 * Fraction(max(sheet.bounds.eps, sheet.bounds.eta)) ** 2)
-    across: list[list[_Hinge]] = [[] for _ in sheet.stones]
-    for joint, patch in zip(sheet.joints, model.patches, strict=True):
-        for hinge in _hinges(joint, patch, model, far):
+    stones, bounds = model.sheet.stones, model.sheet.bounds
+    assert bounds is not None
+    far = _root_of(2 * Fraction(max(bounds.eps, bounds.eta)) ** 2)
+    across: list[list[_Hinge]] = [[] for _ in stones]
+    for patch in model.patches:
+        for hinge in _hinges(patch, model, far):
             across[hinge.start].append(hinge)
-    fixed = [i for i, stone in enumerate(sheet.stones) if stone.fixed]
+    fixed = [i for i, stone in enumerate(stones) if stone.fixed]
     turns = _least(across, fixed, lambda hinge: hinge.turn)
-    for i, stone in enumerate(sheet.stones):
+    for i, stone in enumerate(stones):
         if i not in turns:
             _refuse(f"block {_short(stone.name)} hangs on no support, not even by way of others")
     shifts = _least(
@@ -3846,23 +3422,23 @@ def _reach(sheet: _Sheet, model: _Model) -> _Reach:
         fixed,
         lambda hinge: turns[hinge.start] * hinge.lever_start + far + turns[hinge.to] * hinge.lever_to,
     )
-    return _collected(sheet, model, [(shifts[i], turns[i]) for i in range(len(sheet.stones))])
+    per_shift, per_turn = (max(x.denominator for x in found.values()).bit_length() - 1 for found in (shifts, turns))
+    whole = [int(shifts[i] * (1 << per_shift)) for i in range(len(stones))]
+    turned = [int(turns[i] * (1 << per_turn)) for i in range(len(stones))]
+    reach = _Reach(whole, turned, per_shift, per_turn, Fraction(0))
+    still: list[Vec] = [(0, 0, 0)] * sum(len(patch.points) for patch in model.patches)
+    return replace(reach, thrust=_work_above(model, still, 0, True, reach) / Fraction(bounds.eps))
 
 
-def _least(
-    across: Sequence[Sequence["_Hinge"]], fixed: Iterable[int], cost: Callable[["_Hinge"], Fraction]
-) -> dict[int, Fraction]:
-    """Bound each block by the cheapest chain of hinges from a support (Dijkstra's way), sums rounded up on the way."""
-    found: dict[int, Fraction] = {}
-    waiting = [(Fraction(0), i) for i in fixed]
-    while waiting:
-        total, i = heapq.heappop(waiting)
-        if i not in found:
-            found[i] = total
-            for hinge in across[i]:
-                if hinge.to not in found:
-                    heapq.heappush(waiting, (_rounded_up(total + cost(hinge)), hinge.to))
-    return found
+def _work_above(model: _Model, forces: list[Vec], per_force: int, loaded: bool, reach: _Reach) -> Fraction:
+    """The sum of |r_F| V + |r_M| Omega of what forces leave on the free blocks, rounded up."""
+    wrenches, unit = _wrenches(model, forces, per_force, loaded)
+    shifted, turned = 0, 0
+    for i, (pull, turn) in wrenches.items():
+        shifted += _root_above(_length2(pull)) * reach.shifts[i]
+        turned += _quotient_above(_root_above(_length2(turn)) * reach.turns[i], 4 * model.solids[i].volume6)
+    place = 24 << unit + model.per_length + reach.per_turn
+    return Fraction(shifted, 24 << unit + reach.per_shift) + Fraction(turned, place)
 
 
 @dataclass(frozen=True, slots=True)
@@ -3876,28 +3452,36 @@ class _Hinge:
     lever_to: Fraction
 
 
-def _hinges(joint: _Joint, patch: _Patch, model: _Model, far: Fraction) -> list[_Hinge]:
+def _hinges(patch: _Patch, model: _Model, far: Fraction) -> list[_Hinge]:
     """Both ways across a contact: r0 is its first point, r1 the one furthest from it, r2 the one furthest aside."""
     k = model.per_length
-    origin = patch.points[0]
-    arms = [_minus(point, origin) for point in patch.points]
-    e1 = max(arms, key=lambda arm: _dot(arm, arm))
-    e2 = max(arms, key=lambda arm: _dot(_cross(e1, arm), _cross(e1, arm)))
-    n = _cross(e1, e2)
-    one, two, area2 = _dot(e1, e1), _dot(e2, e2), _dot(n, n)
-    turn = (
-        2
-        * far
-        * (1 / _root_of(one, k, up=False) + (_root_of(one, k) + _root_of(two, k)) / _root_of(area2, 2 * k, up=False))
-    )
+    r0, r1, r2 = (patch.points[i] for i in _spread(patch.points, range(len(patch.points))))
+    e1, e2 = _minus(r1, r0), _minus(r2, r0)
+    one, two, area2 = _length2(e1), _length2(e2), _length2(_cross(e1, e2))
+    both = (_root_of(one, k) + _root_of(two, k)) / _root_of(area2, 2 * k, up=False)
+    turn = _rounded_up(2 * far * (1 / _root_of(one, k, up=False) + both))
     levers = []
-    for block in (joint.a, joint.b):
-        solid = model.solids[block]
-        arm = _minus(_times(4 * solid.volume6, origin), solid.moment24)
-        levers.append(_rounded_up(_root_of(_dot(arm, arm), k) / (4 * solid.volume6)))
+    for block in (patch.a, patch.b):
+        d, moment24 = 4 * model.solids[block].volume6, model.solids[block].moment24
+        levers.append(_rounded_up(_root_of(_length2(_minus(_times(d, r0), moment24)), k) / d))
     a, b = levers
-    turn = _rounded_up(turn)
-    return [_Hinge(joint.a, joint.b, turn, a, b), _Hinge(joint.b, joint.a, turn, b, a)]
+    return [_Hinge(patch.a, patch.b, turn, a, b), _Hinge(patch.b, patch.a, turn, b, a)]
+
+
+def _least(
+    across: Sequence[Sequence[_Hinge]], fixed: Iterable[int], cost: Callable[[_Hinge], Fraction]
+) -> dict[int, Fraction]:
+    """Bound each block by the cheapest chain of hinges from a support (Dijkstra's way), sums rounded up on the way."""
+    found: dict[int, Fraction] = {}
+    waiting = [(Fraction(0), i) for i in fixed]
+    while waiting:
+        total, i = heapq.heappop(waiting)
+        if i not in found:
+            found[i] = total
+            for hinge in across[i]:
+                if hinge.to not in found:
+                    heapq.heappush(waiting, (_rounded_up(total + cost(hinge)), hinge.to))
+    return found
 
 
 def _root_of(x: Fraction | int, k: int = 0, *, up: bool = True) -> Fraction:
@@ -3921,20 +3505,6 @@ def _rounded_up(x: Fraction) -> Fraction:
         return x
     k = ROOT_BITS + 1 + x.denominator.bit_length() - x.numerator.bit_length()
     return Fraction(math.ceil(x * Fraction(2) ** k)) / Fraction(2) ** k
-
-
-def _collected(sheet: _Sheet, model: _Model, bounds: Sequence[tuple[Fraction, Fraction]]) -> _Reach:
-    """Bring the bounds of all blocks to common denominators, and with them the sum of all normal forces."""
-    assert sheet.bounds is not None
-    work = Fraction(0)
-    loads = _resultants(sheet, model, [(0, 0, 0)] * sum(len(p.points) for p in model.patches), model.per_load)
-    for i, push6, moment in _residuals(sheet, model, loads, model.per_load):
-        shift, turn = bounds[i]
-        work += Fraction(_root_above(_dot(push6, push6)), 6 << model.per_force) * shift
-        work += Fraction(_root_above(_dot(moment, moment)), 1 << model.per_load + model.per_length) * turn
-    per_shift, per_turn = (max(b[j].denominator for b in bounds).bit_length() - 1 for j in (0, 1))
-    shifts, turns = ([int(b[j] * (1 << per)) for b in bounds] for j, per in ((0, per_shift), (1, per_turn)))
-    return _Reach(shifts, turns, per_shift, per_turn, work / Fraction(sheet.bounds.eps))
 
 
 PROOFS = {
