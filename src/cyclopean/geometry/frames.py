@@ -5,7 +5,16 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry.packed import following
 
-__all__ = ["cross_2d", "crossed", "frames_from_normals", "newell_normals", "rotations", "solid_angles", "unit"]
+__all__ = [
+    "affine",
+    "cross_2d",
+    "crossed",
+    "frames_from_normals",
+    "newell_normals",
+    "rotations",
+    "solid_angles",
+    "unit",
+]
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
@@ -50,6 +59,13 @@ def unit(vector: Floats) -> Floats:
     """(..., 3) vectors of length 1; of length 0 where they have none."""
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.asarray(vector / np.where(length > 0.0, length, 1.0))
+
+
+def affine(linear: Floats, shift: Floats) -> Floats:
+    """(4, 4) matrix of x -> linear (3, 3) @ x + shift (3,)."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = linear, shift
+    return matrix
 
 
 def solid_angles(corner: Floats) -> Floats:

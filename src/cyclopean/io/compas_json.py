@@ -29,7 +29,21 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.geometry import newell_normals
-from cyclopean.io.fields import Faces, array, face_fault, faces, found, label, mapping, number, points, text, vector
+from cyclopean.io.fields import (
+    Faces,
+    array,
+    face_fault,
+    faces,
+    found,
+    label,
+    mapping,
+    not_negative,
+    number,
+    optional,
+    points,
+    text,
+    vector,
+)
 from cyclopean.io.findings import ContactState, Findings
 from cyclopean.io.round_trip import TOLD, carried, model_rest, rebuilt, shaped, told
 
@@ -358,10 +372,8 @@ def read_dump(path: str, stem: str, data: dict[str, Any], units: str) -> tuple[A
     InputError
         Names the block or interface and what is wrong with it.
     """
-    shared = None if data.get("density") is None else number(data["density"], f"{path}: density")
-    mu = None if data.get("mu") is None else number(data["mu"], f"{path}: mu")
-    if mu is not None and not mu >= 0.0:
-        raise InputError(f"{path}: mu {mu:g} must not be negative")
+    shared = optional(data.get("density"), f"{path}: density", number)
+    mu = optional(data.get("mu"), f"{path}: mu", not_negative)
     rows: dict[str, dict[str, Any]] = {}
     for k, value in enumerate(array(data["blocks"], f"{path}: blocks")):
         row = mapping(value, f"{path}: blocks[{k}]")

@@ -8,10 +8,9 @@ in the stone's own frame, in which `normal . x = offset` is its plane and what l
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from cyclopean import __version__
 from cyclopean.assembly import Assembly, Block
+from cyclopean.geometry.frames import affine
 from cyclopean.io.csv_tables import csv_number, csv_text
 from cyclopean.io.files import picked, plain
 
@@ -94,10 +93,7 @@ def placements_dict(carved: "Sequence[Carved]", wall: str) -> dict[str, Any]:
 
 
 def _transform(c: "Carved") -> list[list[float]]:
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = c.rotation, c.shift
-    rows: list[list[float]] = matrix.tolist()
-    return rows
+    return plain(affine(c.rotation, c.shift))  # type: ignore[no-any-return]
 
 
 def carving_dict(

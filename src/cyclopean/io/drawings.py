@@ -42,7 +42,7 @@ from cyclopean.design.walls.surfaces import (
     refuse_folds,
 )
 from cyclopean.errors import InputError
-from cyclopean.io.fields import array, found, label, mapping, number, read_json, text
+from cyclopean.io.fields import array, density, found, label, mapping, number, optional, read_json, text
 from cyclopean.io.files import PathLike, one_line, picked, plain
 from cyclopean.io.model_json import SCHEMA, read_document
 
@@ -139,18 +139,15 @@ def wall_of(value: Any, where: str = "drawing") -> PolygonalWall:
     for key in ("settings", "seeds", "surface"):
         if key not in row:
             raise InputError(f'{where}: has no "{key}"')
-    density, mu = (None if row.get(key) is None else number(row[key], f"{where}: {key}") for key in ("density", "mu"))
-    if density is not None and not density > 0.0:
-        raise InputError(f"{where}: density {density:g} must be a positive number of kg/m3")
+    heavy = optional(row.get("density"), f"{where}: density", density)
+    mu = optional(row.get("mu"), f"{where}: mu", number)
     settings, seeds = _settings(row["settings"], f"{where}: settings"), _seeds(row["seeds"], f"{where}: seeds")
     surface = _surface(row["surface"], f"{where}: surface")
     depth, batter = (number(row.get(key, usual), f"{where}: {key}") for key, usual in (("depth", 0.2), ("batter", 0.0)))
     try:
         thickness = Thickness(depth, batter)
         refuse_folds(surface, thickness, settings.width, settings.height)
-        return laid_wall(
-            draw_from(seeds, settings), surface, thickness, Masonry(density, mu, row.get("warped", "auto"))
-        )
+        return laid_wall(draw_from(seeds, settings), surface, thickness, Masonry(heavy, mu, row.get("warped", "auto")))
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from itertools import chain
 from typing import Any, TypeVar
 
@@ -17,13 +17,17 @@ __all__ = [
     "Faces",
     "UnknownKeys",
     "array",
+    "density",
     "face_fault",
     "faces",
     "first_repeat",
+    "flag",
     "found",
     "label",
     "mapping",
+    "not_negative",
     "number",
+    "optional",
     "parsed",
     "points",
     "read_json",
@@ -41,6 +45,7 @@ REACH = 1e12
 ROWS = 2_000_000  # vertices and corners that a small file may unfold to, by meshes that stand in several places
 _NUMBERS = {int, float}
 _Item = TypeVar("_Item", bound=Hashable)
+_Value = TypeVar("_Value")
 
 
 def parsed(path: str, content: str) -> Any:
@@ -139,6 +144,32 @@ def number(value: Any, where: str) -> float:
     if not abs(real) <= REACH:
         raise InputError(f"{where} = {real:g} is beyond 1e12; check the units")
     return real
+
+
+def optional(value: Any, where: str, reader: Callable[[Any, str], _Value]) -> _Value | None:
+    """None if `value` is null, else what the reader makes of it."""
+    return None if value is None else reader(value, where)
+
+
+def not_negative(value: Any, where: str) -> float:
+    """Return `value` if it is a number that is not negative."""
+    if (real := number(value, where)) < 0.0:
+        raise InputError(f"{where} {real:g} must not be negative")
+    return real
+
+
+def density(value: Any, where: str) -> float:
+    """Return `value` if it is a positive number (kg/m3)."""
+    if not (real := number(value, where)) > 0.0:
+        raise InputError(f"{where} {real:g} must be a positive number of kg/m3")
+    return real
+
+
+def flag(value: Any, where: str) -> bool:
+    """Return `value` if it is true or false."""
+    if not isinstance(value, bool):
+        raise InputError(f"{where} must be true or false, found {found(value)}")
+    return value
 
 
 def refuse_unfolded(path: str, rows: int, size: int) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
+from cyclopean.geometry.frames import affine
 from cyclopean.io.bodies import Body, assembly_of
 from cyclopean.io.fields import REACH, array, label, mapping, number, parsed, refuse_unfolded
 from cyclopean.io.files import decoded
@@ -198,10 +199,8 @@ class _Reader:
                 [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
             ]
         )
-        matrix = np.eye(4)
-        matrix[:3, :3] = rotation * self._floats(node.get("scale", [1, 1, 1]), 3, f"{where}.scale")
-        matrix[:3, 3] = self._floats(node.get("translation", [0, 0, 0]), 3, f"{where}.translation")
-        return matrix
+        scale = self._floats(node.get("scale", [1, 1, 1]), 3, f"{where}.scale")
+        return affine(rotation * scale, self._floats(node.get("translation", [0, 0, 0]), 3, f"{where}.translation"))
 
     @staticmethod
     def _floats(value: Any, count: int, where: str) -> Floats:

@@ -16,8 +16,9 @@ from cyclopean import __version__
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.io.fields import array, first_repeat, found, label, mapping, number, read_json, text
-from cyclopean.io.files import PathLike, one_line
+from cyclopean.geometry.frames import affine
+from cyclopean.io.fields import array, first_repeat, found, label, mapping, number, optional, read_json, text
+from cyclopean.io.files import PathLike, one_line, picked
 from cyclopean.io.units import check_units
 
 if TYPE_CHECKING:  # only names here: reading a file must not load the matching
@@ -173,13 +174,12 @@ def match_dict(
         "wall": wall_path,
         "units": {"stones": stone_units, "wall": wall_units},
         "Lambda": match.imposition,
-        "gap": match.gap,
-        "gap_of_wall": match.gap_of_wall,
+        **picked(match, "gap", "gap_of_wall", "seconds"),
         "placements": [
             {
                 "stone": stones[placed.stone].id,
                 "cell": ids[cells.block[placed.cell]],
-                "transform": _transform(placed.rotation, placed.shift).tolist(),
+                "transform": affine(placed.rotation, placed.shift).tolist(),
                 "lambda": placed.carved_share,
                 "gap": placed.gap_share,
                 "stone_volume": stones[placed.stone].volume,
@@ -191,18 +191,10 @@ def match_dict(
         "empty": [ids[cells.block[j]] for j in match.empty.tolist()],
         "rounds": [dict(row) for row in rounds],
         "settings": dict(settings or {}),
-        "seconds": dict(match.seconds),
         "hashes": {stones[placed.stone].id: stone_hash(stones[placed.stone]) for placed in match.placements},
         "wall_hash": wall_hash(cells.assembly),
         "provenance": {"cyclopean": __version__},
     }
-
-
-def _transform(rotation: Floats, shift: Floats) -> Floats:
-    """(4, 4) matrix of a pose."""
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation, shift
-    return matrix
 
 
 def read_match(path: PathLike) -> StoredMatch:
@@ -239,11 +231,11 @@ def read_match(path: PathLike) -> StoredMatch:
         placements,
         _names(shown, data, "unused"),
         _names(shown, data, "empty"),
-        _units(units.get("stones"), f"{shown}: units.stones"),
-        _units(units.get("wall"), f"{shown}: units.wall"),
+        optional(units.get("stones"), f"{shown}: units.stones", _units),
+        optional(units.get("wall"), f"{shown}: units.wall", _units),
         {name: text(value, f"{shown}: hashes.{one_line(name, 40)}") for name, value in hashes.items()},
-        _optional(data.get("wall_hash"), f"{shown}: wall_hash"),
-        _optional(settings.get("supports"), f"{shown}: settings.supports"),
+        optional(data.get("wall_hash"), f"{shown}: wall_hash", text),
+        optional(settings.get("supports"), f"{shown}: settings.supports", text),
     )
 
 
@@ -253,12 +245,8 @@ def _field(shown: str, data: dict[str, Any], key: str) -> Any:
     return data[key]
 
 
-def _optional(value: Any, where: str) -> str | None:
-    return None if value is None else text(value, where)
-
-
-def _units(value: Any, where: str) -> str | None:
-    return None if value is None else check_units(text(value, where), where)
+def _units(value: Any, where: str) -> str:
+    return check_units(text(value, where), where)
 
 
 def _names(shown: str, data: dict[str, Any], key: str) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """The model file `cyclopean.model/1`."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,22 @@ from cyclopean.assembly import (
     SurfaceLoad,
 )
 from cyclopean.errors import InputError
-from cyclopean.io.fields import UnknownKeys, array, faces, found, label, mapping, number, points, text, vector
+from cyclopean.io.fields import (
+    UnknownKeys,
+    array,
+    density,
+    faces,
+    flag,
+    found,
+    label,
+    mapping,
+    not_negative,
+    number,
+    optional,
+    points,
+    text,
+    vector,
+)
 from cyclopean.io.units import check_units, metres
 
 __all__ = ["SCHEMA", "model_dict", "read_document"]
@@ -32,6 +48,12 @@ _MODEL = frozenset(
 _BLOCK = frozenset({"id", "vertices", "faces", "density", "fixed", "group", "material"})
 _CONTACT = frozenset({"a", "b", "polygon", "mu", "tension", "surface"})
 _SURFACES = ("flat", "rough", "curved")
+_SECTIONS = {  # what a row of them is called, and what it says
+    "supports": ("support", ("block", "held")),
+    "combinations": ("combination", ("name", "factors")),
+    "friction": ("friction pair", ("pair", "mu")),
+    "settlements": ("settlement", ("block", "motion")),
+}
 _LOADS = {  # by what says which kind of load it is
     "force": frozenset({"block", "force", "point", "case"}),
     "pressure": frozenset({"block", "pressure", "face", "polygon", "case"}),
@@ -69,10 +91,10 @@ def read_document(path: str, stem: str, data: dict[str, Any], units: str | None)
     elif units is None:
         units = "m"
         warnings.append(f'{path}: says no "units"; metres assumed')
-    name = stem if data.get("name") is None else text(data["name"], f"{path}: name")
+    name = optional(data.get("name"), f"{path}: name", text) or stem
     if "blocks" not in data:
         raise InputError(f'{path}: has no "blocks"')
-    held = _held(path, _rows(path, data, "supports"), unknown)
+    held = _held(path, data, unknown)
     blocks = _blocks(path, array(data["blocks"], f"{path}: blocks"), units, unknown, held)
     index = {block.id: i for i, block in enumerate(blocks)}
     contacts = None
@@ -86,9 +108,9 @@ def read_document(path: str, stem: str, data: dict[str, Any], units: str | None)
             tuple(load for load in loads if isinstance(load, Load)),
             name,
             tuple(load for load in loads if not isinstance(load, Load)),
-            _combinations(path, _rows(path, data, "combinations"), unknown),
-            _friction(path, _rows(path, data, "friction"), unknown),
-            _settlements(path, _rows(path, data, "settlements"), index, units, unknown),
+            tuple(_combination(*found) for found in _section(path, data, "combinations", unknown)),
+            tuple(_friction(*found) for found in _section(path, data, "friction", unknown)),
+            tuple(_settlement(*found, index, units) for found in _section(path, data, "settlements", unknown)),
         )
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -97,76 +119,62 @@ def read_document(path: str, stem: str, data: dict[str, Any], units: str | None)
 
 def _rows(path: str, data: dict[str, Any], key: str) -> list[dict[str, Any]]:
     """The objects of an optional list."""
-    rows = array([] if data.get(key) is None else data[key], f"{path}: {key}")
+    rows = optional(data.get(key), f"{path}: {key}", array) or []
     one = "load" if key == "loads" else key
     return [mapping(row, f"{path}: {one} {k}") for k, row in enumerate(rows)]
 
 
-def _needed(where: str, row: dict[str, Any], *keys: str) -> None:
-    for key in keys:
-        if row.get(key) is None:
-            raise InputError(f'{where}: has no "{key}"')
+def _section(path: str, data: dict[str, Any], key: str, unknown: UnknownKeys) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Place and object of each row of a list, all of whose keys are needed."""
+    kind, needed = _SECTIONS[key]
+    for k, row in enumerate(_rows(path, data, key)):
+        where = f"{path}: {key} {k}"
+        for name in needed:
+            if row.get(name) is None:
+                raise InputError(f'{where}: has no "{name}"')
+        unknown.note(row, frozenset(needed), kind, where)
+        yield where, row
 
 
-def _held(path: str, rows: list[dict[str, Any]], unknown: UnknownKeys) -> dict[str, tuple[str, ...]]:
+def _held(path: str, data: dict[str, Any], unknown: UnknownKeys) -> dict[str, tuple[str, ...]]:
     """What partial supports hold, by the id of the block."""
     found_here: dict[str, tuple[str, ...]] = {}
-    for k, row in enumerate(rows):
-        where = f"{path}: supports {k}"
-        _needed(where, row, "block", "held")
+    for where, row in _section(path, data, "supports", unknown):
         block_id = text(row["block"], f"{where}: block")
         if block_id in found_here:
             raise InputError(f"{where}: block {label(block_id)} stands twice; list all that is held in one row")
-        names = [text(name, f"{where}: held[{m}]") for m, name in enumerate(array(row["held"], f"{where}: held"))]
+        names = _texts(row["held"], f"{where}: held")
         if not names or (wrong := [name for name in names if name not in DIRECTIONS]):
             what = f"'{wrong[0]}'" if names else "nothing"
             raise InputError(f"{where}: held names {what}; choose among {', '.join(DIRECTIONS)}")
-        unknown.note(row, frozenset({"block", "held"}), "support", where)
-        found_here[block_id] = tuple(names)
+        found_here[block_id] = names
     return found_here
 
 
-def _combinations(path: str, rows: list[dict[str, Any]], unknown: UnknownKeys) -> tuple[Combination, ...]:
-    combined = []
-    for k, row in enumerate(rows):
-        where = f"{path}: combinations {k}"
-        _needed(where, row, "name", "factors")
-        factors = mapping(row["factors"], f"{where}: factors")
-        read = tuple((case, number(value, f"{where}: factors {label(case)}")) for case, value in factors.items())
-        unknown.note(row, frozenset({"name", "factors"}), "combination", where)
-        combined.append(Combination(text(row["name"], f"{where}: name"), read))
-    return tuple(combined)
+def _texts(value: Any, where: str) -> tuple[str, ...]:
+    return tuple(text(name, f"{where}[{m}]") for m, name in enumerate(array(value, where)))
 
 
-def _friction(path: str, rows: list[dict[str, Any]], unknown: UnknownKeys) -> tuple[FrictionPair, ...]:
-    pairs = []
-    for k, row in enumerate(rows):
-        where = f"{path}: friction {k}"
-        _needed(where, row, "pair", "mu")
-        pair = array(row["pair"], f"{where}: pair")
-        if len(pair) != 2:
-            raise InputError(f"{where}: pair must name two materials, found {len(pair)}")
-        a, b = (text(name, f"{where}: pair[{m}]") for m, name in enumerate(pair))
-        unknown.note(row, frozenset({"pair", "mu"}), "friction pair", where)
-        pairs.append(FrictionPair(a, b, number(row["mu"], f"{where}: mu")))
-    return tuple(pairs)
+def _combination(where: str, row: dict[str, Any]) -> Combination:
+    factors = mapping(row["factors"], f"{where}: factors")
+    read = tuple((case, number(value, f"{where}: factors {label(case)}")) for case, value in factors.items())
+    return Combination(text(row["name"], f"{where}: name"), read)
 
 
-def _settlements(
-    path: str, rows: list[dict[str, Any]], index: dict[str, int], units: str, unknown: UnknownKeys
-) -> tuple[Settlement, ...]:
-    settled = []
-    for k, row in enumerate(rows):
-        where = f"{path}: settlements {k}"
-        block = _known(where, "block", row, index)
-        _needed(where, row, "motion")
-        motion = array(row["motion"], f"{where}: motion")
-        if len(motion) != 6:
-            raise InputError(f"{where}: motion must be [dx, dy, dz, rx, ry, rz], found {len(motion)} numbers")
-        values = np.array([number(x, f"{where}: motion[{m}]") for m, x in enumerate(motion)])
-        unknown.note(row, frozenset({"block", "motion"}), "settlement", where)
-        settled.append(Settlement(block, np.concatenate([metres(values[:3], units), values[3:]])))
-    return tuple(settled)
+def _friction(where: str, row: dict[str, Any]) -> FrictionPair:
+    pair = array(row["pair"], f"{where}: pair")
+    if len(pair) != 2:
+        raise InputError(f"{where}: pair must name two materials, found {len(pair)}")
+    a, b = _texts(pair, f"{where}: pair")
+    return FrictionPair(a, b, number(row["mu"], f"{where}: mu"))
+
+
+def _settlement(where: str, row: dict[str, Any], index: dict[str, int], units: str) -> Settlement:
+    block, motion = _known(where, "block", row, index), array(row["motion"], f"{where}: motion")
+    if len(motion) != 6:
+        raise InputError(f"{where}: motion must be [dx, dy, dz, rx, ry, rz], found {len(motion)} numbers")
+    values = np.array([number(x, f"{where}: motion[{m}]") for m, x in enumerate(motion)])
+    return Settlement(block, np.concatenate([metres(values[:3], units), values[3:]]))
 
 
 def _blocks(
@@ -199,23 +207,12 @@ def _block(where: str, block_id: str, row: dict[str, Any], units: str, held: tup
         if key not in row:
             raise InputError(f'{where}: has no "{key}"')
     vertices = points(row["vertices"], f"{where}: vertices")
-    density = row.get("density")
-    if density is not None and not number(density, f"{where}: density") > 0.0:
-        raise InputError(f"{where}: density {density} must be a positive number of kg/m3")
-    fixed = row.get("fixed")
-    if fixed is not None and not isinstance(fixed, bool):
-        raise InputError(f"{where}: fixed must be true or false, found {found(fixed)}")
-    group, material = row.get("group"), row.get("material")
-    return Block(
-        block_id,
-        metres(vertices, units),
-        faces(row["faces"], f"{where}: faces", len(vertices)),
-        None if density is None else float(density),
-        fixed,
-        None if group is None else text(group, f"{where}: group"),
-        None if material is None else text(material, f"{where}: material"),
-        held,
-    )
+    said = {
+        key: optional(row.get(key), f"{where}: {key}", reader)
+        for key, reader in (("density", density), ("fixed", flag), ("group", text), ("material", text))
+    }
+    corners = faces(row["faces"], f"{where}: faces", len(vertices))
+    return Block(block_id, metres(vertices, units), corners, held=held, **said)  # type: ignore[arg-type]
 
 
 def _known(where: str, key: str, row: dict[str, Any], index: dict[str, int]) -> int:
@@ -241,12 +238,7 @@ def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unk
         polygon = points(row["polygon"], f"{where}: polygon")
         if len(polygon) < 3:
             raise InputError(f"{where}: polygon has {len(polygon)} points; a contact needs at least 3")
-        mu = None if row.get("mu") is None else number(row["mu"], f"{where}: mu")
-        if mu is not None and not mu >= 0.0:
-            raise InputError(f"{where}: mu {mu:g} must not be negative")
-        pull = None if row.get("tension") is None else number(row["tension"], f"{where}: tension")
-        if pull is not None and not pull >= 0.0:
-            raise InputError(f"{where}: tension {pull:g} must not be negative")
+        mu, pull = (optional(row.get(key), f"{where}: {key}", not_negative) for key in ("mu", "tension"))
         surface = "flat" if row.get("surface") is None else row["surface"]
         if surface not in _SURFACES:
             raise InputError(f"{where}: surface {label(surface)} is not one of {', '.join(_SURFACES)}")
@@ -275,11 +267,11 @@ def _load(
     else:
         block = None
     value = number(row[kind], f"{where}: {kind}") if kind == "pressure" else vector(row[kind], f"{where}: {kind}")
-    case = DEAD if row.get("case") is None else text(row["case"], f"{where}: case")
+    case = optional(row.get("case"), f"{where}: case", text) or DEAD
     unknown.note(row, _LOADS[kind], "load", where)
     try:
         if kind in ("body", "acceleration"):
-            group = None if row.get("group") is None else text(row["group"], f"{where}: group")
+            group = optional(row.get("group"), f"{where}: group", text)
             return BodyLoad(block, group, **{kind: value}, case=case)  # type: ignore[arg-type]
         assert block is not None
         if kind == "force":

@@ -16,7 +16,7 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import Body, welded
-from cyclopean.io.fields import found, label, number
+from cyclopean.io.fields import density, flag, found, label, optional
 from cyclopean.io.findings import Findings
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
 
@@ -187,19 +187,13 @@ def written_fields(where: str, row: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         One of them is not what it should be.
     """
-    given: dict[str, Any] = {}
-    if row.get("density") is not None:
-        given["density"] = number(row["density"], f"{where}: density")
-        if not given["density"] > 0.0:
-            raise InputError(f"{where}: density {given['density']:g} must be a positive number of kg/m3")
-    if row.get("fixed") is not None:
-        if not isinstance(row["fixed"], bool):
-            raise InputError(f"{where}: fixed must be true or false, found {found(row['fixed'])}")
-        given["fixed"] = row["fixed"]
     group = row.get("group")
-    if isinstance(group, str) and group and group.isprintable():
-        given["group"] = group
-    return given
+    given = {
+        "density": optional(row.get("density"), f"{where}: density", density),
+        "fixed": optional(row.get("fixed"), f"{where}: fixed", flag),
+        "group": group if isinstance(group, str) and group and group.isprintable() else None,
+    }
+    return {key: value for key, value in given.items() if value is not None}
 
 
 def fan(face: Sequence[int]) -> list[tuple[int, int, int]]:

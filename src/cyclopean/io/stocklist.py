@@ -16,6 +16,7 @@ import numpy as np
 from cyclopean import __version__
 from cyclopean.design.ashlar.stock import Slab
 from cyclopean.errors import InputError
+from cyclopean.geometry.frames import affine
 from cyclopean.io.csv_tables import cell_text, csv_number, csv_text
 from cyclopean.io.fields import REACH, label
 from cyclopean.io.files import PathLike, decoded, one_line, picked, plain, read_bytes
@@ -189,10 +190,7 @@ def transform_of(wall: "AshlarWall", stone: "LaidStone") -> np.ndarray[Any, np.d
     slab = wall.stock.slabs[stone.sawn.slab]
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if stone.turned else np.eye(3)
     start = np.array(stone.slot.low) + ([stone.slot.size[0], 0.0, 0.0] if stone.turned else np.zeros(3))
-    matrix = np.eye(4)
-    matrix[:3, :3] = turn @ slab.frame
-    matrix[:3, 3] = start - turn @ (slab.frame @ slab.corner + stone.sawn.low)
-    return matrix
+    return affine(turn @ slab.frame, start - turn @ (slab.frame @ slab.corner + stone.sawn.low))
 
 
 def _named(wall: "AshlarWall") -> "list[tuple[str, LaidStone]]":

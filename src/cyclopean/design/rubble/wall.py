@@ -15,6 +15,7 @@ from cyclopean.design.rubble.places import Weights
 from cyclopean.design.rubble.standing import FRICTION
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
+from cyclopean.geometry.frames import affine
 
 __all__ = ["OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings", "filled_in", "mean_length", "ways_of"]
 
@@ -84,9 +85,7 @@ class Laid:
     @property
     def transform(self) -> Floats:
         """(4, 4) from the stone's frame to the wall's."""
-        matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = self.rotation, self.shift
-        return matrix
+        return affine(self.rotation, self.shift)
 
 
 @dataclass(frozen=True, slots=True)
