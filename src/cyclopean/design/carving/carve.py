@@ -192,7 +192,7 @@ def carve(
     )
     beyond = [reaches(piece, planes) for piece in off]
     depth = np.max([np.full(len(planes.normal), -1.0), *beyond], axis=0)
-    cuts, label = cuts_of(stone, kept, planes, depth, turn, middle, least, faces)
+    cuts, label = cuts_of(stone, kept, planes, depth, (turn, middle), least, faces)
     offcuts = [
         *(_offcut(piece, origin, float(far.max(initial=0.0)), least) for piece, far in zip(off, beyond, strict=True)),
         *(_offcut(piece, origin, 0.0, least, lost=True) for piece in lost),

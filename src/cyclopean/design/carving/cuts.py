@@ -181,8 +181,7 @@ def cuts_of(
     kept: CutPiece,
     planes: CellPlanes,
     depth: Floats,
-    turn: Floats,
-    middle: Floats,
+    pose: tuple[Floats, Floats],
     least: float,
     flat: Floats,
 ) -> tuple[tuple[Cut, ...], Ints]:
@@ -198,7 +197,7 @@ def cuts_of(
         Of its cell.
     depth : (k,) Floats
         m; how far what comes off reaches beyond each plane, negative where nothing does.
-    turn, middle : (3, 3) and (3,) Floats
+    pose : (3, 3) and (3,) Floats
         Rotation of the stone, and where its centroid lies about the cell's origin (m).
     least : float
         m; a cut that is no deeper is dressing.
@@ -211,7 +210,7 @@ def cuts_of(
     label : (t,) Ints
         Index of the cut that each triangle lies on, or OWN.
     """
-    area = np.zeros(len(planes.normal))
+    (turn, middle), area = pose, np.zeros(len(planes.normal))
     edge = kept.vertices[kept.triangles]
     size = np.linalg.norm(np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0]), axis=1) / 2.0
     on = kept.plane != OWN

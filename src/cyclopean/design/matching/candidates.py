@@ -60,7 +60,7 @@ class Candidates:
         stone_half = np.stack([s.half for s in stones])
         self._alike, self._same = (np.zeros(self.level.shape, bool) for _ in range(2))
         for j in range(len(cells)):  # one by one: a table of numbers would be the largest thing in memory
-            unlike = unlikeness(stone_half, half[j : j + 1])[:, 0]
+            unlike = unlikeness(stone_half, half[j])
             self._alike[:, j], self._same[:, j] = unlike < ALIKE, unlike < SAME
         self.climbs = 0  # pairs that may still climb by exact volumes
 

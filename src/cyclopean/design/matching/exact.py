@@ -126,10 +126,8 @@ def principal(cells: Cells) -> tuple[Floats, Floats]:
 
 
 def unlikeness(half: Floats, cell_half: Floats) -> Floats:
-    """(n, m) by how much the ratios of semi-axes (n, 3) and (m, 3) differ; 0 for bodies of one shape, of any size."""
-    stone, cell = (np.log(np.maximum(h, 1e-300)) for h in (half, cell_half))
-    ratio = [stone[:, None, k] - cell[None, :, k] for k in range(3)]
-    return np.asarray(np.maximum.reduce(ratio) - np.minimum.reduce(ratio))
+    """(n,) by how much the ratios of semi-axes (n, 3) differ from (3,); 0 for bodies of one shape, of any size."""
+    return np.asarray(np.ptp(np.log(np.maximum(half, 1e-300)) - np.log(np.maximum(cell_half, 1e-300)), axis=1))
 
 
 def registered(axes: Floats) -> Floats:

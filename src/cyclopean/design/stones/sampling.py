@@ -32,8 +32,6 @@ SHIFT = (0x55555555, 0xAAAAAAAA, 0x55555555)
 # Of the columns in the squares of the finer grid, without common measure: an edge or a diagonal of a regular body then
 # meets no column. On one that met many, both the way in and the way out would be missed.
 OFFSET = (math.sqrt(0.5), (math.sqrt(5.0) - 1.0) / 2.0)
-# Direction numbers of Joe and Kuo (2008) in three dimensions: (degree, coefficients, first values).
-DIRECTIONS: tuple[tuple[int, int, tuple[int, ...]], ...] = ((0, 0, ()), (1, 0, (1,)), (2, 1, (1, 3)))
 
 
 def body_points(stones: Sequence[Stone], count: int = 1024) -> NDArray[np.float32]:
@@ -151,26 +149,24 @@ def _sobol(count: int) -> Floats:
     """The first points (count, 3) of the shifted Sobol' sequence, in the unit cube."""
     index = np.arange(count, dtype=np.uint64)
     point = np.zeros((count, 3), np.uint64)
-    for axis, value in enumerate(SHIFT):
+    for axis, (value, directions) in enumerate(zip(SHIFT, _directions(), strict=True)):
         point[:, axis] = value
-        for bit, direction in enumerate(_directions(*DIRECTIONS[axis])):
+        for bit, direction in enumerate(directions):
             point[(index >> np.uint64(bit)) & np.uint64(1) == 1, axis] ^= np.uint64(direction)
     spread: Floats = (point.astype(np.float64) + 0.5) / 2.0**BITS
     spread.flags.writeable = False
     return spread
 
 
-def _directions(degree: int, coefficients: int, first: tuple[int, ...]) -> list[int]:
-    """Direction numbers of one dimension, as integers of `BITS` bits."""
-    if degree == 0:  # van der Corput
-        return [1 << (BITS - 1 - k) for k in range(BITS)]
-    value = [m << (BITS - 1 - k) for k, m in enumerate(first)]
-    for k in range(degree, BITS):
-        new = value[k - degree] ^ (value[k - degree] >> degree)
-        for q in range(1, degree):
-            new ^= ((coefficients >> (degree - 1 - q)) & 1) * value[k - q]
-        value.append(new)
-    return value
+def _directions() -> tuple[list[int], list[int], list[int]]:
+    """Direction numbers of Joe and Kuo (2008) in three dimensions, as integers of `BITS` bits."""
+    corput = [1 << (BITS - 1 - k) for k in range(BITS)]
+    second, third = corput[:1], [corput[0], 3 * corput[1]]
+    for _ in range(1, BITS):
+        second.append(second[-1] ^ second[-1] >> 1)  # of x + 1
+    for _ in range(2, BITS):
+        third.append(third[-1] ^ third[-2] ^ third[-2] >> 2)  # of x2 + x + 1
+    return corput, second, third
 
 
 def _reversed(number: NDArray[np.uint64], bits: int) -> NDArray[np.uint64]:
