@@ -363,7 +363,7 @@ def test_models_that_stand_have_states(name: str, tilt: float) -> None:
     assert answer.reason == ""
     assert measure(system, BOUNDS, answer.f, answer.dq).accepted
     assert answer.factorisations > 0
-    assert answer.rounds == len(answer.history)
+    assert answer.rounds > 0
     idle = answer.f[:, 0] < 1e-9
     assert (answer.f[idle] == 0.0).all()
 

@@ -28,8 +28,8 @@ By hand: friction r = 0.5 at its bound, sliding 0.37, beta 0.02: alpha = 0.35 / 
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -97,11 +97,7 @@ class ScaleAnswer:
     rounds: int = 0  # programmes with different prices
     solves: int = 0  # of programme A, to any precision
     factorisations: int = 0  # of S
-    double: int = 0  # factorisations of the polish and of paths, twice the size
-    paths: int = 0
-    polishes: int = 0
-    seconds: float = 0.0
-    history: tuple[dict[str, Any], ...] = field(default=())  # one entry a round
+    paths: int = 0  # followed into the middle of the family
 
 
 def solve_at_scale(
@@ -146,7 +142,7 @@ def solve_at_scale(
             except (SolverError, np.linalg.LinAlgError) as fault:  # the next plan may go another way
                 why = str(fault)
                 break
-            if done or search.elapsed > seconds:
+            if done or search.late:
                 return search.answer(why)
             if search.idle():
                 break
@@ -157,37 +153,27 @@ class _Search:
     """What goes from round to round."""
 
     def __init__(self, system: EquilibriumSystem, bounds: Bounds, seconds: float, schur: Schur) -> None:
-        self.system, self.bounds, self.began, self.seconds = (
-            system,
-            bounds,
-            time.perf_counter(),
-            seconds,
-        )
+        self.system, self.bounds, self.until = system, bounds, time.perf_counter() + seconds
         self.schur, self.before = schur, schur.factorisations
         self.least = 2.0 * bounds.beta
         self.begin(PLAIN)
         self.f, self.dq = np.zeros((system.points, 3)), np.zeros(self.schur.size)
         self.best = self.f, self.dq, measure(system, bounds, self.f, self.dq)
-        self.solves = self.polishes = self.paths = 0
+        self.solves = self.paths = self.rounds = 0
         self.doubled: Doubled | None = None
         self.reason = ""
-        self.history: list[dict[str, Any]] = []
 
     def begin(self, plan: Plan) -> None:
         """Prices of a first round."""
         zero = np.zeros(self.system.points)
         self.plan, self.warm, self.started = plan, False, False
-        self.planned = 0
-        self.slide, self.stiff, self.normal = (
-            zero + self.least,
-            zero + plan.start,
-            zero + 1.0,
-        )
+        self.trail: list[tuple[int, float]] = []  # points at their bound and largest lambda of each round
+        self.slide, self.stiff, self.normal = zero + self.least, zero + plan.start, zero + 1.0
 
     @property
-    def elapsed(self) -> float:
-        """Seconds since the start."""
-        return time.perf_counter() - self.began
+    def late(self) -> bool:
+        """Whether the time is up."""
+        return time.perf_counter() > self.until
 
     def prices(self) -> Prices:
         """Of this round."""
@@ -195,7 +181,6 @@ class _Search:
 
     def round(self) -> bool:
         """Solve, look, polish, stiffen; whether to stop."""
-        before = self.schur.factorisations
         if not (self.solve(LOOSE) and self.gentle()):
             return True
         found = self.keep(self.f, self.dq)
@@ -210,16 +195,8 @@ class _Search:
             and any(self.polished(*choice) for choice in self.choices(bound, work))
         )
         found = found or (work <= FOLLOWED and self.followed())
-        self.planned += 1
-        self.history.append(
-            {
-                "at_bound": int(bound.sum()),
-                "over": float(np.max(over, initial=0.0)),
-                "work": work,
-                "factorisations": self.schur.factorisations - before,
-                "seconds": self.elapsed,
-            }
-        )
+        self.rounds += 1
+        self.trail.append((int(bound.sum()), float(np.max(over, initial=0.0))))
         if found:
             return self.within_reach()
         self.stiffen(over)
@@ -227,14 +204,13 @@ class _Search:
 
     def idle(self) -> bool:
         """Whether this plan leads nowhere: points slide far beyond eta, or two rounds are alike."""
-        if self.system.points <= PLANNED or not self.history:
+        if self.system.points <= PLANNED or not self.trail:
             return False
-        now, eta = self.history[-1]["over"], self.bounds.eta
-        if self.plan.tiny <= 0.0 or self.planned < IDLE:
-            return bool(now > LOST * eta)
-        last = self.history[-2]
-        same = last["at_bound"] == self.history[-1]["at_bound"] and abs(now - last["over"]) <= 1e-2 * now
-        return bool(now > 2.0 * eta or same)
+        (at_bound, now), eta = self.trail[-1], self.bounds.eta
+        if self.plan.tiny <= 0.0 or len(self.trail) < IDLE:
+            return now > LOST * eta
+        as_many, last = self.trail[-2]
+        return now > 2.0 * eta or (as_many == at_bound and abs(now - last) <= 1e-2 * now)
 
     def gentle(self) -> bool:
         """Lower the alpha a plan starts from where friction would slide far: it grows with the height of a wall."""
@@ -250,14 +226,13 @@ class _Search:
 
     def followed(self) -> bool:
         """Follow the path from this round's programme; whether it ends at a state."""
-        if self.system.points <= PLANNED or self.elapsed > self.seconds:
+        if self.system.points <= PLANNED or self.late:
             return False
         inner = sliding_interior(self.system, self.schur, self.prices(), gap=CENTRAL)
         if inner.word != "solved":
             return False
         self.solves, self.paths = self.solves + 1, self.paths + 1
-        until = self.began + self.seconds
-        end = follow_path(self.system, self.twice(), self.bounds, inner.f, inner.q, until)
+        end = follow_path(self.system, self.twice(), self.bounds, inner.f, inner.q, self.until)
         return self.keep(end.f, end.dq)
 
     def twice(self) -> Doubled:
@@ -269,7 +244,7 @@ class _Search:
         """Which points to keep on their bounds and which to let go, the likeliest first."""
         none = np.zeros_like(bound)
         yield bound, none
-        if self.elapsed > self.seconds:
+        if self.late:
             return
         weak = bound & (self.f[:, 0] < WEAK * (self.system.gap(self.dq)[:, 0] + 1.0))
         if weak.any():
@@ -284,10 +259,7 @@ class _Search:
             return True
         self.reason = "the displacement found exceeds eta"
         soft = 0.5 * self.bounds.eta / (self.bounds.eta + reach)
-        self.stiff, self.slide = (
-            soft * self.stiff,
-            np.maximum(soft * self.slide, self.least),
-        )
+        self.stiff, self.slide = soft * self.stiff, np.maximum(soft * self.slide, self.least)
         return False
 
     def solve(self, enough: float) -> bool:
@@ -295,15 +267,7 @@ class _Search:
         prices, system, schur = self.prices(), self.system, self.schur
         if self.warm or enough == TIGHT:
             warm = proximal_newton(
-                system,
-                schur,
-                prices,
-                self.f,
-                self.dq,
-                sigma=10.0,
-                growth=10.0,
-                cap=12,
-                enough=enough,
+                system, schur, prices, self.f, self.dq, sigma=10.0, growth=10.0, cap=12, enough=enough
             )
             self.solves += 1
             if warm.word == "solved" or enough == TIGHT:
@@ -324,10 +288,7 @@ class _Search:
     def overrun(self) -> tuple[Floats, float]:
         """(q,) lambda at points that press, and the largest work fn |dn + 1|."""
         d = self.system.gap(self.dq)
-        slide, tangent = (
-            np.hypot(d[:, 1], d[:, 2]),
-            np.hypot(self.f[:, 1], self.f[:, 2]),
-        )
+        slide, tangent = np.hypot(d[:, 1], d[:, 2]), np.hypot(self.f[:, 1], self.f[:, 2])
         over = np.where(self.f[:, 0] > 0.0, slide - self.slide - self.stiff * tangent, 0.0)
         work = float(np.max(self.f[:, 0] * np.abs(d[:, 0] + 1.0), initial=0.0))
         return np.maximum(over, 0.0), work
@@ -367,27 +328,13 @@ class _Search:
         sets = Sets.of(pressed, pressed & (np.hypot(self.f[:, 1], self.f[:, 2]) > 0.0), edge)
         newton = BlockNewton(self.system, self.bounds, self.twice())
         for pair in newton.repaired(sets, self.f, self.dq, [], MENDS):
-            self.polishes += 1
             if self.keep(*pair):
                 return True
         return False
 
     def answer(self, reason: str) -> ScaleAnswer:
         """What is known now."""
-        f, dq, residuals = self.best
-        word: Literal["coupled", "undecided"] = "coupled" if residuals.accepted else "undecided"
-        return ScaleAnswer(
-            word,
-            f,
-            dq,
-            residuals,
-            "" if residuals.accepted else self.reason or reason,
-            len(self.history),
-            self.solves,
-            self.schur.factorisations - self.before,
-            self.doubled.factorisations if self.doubled else 0,
-            self.paths,
-            self.polishes,
-            self.elapsed,
-            tuple(self.history),
-        )
+        found, spent = self.best[2].accepted, self.schur.factorisations - self.before
+        reason = "" if found else self.reason or reason
+        word: Literal["coupled", "undecided"] = "coupled" if found else "undecided"
+        return ScaleAnswer(word, *self.best, reason, self.rounds, self.solves, spent, self.paths)

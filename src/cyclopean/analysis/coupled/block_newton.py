@@ -139,7 +139,7 @@ class BlockNewton:
         W, size = np.zeros((len(f), 3, 3)), np.hypot(f[:, 1], f[:, 2])
         W[:, 0, 0] = np.where(sets.pressed, np.maximum(np.abs(f[:, 0]), 1e-9) ** 2, 0.0)
         W[:, 1, 1] = W[:, 2, 2] = np.where(sets.rubbing, np.maximum(size, 1e-9) ** 2, 0.0)
-        return Eliminated(self.doubled, self.system, W, np.zeros_like(W), rows, rows.slack(SLACK))
+        return Eliminated(self.doubled, self.system, (W, np.zeros_like(W)), rows, rows.slack(SLACK))
 
     def _rows(self, sets: Sets, f: Floats, dq: Floats) -> PointRows:
         """The equations at (f, dq): shut, sine, bound, slow."""

@@ -322,7 +322,7 @@ class _Path:
     def step(self, at: _At, kinds: _Kinds, barrier: _Barrier, target: Floats) -> Step:
         """The step, refined until what it leaves off is small; the best met if that never happens."""
         rows, slack = self.rows(at, kinds, barrier.W, target)
-        local = Eliminated(self.doubled, self.system, barrier.W, barrier.Q, rows, slack, (SHIFT, 1e-6))
+        local = Eliminated(self.doubled, self.system, (barrier.W, barrier.Q), rows, slack, (SHIFT, 1e-6))
         off = self.system.residual(at.f)
         return local.refined(off, rows.r, barrier.b, barrier.bd, partial(_wrong, at, kinds, rows.r, off))
 

@@ -154,7 +154,7 @@ class Eliminated:
         Of the system.
     system : EquilibriumSystem
         Scaled, q points.
-    W, Q : (q, 3, 3)
+    metric : W, Q, (q, 3, 3) each
         The inverse of what forces cost, zero where none may change, and what motion costs.
     rows : PointRows
         The points' equations.
@@ -165,9 +165,15 @@ class Eliminated:
     """
 
     def __init__(
-        self, doubled: Doubled, system: EquilibriumSystem, W: Floats, Q: Floats, rows: PointRows, slack: Floats,
-        shift: tuple[float, float] = (1e-11, 1e-3),
-    ) -> None:  # fmt: skip
+        self,
+        doubled: Doubled,
+        system: EquilibriumSystem,
+        metric: tuple[Floats, Floats],
+        rows: PointRows,
+        slack: Floats,
+        shift: tuple[float, float] = (1e-11, 1e-3),  # below that, rows that depend on each other are rounding
+    ) -> None:
+        W, Q = metric
         self.doubled, self.A, self.W, self.rows = doubled, system.A, W, rows
         self.CW = rows.C @ W
         inner = self.CW @ rows.C.transpose(0, 2, 1)

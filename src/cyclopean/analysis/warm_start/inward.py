@@ -201,7 +201,7 @@ def _step(
     rows.sine(sets.rubbing, f, d)
     worst = max(float(np.max(np.abs(off), initial=0.0)), float(np.max(np.abs(rows.r), initial=0.0)))
     W, slope, M, bend = _metrics(sets, at.rim, walls, c)
-    step = Eliminated(doubled, system, W, M, rows, rows.slack(SLACK)).step(off, rows.r, slope, bend)
+    step = Eliminated(doubled, system, (W, M), rows, rows.slack(SLACK)).step(off, rows.r, slope, bend)
     return worst, step.df, step.dq
 
 
