@@ -1,13 +1,14 @@
 """Bonds, by hand, in units of a header: a stretcher is 2 long, a header 1 wide, a queen closer 1/2."""
 
 from itertools import pairwise
+from typing import get_args
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cyclopean.design.ashlar.bonds import BONDS, Span, best_joint, clipped, course_spans, lap_of, relieved, tied
+from cyclopean.design.ashlar.bonds import Bond, Span, best_joint, clipped, course_spans, lap_of, relieved, tied
 from cyclopean.errors import InputError
 
 
@@ -59,7 +60,7 @@ def test_stagger_of_running_bond():
 
 
 @given(
-    bond=st.sampled_from(BONDS),
+    bond=st.sampled_from(get_args(Bond)),
     course=st.integers(0, 7),
     length=st.floats(0.3, 40.0),
     unit=st.floats(0.5, 3.0),
@@ -73,7 +74,7 @@ def test_a_course_is_covered_once(bond, course, length, unit, share):
     assert all(0.0 < s.length <= unit * (1 + 1e-9) for s in spans)
 
 
-@pytest.mark.parametrize("bond", sorted(set(BONDS) - {"stack"}))
+@pytest.mark.parametrize("bond", sorted(set(get_args(Bond)) - {"stack"}))
 @pytest.mark.parametrize("length", [8.0, 14.0, 20.0])
 def test_no_joint_stands_over_a_joint(bond, length):
     for course in range(6):
@@ -129,5 +130,5 @@ def test_through_stones_by_hand():
 
 
 def test_unknown_bond():
-    with pytest.raises(InputError, match=r"bond: expected english, .*, got 'dutch'"):
+    with pytest.raises(InputError, match=r"bond: expected running, .*, got 'dutch'"):
         course_spans("dutch", 0, 8.0, 2.0, 1.0)

@@ -145,12 +145,12 @@ BAD = [
     ((*BOXES, "--bond", "dutch"), "--bond: 'dutch' is not one of"),
     ((*BOXES, "--courses", "bins:0.1"), "--courses: 'bins:0.1' should be fixed, fixed:H or bins"),
     ((*BOXES, "--courses", "fixed:0.2"), "--courses: no slab is 0.2 m high within 0.002 m"),
-    ((*BOXES, "--bed", "-0.01"), "--bed: must not be negative"),
+    ((*BOXES, "--bed", "-0.01"), "--bed -0.01: expected a number >= 0"),
     ((*BOXES, "--opening", "0,0,0.4"), "--opening: '0,0,0.4' should be X,Z,W,H"),
     ((*BOXES, "--opening", "0.5,0,0.4,2"), "--opening: number 1 reaches outside the wall"),
     ((*BOXES, "--opening", "0.4,0,0.4,0.45"), "--opening: number 1 is 0.4 m wide and takes a lintel"),
     ((*BOXES, "--height-tolerance", "x"), "--height-tolerance: 'x' is not a number"),
-    ((*BOXES, "--least", "0"), "--least: must be more than 0"),
+    ((*BOXES, "--least", "0"), "--least 0: expected a positive number"),
 ]
 
 
@@ -168,11 +168,11 @@ def test_bad_input_is_one_line(run, tmp_path, command, argv, why):
 @pytest.mark.parametrize(
     ("argv", "why"),
     [
-        (("--weights", "1,2"), "--weights: '1,2' should be four numbers L,D,H,A"),
+        (("--weights", "1,2"), "--weights 1,2: should be four numbers L,D,H,A"),
         (("--weights", "1,2,-3,1"), "--weights: must not be negative"),
-        (("--method", "worst"), "--method: expected best, first, global"),
+        (("--method", "worst"), "--method: 'worst' is not one of best, first, global"),
         (("--method", "global", "--slots", "free"), "--slots: the method global needs slots"),
-        (("--least-score", "2"), "--least-score: must be between 0 and 1"),
+        (("--least-score", "2"), "--least-score 2: expected a number from 0 to 1"),
         (("--slots", "any"), "--slots: 'any' is not one of free, bond"),
     ],
 )

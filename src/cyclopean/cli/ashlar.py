@@ -1,250 +1,159 @@
 """`ashlar` and `pack`: walls of sawn stones."""
 
 import re
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
 
 from cyclopean.cli import wall_options
-from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
-from cyclopean.cli.terminal import long_work, say, say_json, warn
+from cyclopean.cli.command import argument, command, written
+from cyclopean.cli.outputs import Files
+from cyclopean.cli.terminal import long_work, warn
+from cyclopean.design.ashlar.best_fit import LEAST_SCORE, Method, Slots
+from cyclopean.design.ashlar.planning import AshlarSettings
 from cyclopean.errors import InputError
-from cyclopean.texts import choice, number, numbers, optional_number, whole
+from cyclopean.options import Option
+from cyclopean.texts import choice, number, whole
 
 if TYPE_CHECKING:
+    from cyclopean.assembly import Assembly
     from cyclopean.design.ashlar.best_fit import Packed
-    from cyclopean.design.ashlar.planning import AshlarSettings
     from cyclopean.design.ashlar.stock import Slab
     from cyclopean.design.ashlar.wall import AshlarWall
 
 __all__ = ["ashlar", "pack"]
 
-BONDS = ("running", "stack", "third", "english", "flemish")
 STONE = re.compile(r"(?P<length>[^x*]+)x(?P<height>[^x*]+)x(?P<depth>[^x*]+)(\*(?P<count>[^x*]+))?")
-FIELDS = {
-    **wall_options.FIELDS,
-    **{name: (f"--{name}", "") for name in (
-        "bond", "depth", "height", "unit", "leaves", "through", "stagger", "bed", "head", "kerf", "least", "method",
-        "slots", "weights", "density", "mu",
-    )},
-    "length": ("--width", ""),
-    "course": ("--courses", ""),
-    "tolerance": ("--height-tolerance", ""),
-    "openings": ("--opening", ""),
-    "least score": ("--least-score", ""),
-    "stock": ("STONES", ""),
-}  # fmt: skip
 
-Stones = Annotated[
-    str | None,
-    typer.Argument(metavar="STONES", show_default=False, help="Stock list (CSV), or a folder or file of sawn stones."),
+Stones: TypeAlias = Annotated[
+    str | None, argument("STONES", "Stock list (CSV), or a folder or file of sawn stones.", source=True)
 ]
-Stone = Annotated[
-    list[str] | None,
-    typer.Option("--stone", metavar="LxHxD[*N]", help="N stones of this length, height, depth (m); repeatable."),
+Stone: TypeAlias = Annotated[
+    tuple[str, ...],
+    Option("N stones of this length, height, depth (m); repeatable.", "texts", metavar="LxHxD[*N]"),
 ]
-Width = Annotated[str, typer.Option(metavar="L", show_default=False, help="Length of the wall (m).")]
-Height = Annotated[str, typer.Option(metavar="L", show_default=False, help="Of the wall (m).")]
-Depth = Annotated[str, typer.Option(metavar="L", show_default=False, help="Thickness of the wall (m).")]
-Out = Annotated[str, typer.Option(metavar="MODEL", show_default=False, help="Model file to write.")]
-Bond = Annotated[str, typer.Option(metavar="|".join(BONDS), help="Where the head joints lie.")]
-Courses = Annotated[
+Course: TypeAlias = Annotated[
     str,
-    typer.Option(metavar="fixed[:H]|bins", help="One height (m) [that of most stones], or bins, the tallest below."),
-]
-HeightTolerance = Annotated[
-    str, typer.Option(metavar="L", help="Heights (m) that differ by less are dressed to one course.")
-]
-Unit = Annotated[str | None, typer.Option(metavar="L", help="Length of a stone (m) [that of most].")]
-Leaves = Annotated[str | None, typer.Option(metavar="1|2", help="Leaves of the wall [as the bond has it].")]
-Through = Annotated[str, typer.Option(metavar="N", help="A stone through both leaves at every N-th; 0 none.")]
-Stagger = Annotated[str, typer.Option(metavar="S", help="running: share of a stone with which odd courses begin.")]
-Bed = Annotated[str, typer.Option(metavar="L", help="Thickness of bed joints (m).")]
-Head = Annotated[str, typer.Option(metavar="L", help="Width of head joints (m).")]
-Openings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--opening", metavar="X,Z,W,H", help="Left jamb, sill, clear width and height (m), under a lintel; repeatable."
+    Option(
+        "One height (m) [that of most stones], or bins, the tallest below.", metavar="fixed[:H]|bins", word="courses"
     ),
 ]
-NoYaw = Annotated[bool, typer.Option("--no-yaw", help="Never turn a stone by 90 degrees.")]
-Kerf = Annotated[str, typer.Option(metavar="L", help="Width that a cut takes (m).")]
-Least = Annotated[str, typer.Option(metavar="L", help="Shortest stone (m); what is shorter is chips.")]
-Density = Annotated[str | None, typer.Option(metavar="D", help="kg/m3 where a stone does not say it.")]
-Mu = Annotated[str | None, typer.Option(metavar="M", help="Friction coefficient of every contact.")]
-Units = Annotated[str | None, typer.Option(metavar="U", help="Unit of the lengths in mesh files, such as mm.")]
-Strict = Annotated[bool, typer.Option("--strict", help="A stone that cannot be used is an error.")]
-Cutlist = Annotated[str | None, typer.Option(metavar="F", help="Write the cut list (CSV).")]
-Left = Annotated[str | None, typer.Option(metavar="F", help="Write what is left in store (CSV).")]
-Svg = Annotated[str | None, typer.Option(metavar="F", help="Draw the face and the plans of two courses.")]
-Display = Annotated[str | None, typer.Option(metavar="MODEL", help="Also write the stones as sawn, joints open.")]
-Json = Annotated[
-    str | None, typer.Option(metavar="F|-", help="Write placements and figures; - prints them and nothing else.")
+Openings: TypeAlias = Annotated[
+    tuple[str, ...],
+    Option(
+        "Left jamb, sill, clear width and height (m), under a lintel; repeatable.", "texts", metavar="X,Z,W,H",
+        word="opening",
+    ),
+]  # fmt: skip
+Units: TypeAlias = Annotated[str | None, Option("Unit of the lengths in mesh files, such as mm.", metavar="U")]
+Strict: TypeAlias = Annotated[bool, Option("A stone that cannot be used is an error.", "flag")]
+Written: TypeAlias = Annotated[
+    Files,
+    written(
+        models="out display",
+        out=("MODEL", "Required: Model file to write."),
+        cutlist=("F", "Write the cut list (CSV)."),
+        left=("F", "Write what is left in store (CSV)."),
+        svg=("F", "Draw the face and the plans of two courses."),
+        display=("MODEL", "Also write the stones as sawn, joints open."),
+        json=("F|-", "Write placements and figures; - prints them and nothing else."),
+    ),
 ]
 
 
+@command()
 def ashlar(
-    width: Width,
-    height: Height,
-    depth: Depth,
-    out: Out,
+    settings: AshlarSettings,
     stones: Stones = None,
-    stone: Stone = None,
-    bond: Bond = "running",
-    courses: Courses = "fixed",
-    height_tolerance: HeightTolerance = "0.002",
-    unit: Unit = None,
-    leaves: Leaves = None,
-    through: Through = "0",
-    stagger: Stagger = "0.5",
-    bed: Bed = "0",
-    head: Head = "0",
-    opening: Openings = None,
-    no_yaw: NoYaw = False,
-    kerf: Kerf = "0",
-    least: Least = "0.05",
-    density: Density = None,
-    mu: Mu = None,
+    stone: Stone = (),
+    course: Course = "fixed",
+    openings: Openings = (),
     units: Units = None,
     strict: Strict = False,
-    cutlist: Cutlist = None,
-    left: Left = None,
-    svg: Svg = None,
-    display: Display = None,
-    json: Json = None,
+    files: Written = Files({}),
 ) -> int:
     """Build a wall of sawn stones in a bond."""
-    given = dict(locals())
-    settings, files = _asked(given)
-
     from cyclopean.design.ashlar import wall as room
 
-    with long_work("building a wall of sawn stones"), wall_options.named(FIELDS):
+    settings = _asked(settings, course, openings)
+    with long_work("building a wall of sawn stones"):
         slabs, said = _slabs(stones, stone, units, strict)
         wall = room.ashlar(settings, slabs)
-    return _end(wall, said, files, json, {"method": "first", "slots": "bond"}, [])
+    return _end(wall, said, files, {"method": "first", "slots": "bond"}, [])
 
 
+@command()
 def pack(
-    width: Width,
-    height: Height,
-    depth: Depth,
-    out: Out,
+    settings: AshlarSettings,
     stones: Stones = None,
-    stone: Stone = None,
+    stone: Stone = (),
     method: Annotated[
-        str, typer.Option(metavar="best|first|global", help="Slot by slot the best or first fit, or all together.")
+        str, Option("Slot by slot the best or first fit, or all together.", choices=get_args(Method))
     ] = "best",
     slots: Annotated[
         str | None,
-        typer.Option(metavar="free|bond", help="At the lengths of the stones, or of the bond [free, if it can be]."),
+        Option("At the lengths of the stones, or of the bond [free, if it can be].", choices=get_args(Slots)),
     ] = None,
     weights: Annotated[
-        str, typer.Option(metavar="L,D,H,A", help="Of the fits of length, depth, height, length over height.")
-    ] = "0.4,0.2,0.2,0.2",
+        tuple[float, ...],
+        Option("Of the fits of length, depth, height, length over height.", "numbers", metavar="L,D,H,A"),
+    ] = (0.4, 0.2, 0.2, 0.2),
     least_score: Annotated[
-        str, typer.Option(metavar="S", help="Where no stone scores this, the first that fits is taken.")
-    ] = "0.5",
-    compare: Annotated[bool, typer.Option("--compare", help="Tell what the other methods make of the slots.")] = False,
-    bond: Bond = "running",
-    courses: Courses = "fixed",
-    height_tolerance: HeightTolerance = "0.002",
-    unit: Unit = None,
-    leaves: Leaves = None,
-    through: Through = "0",
-    stagger: Stagger = "0.5",
-    bed: Bed = "0",
-    head: Head = "0",
-    opening: Openings = None,
-    no_yaw: NoYaw = False,
-    kerf: Kerf = "0",
-    least: Least = "0.05",
-    density: Density = None,
-    mu: Mu = None,
+        float,
+        Option("Where no stone scores this, the first that fits is taken.", "number", metavar="S", least=0.0, most=1.0),
+    ] = LEAST_SCORE,
+    compare: Annotated[bool, Option("Tell what the other methods make of the slots.", "flag")] = False,
+    course: Course = "fixed",
+    openings: Openings = (),
     units: Units = None,
     strict: Strict = False,
-    cutlist: Cutlist = None,
-    left: Left = None,
-    svg: Svg = None,
-    display: Display = None,
-    json: Json = None,
+    files: Written = Files({}),
 ) -> int:
     """Build a wall of the sawn stones that fit best."""
-    given = dict(locals())
-    settings, files = _asked(given)
-    known = settings.bond != "running" or settings.through > 0 or method == "global"
-    where = choice("--slots", slots, ("free", "bond")) if slots is not None else "bond" if known else "free"
-    values = numbers("--weights", weights)
-    if len(values) != 4:
-        raise InputError(f"--weights: '{weights}' should be four numbers L,D,H,A")
-    enough = number("--least-score", least_score)
-
     from cyclopean.design.ashlar import best_fit as room
 
-    with long_work("packing a wall of sawn stones") as stage, wall_options.named(FIELDS):
-        shares = room.Weights(*values)
+    settings = _asked(settings, course, openings)
+    known = settings.bond != "running" or settings.through > 0 or method == "global"
+    where = slots or ("bond" if known else "free")
+    if len(weights) != 4:
+        raise InputError.of("weights", weights, "should be four numbers L,D,H,A")
+    with long_work("packing a wall of sawn stones") as stage:
+        options: dict[str, Any] = {"weights": room.Weights(*weights), "least_score": least_score}
         slabs, said = _slabs(stones, stone, units, strict)
-        options: dict[str, Any] = {"weights": shares, "least_score": enough}
         done = room.pack(settings, slabs, method=method, slots=where, **options)
         tried: list[Packed] = []
-        for other in room.METHODS if compare else ():
+        for other in get_args(Method) if compare else ():
             stage(other)
             tried.append(room.pack(settings, slabs, method=other, slots="bond", **options))
     asked = {
-        "method": method, "slots": where, "weights": values, "least_score": enough, "mean_score": done.mean,
+        "method": method, "slots": where, "weights": weights, "least_score": least_score, "mean_score": done.mean,
         "poor": done.poor, "compare": [_compared(one) for one in tried],
     }  # fmt: skip
-    lines = [f"  score    {done.mean:.3f} in the mean; {done.poor} of {len(done.wall.laid)} below {enough:g}"]
+    lines = [f"  score    {done.mean:.3f} in the mean; {done.poor} of {len(done.wall.laid)} below {least_score:g}"]
     lines += [f"  {one.method:<8} in the slots of the bond: {_told(one)}" for one in tried]
-    return _end(done.wall, said, files, json, asked, lines)
+    return _end(done.wall, said, files, asked, lines)
 
 
-def _asked(given: dict[str, Any]) -> "tuple[AshlarSettings, dict[str, Path]]":
-    """Settings and output files from the options as typed.
+def _asked(settings: AshlarSettings, course: str, openings: tuple[str, ...]) -> AshlarSettings:
+    """The settings with heights of courses and openings as typed.
 
     Raises
     ------
     InputError
         Names the option.
     """
-    files = planned(
-        {f"--{name}": given[name] for name in ("out", "cutlist", "left", "svg", "display", "json")},
-        keep=given["stones"],
-        models=("--out", "--display"),
-    )
-    table = given["stones"] is None or given["stones"].lower().endswith(".csv")
-    if table and given["units"] is not None:
-        raise InputError("--units: a stock list and --stone are in metres; leave it out")
-    kind, colon, high = given["courses"].partition(":")
-    choice("--courses", kind, ("fixed", "bins"))
+    kind, colon, high = course.partition(":")
+    choice("`course`", kind, ("fixed", "bins"))
     if colon and kind == "bins":
-        raise InputError(f"--courses: '{given['courses']}' should be fixed, fixed:H or bins")
-    wanted: dict[str, Any] = {
-        "length": number("--width", given["width"]),
-        "bond": choice("--bond", given["bond"], BONDS),
-        "course": number("--courses", high) if colon else None,
-        "bins": kind == "bins",
-        "tolerance": number("--height-tolerance", given["height_tolerance"]),
-        "leaves": None if given["leaves"] is None else whole("--leaves", given["leaves"]),
-        "through": whole("--through", given["through"]),
-        "yaw": not given["no_yaw"],
-        **{name: number(f"--{name}", given[name]) for name in (
-            "height", "depth", "stagger", "bed", "head", "kerf", "least"
-        )},
-        **{name: optional_number(f"--{name}", given[name], above=0.0) for name in ("unit", "density")},
-        "mu": optional_number("--mu", given["mu"], least=0.0),
-    }  # fmt: skip
-
-    from cyclopean.design.ashlar.planning import AshlarSettings
-
-    with wall_options.named(FIELDS):
-        openings = tuple(wall_options.opening("--opening", text) for text in given["opening"] or ())
-        return AshlarSettings(**wanted, openings=openings), files
+        raise InputError(f"`course`: '{course}' should be fixed, fixed:H or bins")
+    height = number("`course`", high) if colon else None
+    with wall_options.named():
+        parsed = tuple(wall_options.opening("--opening", text) for text in openings)
+    return replace(settings, course=height, bins=kind == "bins", openings=parsed)
 
 
 def _slabs(
-    stones: str | None, stone: list[str] | None, units: str | None, strict: bool
+    stones: str | None, stone: tuple[str, ...], units: str | None, strict: bool
 ) -> "tuple[list[Slab], tuple[str, ...]]":
     """The stock, from wherever it is given, and what is to be said of it.
 
@@ -257,11 +166,14 @@ def _slabs(
     from cyclopean.design.ashlar.stock import slabs_of
     from cyclopean.io.stocklist import MOST, read_stocklist
 
+    table = stones is None or stones.lower().endswith(".csv")
+    if table and units is not None:
+        raise InputError.of("units", None, "a stock list and `stone` are in metres; leave it out")
     if stones is None and not stone:
-        raise InputError("STONES: no stock given; name a stock list or stones, or use --stone")
+        raise InputError("STONES: no stock given; name a stock list or stones, or use `stone`")
     found: list[Slab] = []
     warnings: tuple[str, ...] = ()
-    if stones is not None and stones.lower().endswith(".csv"):
+    if stones is not None and table:
         found += read_stocklist(stones)
     elif stones is not None:
         inventory, said = io.read_stones(stones, units, strict)
@@ -270,10 +182,10 @@ def _slabs(
             raise InputError(f"{stones}: {notes[0] if boxes else 'none of its stones is a box'}")
         warnings = (*said, *inventory.notes, *notes)
         found += boxes
-    for text in stone or ():
+    for text in stone:
         found += _typed(text, len(found))
         if len(found) > MOST:
-            raise InputError(f"--stone: more than {MOST:,} stones; give fewer")
+            raise InputError(f"`stone`: more than {MOST:,} stones; give fewer")
     return found, warnings
 
 
@@ -282,11 +194,11 @@ def _typed(text: str, before: int) -> "list[Slab]":
 
     parts = STONE.fullmatch(text)
     if parts is None:
-        raise InputError(f"--stone: '{text}' should be LxHxD or LxHxD*N, such as 0.3x0.15x0.2*30")
-    length, high, deep = (number("--stone", parts[name]) for name in ("length", "height", "depth"))
-    count = 1 if parts["count"] is None else whole("--stone", parts["count"])
+        raise InputError(f"`stone`: '{text}' should be LxHxD or LxHxD*N, such as 0.3x0.15x0.2*30")
+    length, high, deep = (number("`stone`", parts[name]) for name in ("length", "height", "depth"))
+    count = 1 if parts["count"] is None else whole("`stone`", parts["count"])
     if not (min(length, high, deep) > 0.0 and 0 < count <= MOST):
-        raise InputError(f"--stone: '{text}' should have sizes above 0, and be 1 to {MOST:,} times")
+        raise InputError(f"`stone`: '{text}' should have sizes above 0, and be 1 to {MOST:,} times")
     return repeated("", (length, deep, high), count, before)
 
 
@@ -307,45 +219,37 @@ def _told(one: "Packed") -> str:
     )
 
 
-def _end(
-    wall: "AshlarWall",
-    said: tuple[str, ...],
-    files: "dict[str, Path]",
-    json: str | None,
-    asked: dict[str, Any],
-    lines: list[str],
-) -> int:
+def _end(wall: "AshlarWall", said: tuple[str, ...], files: Files, asked: dict[str, Any], lines: list[str]) -> int:
     """Write everything, and say what came out."""
     from cyclopean import io
     from cyclopean.io.stocklist import ashlar_cutlist_csv, ashlar_dict, left_csv
 
-    texts: dict[str, str] = {}
-    if "--svg" in files:
-        from cyclopean.view.ashlar_drawing import ashlar_svg
-
-        texts["--svg"] = ashlar_svg(wall, wall.assembly.name) + "\n"
-    texts |= {"--cutlist": ashlar_cutlist_csv(wall), "--left": left_csv(wall)}
     data = ashlar_dict(wall, asked)
-    with io.together():
-        io.write_model(files["--out"], wall.assembly)
-        for option, text in texts.items():
-            if option in files:
-                io.write_text(files[option], text)
-        if "--display" in files:
-            from cyclopean.assembly import Assembly, Contacts
-            from cyclopean.design.ashlar.wall import open_stones
-
-            shown = Assembly(open_stones(wall), Contacts.of([], []), name=f"{wall.assembly.name}, as sawn")
-            io.write_model(files["--display"], shown)
-        if "--json" in files:
-            io.write_json(files["--json"], data)
+    files.write({
+        "out": lambda: partial(io.write_model, assembly=wall.assembly),
+        "svg": lambda: _drawn(wall),
+        "cutlist": lambda: ashlar_cutlist_csv(wall),
+        "left": lambda: left_csv(wall),
+        "display": lambda: partial(io.write_model, assembly=_as_sawn(wall)),
+        "json": lambda: data,
+    })  # fmt: skip
     for note in (*said, *wall.notes):
         warn(note)
-    if json == STANDARD_OUTPUT:
-        say_json(data)
-    else:
-        say("\n".join([*_lines(wall), *lines, f"  written  {', '.join(map(str, files.values()))}"]))
+    files.tell(data, [*_lines(wall), *lines, *files.line()])
     return 0
+
+
+def _drawn(wall: "AshlarWall") -> str:
+    from cyclopean.view.ashlar_drawing import ashlar_svg
+
+    return ashlar_svg(wall, wall.assembly.name) + "\n"
+
+
+def _as_sawn(wall: "AshlarWall") -> "Assembly":
+    from cyclopean.assembly import Assembly, Contacts
+    from cyclopean.design.ashlar.wall import open_stones
+
+    return Assembly(open_stones(wall), Contacts.of([], []), name=f"{wall.assembly.name}, as sawn")
 
 
 def _lines(wall: "AshlarWall") -> list[str]:

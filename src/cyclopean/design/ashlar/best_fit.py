@@ -35,6 +35,7 @@ References
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -42,13 +43,13 @@ from cyclopean.arrays import Bools, Floats
 from cyclopean.design.ashlar.planning import AshlarSettings, LaidStone, Rule, candidates, first_fit, planned
 from cyclopean.design.ashlar.stock import SAME, Slab, Stock, saw, stock_of
 from cyclopean.design.ashlar.wall import AshlarWall, ashlar, built
-from cyclopean.design.options import not_negative, within
+from cyclopean.design.options import not_negative, one_of, within
 from cyclopean.errors import InputError
 
-__all__ = ["METHODS", "SLOTS", "Packed", "Weights", "best_fit", "pack", "score", "scores_of"]
+__all__ = ["Method", "Packed", "Slots", "Weights", "best_fit", "pack", "score", "scores_of"]
 
-METHODS = ("best", "first", "global")
-SLOTS = ("bond", "free")
+Method = Literal["best", "first", "global"]
+Slots = Literal["free", "bond"]
 LEAST_SCORE = 0.5  # below this, best fit gives way to first fit
 MOST = 4_000  # slots of an assignment: its matrix has to fit into memory
 BETTER = 1e-12  # scores that differ by less are equal
@@ -64,9 +65,9 @@ class Weights:
     aspect: float = 0.2
 
     def __post_init__(self) -> None:
-        values = [not_negative("weights", v) for v in (self.length, self.depth, self.height, self.aspect)]
+        values = [not_negative("`weights`", v) for v in (self.length, self.depth, self.height, self.aspect)]
         if not sum(values) > 0.0:
-            raise InputError("weights: one of them must be more than 0")
+            raise InputError("`weights`: one of them must be more than 0")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +110,7 @@ def best_fit(weights: Weights | None = None, least: float = LEAST_SCORE) -> Rule
 
     Of equal scores the first piece in store counts, and lying as it is before turned.
     """
-    within("least score", least, 0.0, 1.0)
+    within("`least_score`", least, 0.0, 1.0)
 
     def rule(sizes: Floats, fits: Bools, slot: Floats) -> tuple[int, bool] | None:
         if not fits.any():
@@ -140,7 +141,7 @@ def pack(
     slabs : iterable of Slab
         The stock; the order does not count.
     method : str
-        One of `METHODS`: best fit slot by slot, first fit, or all slots together.
+        One of `Method`: best fit slot by slot, first fit, or all slots together.
     slots : str
         "free" or "bond".
     weights : Weights, optional
@@ -156,13 +157,11 @@ def pack(
     InputError
         Unknown method or slots, slots that a method or a bond does not have, or as in `ashlar`.
     """
-    if method not in METHODS:
-        raise InputError(f"method: expected {', '.join(METHODS)}, got '{method}'")
-    if slots not in SLOTS:
-        raise InputError(f"slots: expected {', '.join(SLOTS)}, got '{slots}'")
+    one_of("method", method, Method)
+    one_of("slots", slots, Slots)
     if slots == "free" and (method == "global" or settings.bond != "running" or settings.through):
         what = "the method global" if method == "global" else "a bond with through-stones, or one other than running,"
-        raise InputError(f"slots: {what} needs slots that are known beforehand; take those of the bond")
+        raise InputError(f"`slots`: {what} needs slots that are known beforehand; take those of the bond")
     given = tuple(slabs)
     if method == "global":
         wall = _together(settings, given, weights)
@@ -186,7 +185,7 @@ def _together(settings: AshlarSettings, slabs: Sequence[Slab], weights: Weights 
     """Choose for all slots of a bond at once; the slots are those that a first fit can fill."""
     drawn = ashlar(settings, slabs)
     if len(drawn.laid) > MOST:
-        raise InputError(f"method: global takes up to {MOST:,} stones, here are {len(drawn.laid):,}; take best")
+        raise InputError(f"`method`: global takes up to {MOST:,} stones, here are {len(drawn.laid):,}; take best")
     store = stock_of(slabs, settings.kerf, settings.least)
     tallest = dict(planned(settings, store, first_fit, False).bands)
     notes, gaps = list(drawn.notes), drawn.gaps

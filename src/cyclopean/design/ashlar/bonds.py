@@ -30,14 +30,14 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.design.ashlar.stock import SAME
-from cyclopean.errors import InputError
+from cyclopean.design.options import one_of
 
-__all__ = ["BONDS", "TWO_LEAVES", "Kind", "Span", "best_joint", "clipped", "course_spans", "lap_of", "relieved", "tied"]
+__all__ = ["TWO_LEAVES", "Bond", "Kind", "Span", "best_joint", "clipped", "course_spans", "lap_of", "relieved", "tied"]
 
-BONDS = ("english", "flemish", "running", "stack", "third")
 TWO_LEAVES = ("english", "flemish")  # bonds whose stretchers lie two deep, tied by headers
 LAP = 0.2  # of the length of a stone: nearer to a joint below than this, a joint counts as aligned
 
+Bond = Literal["running", "stack", "third", "english", "flemish"]
 Kind = Literal["stretcher", "header", "closer", "through", "lintel"]
 
 
@@ -65,7 +65,7 @@ def course_spans(
     Parameters
     ----------
     bond : str
-        One of `BONDS`.
+        One of `Bond`.
     course : int
         0 = the lowest.
     length : float
@@ -88,8 +88,7 @@ def course_spans(
     InputError
         Unknown bond.
     """
-    if bond not in BONDS:
-        raise InputError(f"bond: expected {', '.join(BONDS)}, got '{bond}'")
+    one_of("bond", bond, Bond)
     spans: list[Span] = []
     low = 0.0
     for number, (size, kind, across) in enumerate(_pattern(bond, course, unit, header, stagger)):

@@ -313,7 +313,7 @@ def _lintel(work: _Work, opening: int) -> tuple[float, float] | None:
                 break
     else:
         work.refused = (
-            f"openings: number {opening + 1} has no lintel: none {work.band[0]:g} m high and at least"
+            f"`openings`: number {opening + 1} has no lintel: none {work.band[0]:g} m high and at least"
             f" {one.width + 2.0 * BEARING * bearing_of(one):g} m long is in store, or it would leave the wall or lie"
             " over the next opening"
         )

@@ -2,16 +2,18 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any, get_args
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats
-from cyclopean.design.ashlar.bonds import BONDS, TWO_LEAVES, Kind, lap_of
+from cyclopean.design.ashlar.bonds import TWO_LEAVES, Bond, Kind, lap_of
 from cyclopean.design.ashlar.stock import LEAST, SAME, Sawn, Stock
-from cyclopean.design.options import at_least, finite, not_negative, positive, within
+from cyclopean.design.options import finite, positive
 from cyclopean.design.walls.openings import SHARE, Opening
 from cyclopean.errors import InputError
+from cyclopean.options import Option, check_options, option
 
 __all__ = [
     "BEARING",
@@ -27,67 +29,69 @@ __all__ = [
     "planned",
 ]
 
-TOLERANCE = 0.002  # m by which the heights of the stones of one course may differ before they are dressed
 MOST = 50_000  # slots of a wall
 BEARING = 0.5  # of what a lintel shall bear, it must at least
+
+LENGTH: dict[str, Any] = {"kind": "number", "metavar": "L", "least": 0.0, "unit": "m"}
+SIZE: dict[str, Any] = {"kind": "number", "metavar": "L", "above": 0.0, "unit": "m"}
 
 Rule = Callable[[Floats, Bools, Floats], tuple[int, bool] | None]
 """Chooses a piece: sizes (p, 2, 3) of every piece as it lies and turned by 90 degrees, which of these can be sawn to
 the slot, (p, 2), and length, depth and height of the slot (m); returns the piece and whether it is turned."""
 
 
+def _required(help: str, word: str = "") -> Any:
+    """A length that has to be given."""
+    return field(metadata={"option": Option(help, word=word, required=True, **SIZE)})
+
+
 @dataclass(frozen=True, slots=True)
 class AshlarSettings:
-    """What is to be built; lengths in m, to a nanometre."""
+    """What is to be built; lengths in m, to a nanometre. Heights of courses: all `course`, or of as many `bins`."""
 
-    length: float
-    height: float
-    depth: float
-    bond: str = "running"
+    length: float = _required("Length of the wall (m).", word="width")
+    height: float = _required("Of the wall (m).")
+    depth: float = _required("Thickness of the wall (m).")
+    bond: str = option("running", "Where the head joints lie.", choices=get_args(Bond))
     course: float | None = None  # height of every course; None = that of most slabs
     bins: bool = False  # courses of as many heights as the stock has, the tallest below
-    tolerance: float = TOLERANCE
-    unit: float | None = None  # length of a stone; None = that of most slabs
-    leaves: int | None = None  # 1, or 2 with a joint between them; None = what the bond asks for
-    through: int = 0  # every n-th stretcher of two leaves is one stone through the wall; 0 = none
-    stagger: float = 0.5
-    bed: float = 0.0
-    head: float = 0.0
+    tolerance: float = option(
+        0.002, "Heights (m) that differ by less are dressed to one course.", word="height_tolerance", **LENGTH
+    )
+    unit: float | None = option(None, "Length of a stone (m) [that of most].", **SIZE)
+    leaves: int | None = option(None, "Leaves of the wall, with a joint between [as the bond has it].", "whole",
+                                metavar="1|2", least=1, most=2)  # fmt: skip
+    through: int = option(0, "A stone through both leaves at every N-th stretcher; 0 none.", "whole", metavar="N",
+                          least=0)  # fmt: skip
+    stagger: float = option(
+        0.5, "running: share of a stone with which odd courses begin.", "number", metavar="S", least=0.0, most=0.9
+    )
+    bed: float = option(0.0, "Thickness of bed joints (m).", **LENGTH)
+    head: float = option(0.0, "Width of head joints (m).", **LENGTH)
     openings: tuple[Opening, ...] = ()
-    yaw: bool = True  # slabs may be turned by 90 degrees
-    kerf: float = 0.0
-    least: float = LEAST
-    density: float | None = None  # kg/m3, where a slab does not say it
-    mu: float | None = None
+    yaw: bool = option(True, "Stones may be turned by 90 degrees.", "flag")
+    kerf: float = option(0.0, "Width that a cut takes (m).", **LENGTH)
+    least: float = option(LEAST, "Shortest stone (m); what is shorter is chips.", **SIZE)
+    density: float | None = option(
+        None, "kg/m3 where a stone does not say it.", "number", metavar="D", above=0.0, unit="kg/m3"
+    )
+    mu: float | None = option(None, "Friction coefficient of every contact.", "number", metavar="M", least=0.0)
 
     def __post_init__(self) -> None:
         for name in ("length", "height", "depth", "course", "tolerance", "unit", "bed", "head", "kerf", "least"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, round(finite(name, value), 9))
-        for name in ("length", "height", "depth"):
-            positive(name, getattr(self, name))
-        for name in ("course", "unit", "density"):
-            if (value := getattr(self, name)) is not None:
-                positive(name, value)
-        positive("least", self.least)
-        for name in ("tolerance", "bed", "head", "kerf"):
-            not_negative(name, getattr(self, name))
-        if self.mu is not None:
-            not_negative("mu", self.mu)
-        if self.bond not in BONDS:
-            raise InputError(f"bond: expected {', '.join(BONDS)}, got '{self.bond}'")
-        within("stagger", self.stagger, 0.0, 0.9)
-        at_least("through", self.through, 0)
-        if self.leaves not in (None, 1, 2):
-            raise InputError(f"leaves: a wall has 1 or 2, got {self.leaves!r}")
+        check_options(self)
+        if self.course is not None:
+            positive("course", self.course)
         if self.leaves == 1 and self.bond in TWO_LEAVES:
-            raise InputError(f"leaves: {self.bond} bond has headers through two leaves; leave it out")
+            raise InputError(f"`leaves`: {self.bond} bond has headers through two leaves; leave it out")
         if self.through and self.leaf_count == 1:
-            raise InputError("through: a wall of one leaf has nothing to tie; take two leaves")
+            raise InputError("`through`: a wall of one leaf has nothing to tie; take two leaves")
         if self.bins and self.course is not None:
-            raise InputError("course: either one height for all courses, or bins by height")
+            raise InputError("`course`: either one height for all courses, or bins by height")
         if not self.leaf > 0.0:
-            raise InputError(f"head: a joint of {self.head:g} m leaves no stone in a depth of {self.depth:g} m")
+            raise InputError(f"`head`: a joint of {self.head:g} m leaves no stone in a depth of {self.depth:g} m")
         object.__setattr__(self, "openings", tuple(self.openings))
         _refuse_openings(self)
 
@@ -105,10 +109,10 @@ class AshlarSettings:
 def _refuse_openings(settings: AshlarSettings) -> None:
     for k, one in enumerate(settings.openings, 1):
         if one.head != "lintel":
-            raise InputError(f"openings: number {k} has an arch; courses of ashlar take a lintel")
+            raise InputError(f"`openings`: number {k} has an arch; courses of ashlar take a lintel")
         if not (one.left > 0.0 and one.left + one.width < settings.length and one.top < settings.height):
             raise InputError(
-                f"openings: number {k} reaches outside the wall of {settings.length:g} x {settings.height:g} m;"
+                f"`openings`: number {k} reaches outside the wall of {settings.length:g} x {settings.height:g} m;"
                 " leave stone at both sides and above"
             )
 
@@ -217,7 +221,7 @@ def planned(settings: AshlarSettings, stock: Stock, rule: Rule, found: bool) -> 
     high = np.logical_or.reduce([(size[:, 2] >= a - SAME) & (size[:, 2] <= b + SAME) for a, b in bands])
     if (settings.bond in TWO_LEAVES or settings.through) and not (side[high] >= settings.depth - SAME).any():
         raise InputError(
-            f"depth: {'headers' if settings.bond in TWO_LEAVES else 'through-stones'} reach through the wall, and no"
+            f"`depth`: {'headers' if settings.bond in TWO_LEAVES else 'through-stones'} reach through the wall, and no"
             f" slab of the right height reaches through {settings.depth:g} m; the longest side is"
             f" {side[high].max():g} m"
         )
@@ -231,7 +235,7 @@ def planned(settings: AshlarSettings, stock: Stock, rule: Rule, found: bool) -> 
     lap = lap_of(settings.bond, unit + settings.head, settings.stagger)
     if settings.through in (1, 2) and not wide:
         raise InputError(
-            f"through: no slab of {unit:g} x {settings.depth:g} m, and shorter through-stones would stand joint over"
+            f"`through`: no slab of {unit:g} x {settings.depth:g} m, and shorter through-stones would stand joint over"
             f" joint at every {settings.through}; give 3 or more"
         )
     return Plan(settings, rule, found, unit + settings.head, lap, bands, held, wide)
@@ -241,7 +245,7 @@ def _bands(settings: AshlarSettings, size: Floats, side: Floats) -> tuple[tuple[
     """Heights of courses, and of the tallest stones in them."""
     deep = side >= settings.leaf - SAME
     if not deep.any():
-        raise InputError(f"depth: no slab is {settings.leaf:g} m deep; the deepest is {side.max():g} m")
+        raise InputError(f"`depth`: no slab is {settings.leaf:g} m deep; the deepest is {side.max():g} m")
     heights = np.sort(size[deep, 2])[::-1]
     if settings.bins:
         bands: list[tuple[float, float]] = []
@@ -256,13 +260,13 @@ def _bands(settings: AshlarSettings, size: Floats, side: Floats) -> tuple[tuple[
         near = heights[np.abs(heights - wanted) <= settings.tolerance + SAME]
         if not len(near):
             raise InputError(
-                f"course: no slab is {wanted:g} m high within {settings.tolerance:g} m; they are"
+                f"`course`: no slab is {wanted:g} m high within {settings.tolerance:g} m; they are"
                 f" {heights[-1]:g} to {heights[0]:g} m high"
             )
         bands = [(float(near[-1]), float(near[0]))]
     if not bands or bands[-1][0] > settings.height + SAME:
         raise InputError(
-            f"height: no slab fits into a wall {settings.height:g} m high; the lowest is {heights[-1]:g} m"
+            f"`height`: no slab fits into a wall {settings.height:g} m high; the lowest is {heights[-1]:g} m"
         )
     return tuple(bands)
 
@@ -291,7 +295,7 @@ def _lintels_held(
             least = one.width + 2.0 * BEARING * bearing_of(one)
             longest = max(float(s.size[:2].max() if settings.yaw else s.size[0]) for s in stock.slabs)
             raise InputError(
-                f"openings: number {k + 1} is {one.width:g} m wide and takes a lintel of at least {least:g} m;"
+                f"`openings`: number {k + 1} is {one.width:g} m wide and takes a lintel of at least {least:g} m;"
                 f" the longest slab is {longest:g} m, or is set aside for another opening"
             )
         taken |= set(of)
