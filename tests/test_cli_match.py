@@ -164,9 +164,9 @@ def test_parts_of_other_input_are_told_of(run, yard, monkeypatch):
 @pytest.mark.parametrize(
     ("extra", "said"),
     [
-        (("--negotiate", "2"), "--negotiate: 2 is not between 0 and 1"),
+        (("--negotiate", "2"), "--negotiate 2: expected a number from 0 to 1"),
         (("--negotiate", "x"), "--negotiate: 'x' is not a number"),
-        (("--rounds", "0"), "--rounds: 0 is not between 1 and 100"),
+        (("--rounds", "0"), "--rounds 0: expected a whole number from 1 to 100"),
         (("--rounds", "5"), "--rounds: has no say where cells stay as drawn"),
         (("--weight", "2", "--gap", "0.1"), "--weight: --gap finds it; leave out one of the two"),
         (("--bond", "free:20"), "--bond: 'free:20' should be free, into[:DEG] or along[:DEG]"),
@@ -203,7 +203,7 @@ def test_a_wall_that_is_all_support_and_one_without_a_drawing(run, yard):
     run("make", "polygonal", "--columns", 3, "--rows", 2, "--corner", 1.5, "--out", "corner.json")
     status, _, err = run("match", "stones", "corner.json", "--out", "out", "--negotiate", 1)
     assert (status, err.count("\n")) == (2, 1)
-    assert "cells can move only in a wall from 'make polygonal', and not round a --corner" in err
+    assert "cells can move only in a wall from 'make polygonal' or polygonal_wall, and not round a corner" in err
     assert list(Path("out").iterdir()) == []
 
 

@@ -23,7 +23,7 @@ def test_a_wall_its_figures_and_its_picture(run, quarry, tmp_path):
     assert (status, err) == (0, "")
     assert out.startswith("settled 4 of 4 stones in ")
     assert "2.00 m long" in out
-    assert out.endswith("written   w.json, s.json, w.svg\n")
+    assert out.endswith("written  w.json, s.json, w.svg\n")
     model, _ = read_model("w.json")
     data = json.loads((tmp_path / "s.json").read_text())
     assert data["schema"] == "cyclopean.settle/1"
@@ -70,13 +70,13 @@ def test_contacts_of_a_model_that_has_none(run, quarry, tmp_path):
     assert f"rough surfaces: {count} contacts stand for where blocks nearly touch" in err
     status, out, err = run("check", "w.json", "--rough", "0.002")
     assert (status, out) == (2, "")
-    assert "--rough: w.json lists its contacts; leave --rough out" in err
-    assert "--rough: -1 is not more than 0" in run("check", "bare.json", "--rough", "-1")[2]
+    assert "--rough: the model lists its contacts; leave it out" in err
+    assert "--rough -1: expected a positive length in metres, or auto" in run("check", "bare.json", "--rough", "-1")[2]
 
 
 def test_json_to_standard_output_is_all_that_is_printed(run, quarry):
     status, out, _ = run(
-        "settle", quarry, "--out", "w.json", "--json", "-", "--weights", "void=2,height=0", "--wythes", 2, *QUICK
+        "settle", quarry, "--out", "w.json", "--json", "-", "--scores", "void=2,height=0", "--wythes", 2, *QUICK
     )
     assert status == 0
     data = json.loads(out)
@@ -89,7 +89,7 @@ def test_json_to_standard_output_is_all_that_is_printed(run, quarry):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--length", "0"), "--length: 0 is not more than 0"),
+        (("--length", "0"), "--length: must be more than 0, got 0"),
         (("--length", "x"), "--length: 'x' is not a number"),
         (("--wythes", "3"), "--wythes: '3' is not one of 1, 2"),
         (("--look-ahead", "-1"), "--look-ahead: expected a whole number of at least 0, got -1"),
@@ -99,11 +99,13 @@ def test_json_to_standard_output_is_all_that_is_printed(run, quarry):
         (("--yaws", "0"), "--yaws: expected a whole number of at least 1, got 0"),
         (("--margin", "-1"), "--margin: must not be negative, got -1"),
         (("--lean", "-1"), "--lean: must not be negative"),
+        (("--friction", "0.5"), "--friction: is --mu now"),
+        (("--weights", "void=1"), "--weights: is --scores now"),
         (("--lean", "50"), "--lean: 50 degrees; give less than 45"),
-        (("--friction", "0"), "--friction: must be more than 0"),
-        (("--weights", "voids=1"), "--weights: 'voids=1' should be NAME=W with one of support, centre"),
-        (("--weights", "void=1,void=2"), "--weights: 'void' stands twice"),
-        (("--weights", "void=-1"), "--weights void: -1 is less than 0"),
+        (("--mu", "0"), "--mu: must be more than 0"),
+        (("--scores", "voids=1"), "--scores: 'voids=1' should be NAME=W with one of support, centre"),
+        (("--scores", "void=1,void=2"), "--scores: 'void' stands twice"),
+        (("--scores", "void=-1"), "--scores void: -1 is less than 0"),
         (("--cell", "1e-5"), "--cell: 1e-05 m makes a map of more than"),
         (("--length", "0.1", "--thickness", "0.1"), "none of 4 stones fits into a wall 0.1 m long"),
     ],

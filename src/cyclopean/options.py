@@ -133,7 +133,7 @@ def check_option(name: str, described: Option, value: Any) -> None:
     """
     if value is None or value == described.default:
         return
-    if described.choices and value not in described.choices:
+    if described.choices and str(value) not in described.choices:
         raise InputError.of(name, value, f"expected one of {', '.join(described.choices)}")
     if described.kind in ("number", "whole") and not _inside(described, value):
         raise InputError.of(name, value, described.expected())

@@ -21,6 +21,7 @@ __all__ = [
     "pair",
     "point_loads",
     "reach",
+    "scores",
     "settlements",
     "tilt",
     "vector",
@@ -150,6 +151,27 @@ def choice(where: str, text: str, known: Collection[str]) -> str:
     if text not in known:
         raise InputError(f"{where}: '{text}' is not one of {', '.join(known)}")
     return text
+
+
+def scores(where: str, text: str, known: Collection[str]) -> dict[str, float]:
+    """Read NAME=W,... of known names, each once; what is not named is left out.
+
+    Raises
+    ------
+    InputError
+        No such name, a name twice, or no number of at least 0.
+    """
+    given: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not equals or name not in known:
+            raise InputError(f"{where}: '{part}' should be NAME=W with one of {', '.join(known)}")
+        if name in given:
+            raise InputError(f"{where}: '{name}' stands twice")
+        given[name] = number(f"{where} {name}", value)
+        if not given[name] >= 0.0:
+            raise InputError(f"{where} {name}: {given[name]:g} is less than 0")
+    return given
 
 
 def case_factors(where: str, texts: Sequence[str]) -> tuple[tuple[str, float], ...]:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
 
-__all__ = ["HasAssembly", "Model", "Path", "Reading", "Stones", "assembly_of", "inventory_of", "said"]
+__all__ = ["HasAssembly", "Model", "Path", "Reading", "StoneReading", "Stones", "assembly_of", "inventory_of", "said"]
 
 Chosen = TypeVar("Chosen")
 
@@ -39,6 +39,14 @@ class Reading:
     units: str | None = option(
         None, "Unit of the model's lengths, such as mm, where the file does not say it.", metavar="U"
     )
+
+
+@dataclass(frozen=True, slots=True)
+class StoneReading:
+    """How files of stones are read."""
+
+    units: str | None = option(None, "Unit of the stones' lengths, such as mm.", metavar="U")
+    strict: bool = option(False, "A stone that cannot be used is an error.", "flag")
 
 
 def assembly_of(model: Model, units: str | None = None) -> "tuple[Assembly, tuple[str, ...]]":
@@ -70,16 +78,16 @@ def assembly_of(model: Model, units: str | None = None) -> "tuple[Assembly, tupl
     raise InputError(f"model: expected a file, an Assembly or a wall, got {type(model).__name__}")
 
 
-def inventory_of(stones: Stones, units: str | None = None) -> "tuple[Inventory, tuple[str, ...]]":
-    """The stones, and what was assumed in reading them; parameters and errors as `assembly_of`."""
+def inventory_of(stones: Stones, reading: StoneReading) -> "tuple[Inventory, tuple[str, ...]]":
+    """The stones, and what was assumed in reading them; errors as `assembly_of`."""
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
 
     if isinstance(stones, (str, os.PathLike)):
         from cyclopean.io import read_stones
 
-        return read_stones(stones, units)
-    _refuse_units(units)
+        return read_stones(stones, reading.units, reading.strict)
+    _refuse_units(reading.units)
     if isinstance(stones, Inventory):
         return stones, ()
     given: Any = stones

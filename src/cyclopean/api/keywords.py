@@ -3,17 +3,22 @@
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
-from typing import Any, Literal, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar
 
 from cyclopean.options import Option, options_of, read_option, shown_default
 from cyclopean.texts import PointLoad
 
+if TYPE_CHECKING:
+    from cyclopean.design.rubble.places import Weights
+
 __all__ = [
     "CheckKeywords",
     "LimitKeywords",
+    "MatchKeywords",
     "ModelKeywords",
     "SequenceKeywords",
     "SettingsKeywords",
+    "SettleKeywords",
     "given_to",
     "takes",
 ]
@@ -83,6 +88,47 @@ class SettingsKeywords(ModelKeywords, total=False):
     settlement: Mapping[str, tuple[float, ...]] | tuple[tuple[str, tuple[float, ...]], ...]
 
 
+class MatchKeywords(TypedDict, total=False):
+    """Types of the options of `match`."""
+
+    weight: float | None
+    gap: float | None
+    points: int | None
+    shortlist: int
+    starts: int
+    bond: Literal["free", "into", "along"] | None
+    bond_angle: float | None
+    climbs: int
+    negotiate: float
+    rounds: int | None
+    supports: str
+    units: str | None
+    strict: bool
+
+
+class SettleKeywords(TypedDict, total=False):
+    """Types of the options of `settle`."""
+
+    length: float | None
+    height: float | None
+    thickness: float | None
+    wythes: Literal[1, 2] | None
+    cell: float | None
+    yaws: int | None
+    weights: "Weights"
+    look_ahead: int | None
+    margin: float | None
+    friction: float | None
+    lean: float | None
+    tries: int
+    hearting: bool | None
+    chinking: bool | None
+    band: float | None
+    ways: int | None
+    units: str | None
+    strict: bool
+
+
 class CheckKeywords(SettingsKeywords, total=False):
     """Types of all options of `check`."""
 
@@ -133,16 +179,14 @@ def given_to(function: Callable[..., Any], options: Mapping[str, Any], *bases: A
     TypeError
         The function takes no such option.
     """
-    known = inspect.signature(function).parameters
+    known = {*inspect.signature(function).parameters, *(field.name for base in bases for field in fields(base))}
     if strange := next((name for name in options if name not in known), None):
         raise TypeError(f"{function.__name__}() got an unexpected keyword argument '{strange}'")
     found = []
     for base in bases:
-        own = {
-            name: _plain(name, one, options[name])
-            for name, one in options_of(base).items()
-            if options.get(name) is not None
-        }
+        described, names = options_of(base), [field.name for field in fields(base)]
+        own = {name: options[name] for name in names if options.get(name) is not None}
+        own |= {name: _plain(name, described[name], value) for name, value in own.items() if name in described}
         found.append(replace(base, **own) if own else base)
     return found
 

@@ -4,11 +4,13 @@ import os
 import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Unpack
 
-from cyclopean.api.inputs import Model, Stones, assembly_of, inventory_of, said
+from cyclopean.api.inputs import Model, StoneReading, Stones, assembly_of, inventory_of
+from cyclopean.api.keywords import MatchKeywords, SettleKeywords, given_to
 from cyclopean.errors import InputError
+from cyclopean.options import check_options, option
 
 if TYPE_CHECKING:
     from cyclopean.arrays import Bools
@@ -17,13 +19,15 @@ if TYPE_CHECKING:
     from cyclopean.design.carving.carved_wall import CarvedWall
     from cyclopean.design.matching.cells import Cells
     from cyclopean.design.matching.match import Match, MatchSettings
-    from cyclopean.design.matching.negotiation import Negotiation, Round
+    from cyclopean.design.matching.negotiation import Round
     from cyclopean.design.rubble.settle import RubbleWall, SettleSettings
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
     from cyclopean.design.walls.polygonal import PolygonalWall
 
-__all__ = ["StoneCarving", "StoneMatch", "carve", "match", "settle"]
+__all__ = ["MatchOptions", "StoneCarving", "StoneMatch", "carve", "match", "matched", "settle"]
+
+LISTED = 5  # cells named one by one
 
 
 def _silent(_: str) -> None:
@@ -75,22 +79,43 @@ class StoneCarving:
         return self.built.assembly
 
 
+@dataclass(frozen=True, slots=True)
+class MatchOptions:
+    """What may be done to the wall so that the stones fit."""
+
+    negotiate: float = option(
+        0.0,
+        "0: cells stay as drawn .. 1: cells move freely to suit the stones.",
+        "number",
+        metavar="X",
+        least=0.0,
+        most=1.0,
+    )
+    rounds: int | None = option(
+        None, "Times that cells are moved and stones placed again [3 to 12].", "whole", metavar="N", least=1, most=100
+    )
+    supports: str = option("", "below=Z or ids=a,b instead of what the model says.", metavar="S")
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        if self.rounds is not None and not self.negotiate > 0.0:
+            raise InputError.of(
+                "rounds", None, "has no say where cells stay as drawn; add `negotiate`, or leave it out"
+            )
+        if self.supports and self.negotiate > 0.0:
+            raise InputError.of(
+                "supports", None, "has no say where cells move; the ground of a drawn wall is its support"
+            )
+
+
 def match(
     stones: Stones,
     wall: Model,
     settings: "MatchSettings | None" = None,
     *,
-    gap: float | None = None,
-    weight: float | None = None,
-    negotiate: float = 0.0,
-    rounds: int | None = None,
-    bond: Literal["free", "into", "along"] | None = None,
-    bond_angle: float | None = None,
-    points: int | None = None,
-    supports: str = "",
     executor: Executor | None = None,
     progress: Callable[[str], None] = _silent,
-    units: str | None = None,
+    **options: Unpack[MatchKeywords],
 ) -> StoneMatch:
     """Match found stones to the cells of a wall, so that as little as possible is carved away.
 
@@ -99,32 +124,17 @@ def match(
     stones : path, Inventory or sequence of Stone
         Folder or file of scanned stones, or stones in memory.
     wall : path, Assembly or anything with an `assembly`
-        Its free blocks are the cells.
+        Its free blocks are the cells; they can move only in a wall from `polygonal_wall`, or the file of one.
     settings : MatchSettings, optional
         Options in one object; keywords win over it.
-    gap : float, optional
-        Share of the wall that may stay void; finds the weight.
-    weight : float, optional
-        Price of a litre of void, where a litre carved off costs 1.
-    negotiate : float
-        0: cells stay as drawn, to 1: cells move freely to suit the stones. Needs a wall from `polygonal_wall`, or the
-        file of one.
-    rounds : int, optional
-        Of the negotiation.
-    bond : {"free", "into", "along"}, optional
-        Where the stones' longest axes lie.
-    bond_angle : float, optional
-        Degrees by which they may be off.
-    points : int, optional
-        Points in each stone that its pose is found by.
-    supports : str
-        "below=Z" (m) or "ids=a,b" instead of what the wall says; they are no cells.
     executor : Executor, optional
         Shares the work out; the answer is the same.
     progress : callable
         Is told what is being done.
-    units : str, optional
-        Unit of the stones' lengths, where the files do not say it.
+    **options
+        Fields of `MatchSettings`, such as gap, weight, bond, bond_angle and points; negotiate (0: cells stay as drawn,
+        to 1: cells move freely to suit the stones), rounds of that, supports (as for `check`; they are no cells), and
+        units of the stones' lengths, where the files do not say it.
 
     Returns
     -------
@@ -136,63 +146,75 @@ def match(
     InputError
         Stones or wall cannot be read or used, options that contradict each other, a wall whose cells cannot move.
     """
-    from cyclopean.assembly import supports as held_blocks
-    from cyclopean.design.matching.cells import cells_of
-    from cyclopean.design.matching.match import MatchSettings, match_stones
+    from cyclopean.design.matching.match import MatchSettings
 
-    if gap is not None and weight is not None:
-        raise InputError("weight: gap finds it; leave out one of the two")
-    if not negotiate > 0.0 and rounds is not None:
-        raise InputError("rounds: has no say where cells stay as drawn; add negotiate, or leave it out")
-    inventory, assumed = inventory_of(stones, units)
+    given: dict[str, Any] = dict(options)
+    if given.get("gap") is not None and given.get("weight") is not None:
+        raise InputError.of("weight", None, "`gap` finds it; leave out one of the two")
     base = MatchSettings() if settings is None else settings
-    chosen = said(base, gap=gap, weight=weight, bond=bond, bond_angle=bond_angle, points=points)
-    if negotiate > 0.0:
-        done, said_of_wall = _negotiated(inventory, wall, chosen, negotiate, rounds, supports, executor, progress)
-        notes = (*assumed, *said_of_wall, *done.notes, *done.match.notes)
-        cells = cells_of(done.wall.assembly)
-        return StoneMatch(done.match, inventory.stones, cells, done.wall, done.rounds, warnings=notes)
-    assembly, said_of_wall = assembly_of(wall)
-    cells = cells_of(assembly, held_blocks(assembly, supports)[0])
-    found = match_stones(inventory, cells, chosen, executor, progress)
-    from cyclopean.design.walls.polygonal import PolygonalWall
-
-    drawn = wall if isinstance(wall, PolygonalWall) else None
-    notes = (*assumed, *said_of_wall, *found.notes)
-    return StoneMatch(found, inventory.stones, cells, drawn, supports=supports, warnings=notes)
+    chosen, wanted, reading = given_to(match, given, base, MatchOptions(), StoneReading())
+    inventory, assumed = inventory_of(stones, reading)
+    found = matched(inventory, wall, chosen, wanted, executor, progress)
+    return replace(found, warnings=(*assumed, *found.warnings))
 
 
-def _negotiated(
+def matched(
     inventory: "Inventory",
     wall: Model,
     settings: "MatchSettings",
-    share: float,
-    rounds: int | None,
-    supports: str,
-    executor: Executor | None,
-    progress: Callable[[str], None],
-) -> "tuple[Negotiation, tuple[str, ...]]":
-    """Let the cells move.
+    wanted: MatchOptions,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = _silent,
+) -> StoneMatch:
+    """`match` with stones that are read and options in objects, as every front end calls it."""
+    from cyclopean.assembly import supports as held_blocks
+    from cyclopean.design.matching.cells import cells_of
+    from cyclopean.design.matching.match import match_stones
+    from cyclopean.design.matching.negotiation import negotiate
+    from cyclopean.design.walls.polygonal import PolygonalWall
+
+    drawn = wall if isinstance(wall, PolygonalWall) else None
+    if wanted.negotiate > 0.0:
+        drawn, said = _drawn(wall)
+        done = negotiate(
+            inventory, drawn, settings, wanted.negotiate, rounds=wanted.rounds, executor=executor, progress=progress
+        )
+        cells, found, said = cells_of(done.wall.assembly), done.match, (*said, *done.notes)
+        drawn, rounds = done.wall, done.rounds
+    else:
+        assembly, said = assembly_of(wall)
+        cells, rounds = cells_of(assembly, held_blocks(assembly, wanted.supports)[0]), ()
+        found = match_stones(inventory, cells, settings, executor, progress)
+    notes = (*said, *_unfilled(found, cells), *found.notes)
+    return StoneMatch(found, inventory.stones, cells, drawn, rounds, wanted.supports, notes)
+
+
+def _drawn(wall: Model) -> "tuple[PolygonalWall, tuple[str, ...]]":
+    """How the wall was drawn, so that its cells can move.
 
     Raises
     ------
     InputError
-        The wall does not say how it was drawn, or supports were named.
+        It does not say so.
     """
-    from cyclopean.design.matching.negotiation import negotiate
     from cyclopean.design.walls.polygonal import PolygonalWall
     from cyclopean.io import read_drawing
 
-    if supports:
-        raise InputError("supports: has no say where cells move; the ground of a drawn wall is its support")
-    drawn = wall if isinstance(wall, PolygonalWall) else None
-    warned: tuple[str, ...] = ()
-    if isinstance(wall, str | os.PathLike):
-        drawn, warned = read_drawing(wall)
+    if isinstance(wall, PolygonalWall):
+        return wall, ()
+    drawn, said = read_drawing(wall) if isinstance(wall, str | os.PathLike) else (None, ())
     if drawn is None:
-        why = f" ({warned[-1]})" if warned else ""
-        raise InputError(f"negotiate: cells can move only in a wall from polygonal_wall, or in the file of one{why}")
-    return negotiate(inventory, drawn, settings, share, rounds=rounds, executor=executor, progress=progress), warned
+        way = "cells can move only in a wall from 'make polygonal' or polygonal_wall, and not round a corner"
+        which = wall if isinstance(wall, str | os.PathLike) else "the wall"
+        raise InputError.of("negotiate", None, said[-1] if said else f"{which}: does not say how it was drawn; {way}")
+    return drawn, said
+
+
+def _unfilled(found: "Match", cells: "Cells") -> tuple[str, ...]:
+    """Name the cells that get no stone."""
+    names = [cells.assembly.blocks[cells.block[j]].id for j in found.empty.tolist()]
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return (f"no stone is left for {', '.join(names[:LISTED])}{more}",) if names else ()
 
 
 def carve(
@@ -252,16 +274,8 @@ def settle(
     settings: "SettleSettings | None" = None,
     progress: Callable[[str], None] = _silent,
     *,
-    length: float | None = None,
-    height: float | None = None,
-    thickness: float | None = None,
-    wythes: Literal[1, 2] | None = None,
-    look_ahead: int | None = None,
-    margin: float | None = None,
-    hearting: bool | None = None,
-    chinking: bool | None = None,
-    units: str | None = None,
     executor: Executor | None = None,
+    **options: Unpack[SettleKeywords],
 ) -> "RubbleWall":
     """Lay found stones, uncut, into a dry rubble wall, and say of each whether it sits.
 
@@ -273,20 +287,11 @@ def settle(
         Options in one object; keywords win over it.
     progress : callable
         Is told what goes on.
-    length, height, thickness : float, optional
-        Of the wall (m); found from the stones where not given.
-    wythes : {1, 2}, optional
-        Stones side by side through the wall.
-    look_ahead : int, optional
-        Stones that compete for a place.
-    margin : float, optional
-        Depth (m) of the centre of mass inside the hull of the contacts.
-    hearting, chinking : bool, optional
-        Small stones go into the hollows; wedges go under stones that rock.
-    units : str, optional
-        Unit of the stones' lengths, where the files do not say it.
     executor : Executor, optional
         Has one process lay half of a long wall, or every other one of several; the result is the same without it.
+    **options
+        Fields of `SettleSettings`, such as length, height, thickness, wythes, look_ahead and chinking; and units of the
+        stones' lengths, where the files do not say it.
 
     Returns
     -------
@@ -300,18 +305,9 @@ def settle(
     """
     from cyclopean.design.rubble import settle as rubble
 
-    inventory, assumed = inventory_of(stones, units)
-    chosen = said(
-        rubble.SettleSettings() if settings is None else settings,
-        length=length,
-        height=height,
-        thickness=thickness,
-        wythes=wythes,
-        look_ahead=look_ahead,
-        margin=margin,
-        hearting=hearting,
-        chinking=chinking,
-    )
+    base = rubble.SettleSettings() if settings is None else settings
+    chosen, reading = given_to(settle, options, base, StoneReading())
+    inventory, assumed = inventory_of(stones, reading)
     wall = rubble.settle(inventory, chosen, progress, executor)
     for line in assumed:
         warnings.warn(line, stacklevel=2)

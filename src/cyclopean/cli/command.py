@@ -89,10 +89,18 @@ class Command:
         Options that have another word now, each with what is said of it.
     parser : type
         What reads the words.
+    fields : mapping of str to str
+        What refusals may begin with that is no option's name, and the option (and its part) that is meant.
     """
 
-    def __init__(self, function: Callable[..., int], retired: Mapping[str, str], parser: type[PlainCommand]) -> None:
-        self.function, self.retired, self.parser = function, retired, parser
+    def __init__(
+        self,
+        function: Callable[..., int],
+        retired: Mapping[str, str],
+        parser: type[PlainCommand],
+        fields: Mapping[str, str],
+    ) -> None:
+        self.function, self.retired, self.parser, self.fields = function, retired, parser, fields
         self.__name__, self.__doc__ = function.__name__, function.__doc__
 
     @cached_property
@@ -154,7 +162,18 @@ class Command:
         try:
             yield
         except InputError as error:
-            raise InputError(error.spelt(lambda name: as_option(words.get(name, name)))) from None
+            text = error.spelt(lambda name: as_option(words.get(name, name)))
+            raise InputError(self._as_typed(text, words)) from None
+
+    def _as_typed(self, text: str, words: Mapping[str, str]) -> str:
+        """A refusal that begins with a field, as those of design do, with the option instead: `--opening: sill ...`."""
+        head, colon, rest = text.partition(":")
+        first, _, part = head.partition(" ")
+        option, _, more = self.fields.get(first, first).partition(" ")
+        if not colon or (option not in self.options and not option.isupper()) or " " in part:
+            return text
+        shown = option if option.isupper() else as_option(words.get(option, option))
+        return f"{shown}:{''.join(f' {word}' for word in (more, part) if word)}{rest}"
 
     def _values(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Values of the function's parameters from what was typed.
@@ -193,9 +212,11 @@ class Command:
         return [given[name] for name in found if given[name] is not None]
 
 
-def command(parser: type[PlainCommand] = PlainCommand, **retired: str) -> Callable[[Callable[..., int]], Command]:
+def command(
+    parser: type[PlainCommand] = PlainCommand, fields: Mapping[str, str] | None = None, **retired: str
+) -> Callable[[Callable[..., int]], Command]:
     """Make a command of a function; `retired` are options by their old names, and what is said to who types one."""
-    return lambda function: Command(function, retired, parser)
+    return lambda function: Command(function, retired, parser, fields or {})
 
 
 def _parted(hint: Any) -> tuple[Any, Any]:

@@ -19,6 +19,7 @@ from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.sampling import body_points
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
+from cyclopean.options import option
 
 __all__ = ["Match", "MatchSettings", "Placement", "match_stones"]
 
@@ -35,9 +36,11 @@ GAP_SLACK = 0.01  # by which the total gap may miss what was asked before it is 
 class MatchSettings:
     """What is asked of a match, and how much trouble is taken over it."""
 
-    weight: float = 1.0  # w: what a litre of void costs, where a litre carved off costs 1
-    gap: float | None = None  # G: total gap that is accepted; w is then found by bisection; None = w as given
-    points: int = 2048  # by which a pair is polished, inside each stone
+    weight: float = option(1.0, "Price of a litre of void; a litre carved costs 1.", "number", metavar="W")  # w
+    gap: float | None = option(
+        None, "Share of the wall that may stay void; sets the weight.", "number", metavar="G"
+    )  # G: w is then found by bisection
+    points: int = option(2048, "Points in each stone that its pose is found by.", "whole", metavar="N")
     shortlist: int = 12  # pairs a cell that are refined to begin with
     starts: int = 2  # rotations from which a pair is refined
     bond: Bond = "free"  # where the longest axis of a stone lies: anywhere, into the wall, or along it

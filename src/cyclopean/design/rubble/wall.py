@@ -16,6 +16,7 @@ from cyclopean.design.rubble.standing import FRICTION
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 from cyclopean.geometry.frames import affine
+from cyclopean.options import option
 
 __all__ = ["OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings", "filled_in", "mean_length", "ways_of"]
 
@@ -32,22 +33,26 @@ WIDE, WIDE_OF_TWO = 90.0, 75.0  # percentile of the stones' widths that a wythe 
 class SettleSettings:
     """How a rubble wall is laid. None: found from the stones."""
 
-    length: float | None = None  # m
-    height: float | None = None  # m that no stone reaches above; None = as high as the stones go
-    thickness: float | None = None  # m
-    wythes: int = 1
-    cell: float | None = None  # m: of the height map
-    yaws: int = 8  # turns about the vertical that are tried
+    length: float | None = option(None, "Of the wall (m) [to suit the stones].", "number", metavar="L")
+    height: float | None = option(None, "No stone reaches higher (m) [as high as they go].", "number", metavar="L")
+    thickness: float | None = option(None, "Of the wall (m) [to suit the stones].", "number", metavar="L")
+    wythes: int = option(1, "Stones side by side through the wall.", "whole", choices=("1", "2"))
+    cell: float | None = option(None, "Of the height map (m) [1/20 of a stone].", "number", metavar="L")
+    yaws: int = option(8, "Turns about the vertical that are tried.", "whole", metavar="N")
     weights: Weights = field(default_factory=Weights)
-    look_ahead: int = 8  # stones that compete for a place; 0 = in the order of the inventory
-    margin: float | None = None  # m that the centre of mass stands inside the hull of the contacts; None = `INSIDE`
-    friction: float = FRICTION  # counted on while laying
-    lean: float = LEAN  # degrees by which gravity may lean at every stage
+    look_ahead: int = option(8, "Stones that compete for a place; 0: in their order.", "whole", metavar="N")
+    margin: float | None = option(
+        None, "Depth (m) of the centre of mass inside what bears a stone [1/20 of its size].", "number", metavar="L"
+    )
+    friction: float = option(FRICTION, "Friction that is counted on while laying.", "number", metavar="M", word="mu")
+    lean: float = option(LEAN, "Gravity may lean by so much, four ways, while laying.", "number", metavar="DEG")
     tries: int = 8  # places at which stones are seated before a gap is left
-    hearting: bool = False
-    chinking: bool = False
+    hearting: bool = option(False, "Small stones go into the hollows.", "flag")
+    chinking: bool = option(False, "Drive wedges under stones that would rock.", "flag")
     band: float | None = None  # m: surfaces nearer than that make a contact
-    ways: int | None = None  # walls that are laid, each a little otherwise; the best one is kept
+    ways: int | None = option(
+        None, "Walls laid, of which the best is kept [4 of up to 32 stones].", "whole", metavar="N"
+    )
 
     def __post_init__(self) -> None:
         for name in ("length", "height", "thickness", "cell", "band"):
