@@ -17,9 +17,9 @@ from cyclopean.analysis.equilibrium.polishing import Polished, Polisher
 from cyclopean.analysis.equilibrium.rbe import Outcome
 from cyclopean.analysis.equilibrium.settlement import SettledOutcome
 from cyclopean.analysis.preparation import PreparedModel
-from cyclopean.analysis.reasons import reason_for
+from cyclopean.analysis.reasons import counted_on, reason_for
 from cyclopean.analysis.settings import Settings
-from cyclopean.analysis.verdict import Result, Settled, Word
+from cyclopean.analysis.verdict import Result, Settled, Word, relative_motion
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
 from cyclopean.proof import Report, verify
@@ -136,12 +136,8 @@ def _settled(model: PreparedModel, rows: Floats) -> Settled | None:
     if model.settled is None:
         return None
     contacts, moved = model.contacts, rows + model.settled
-    patch, centre = contacts.patch, model.assembly.mass.centroid
-    at = [
-        moved[i, :3] + np.cross(moved[i, 3:], contacts.point - centre[i])
-        for i in (contacts.a[patch], contacts.b[patch])
-    ]
-    gap = np.einsum("pij,pj->pi", contacts.frame[patch], at[1] - at[0]) if len(patch) else np.zeros((0, 3))
+    apart = relative_motion(contacts, moved, model.assembly.mass.centroid)
+    gap = np.einsum("pij,pj->pi", contacts.frame[contacts.patch], apart) if len(contacts) else np.zeros((0, 3))
     return Settled(model.settled, moved, gap)
 
 
@@ -272,7 +268,7 @@ def _reason(
 ) -> str:
     if report is not None and not report.proved:
         return f"A solver's answer did not survive the independent check: {report.reason}"
-    return reason_for(
+    said = reason_for(
         model,
         settings.bounds(),
         claim.kind,
@@ -280,3 +276,4 @@ def _reason(
         claim.figures | ({} if report is None else report.figures),
         claim.provenance | {"method": settings.chosen_method()},
     )
+    return said + counted_on(model, claim.kind)

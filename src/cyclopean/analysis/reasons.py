@@ -10,7 +10,7 @@ from cyclopean.analysis.equilibrium.rbe import BALANCE, COLLAPSE
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats
 
-__all__ = ["reason_for"]
+__all__ = ["counted_on", "reason_for"]
 
 
 def reason_for(
@@ -38,26 +38,6 @@ def reason_for(
     provenance : mapping
         How the verdict was found.
     """
-    said = _said(model, bounds, kind, motion, figures, provenance)
-    pulling = model.contacts.strength
-    if not pulling.any():
-        return said
-    most = f"{pulling.max():g} Pa"
-    if kind == "rbe-state":
-        return f"{said} This counts on joints that pull: {np.count_nonzero(pulling)} of them, with up to {most}."
-    if kind == "rbe-mechanism":
-        return f"{said} Joints that pull with up to {most} do not prevent it."
-    return f"{said} Joints that pull with up to {most} were counted on."
-
-
-def _said(
-    model: PreparedModel,
-    bounds: Bounds,
-    kind: str,
-    motion: Floats | None,
-    figures: Mapping[str, float],
-    provenance: Mapping[str, Any],
-) -> str:
     if kind in ("rbe-state", "cra-state") and model.fixed.all():
         return "Every block is a support, so nothing can move."
     if kind == "rbe-settled":
@@ -91,6 +71,19 @@ def _said(
             f" {each} proved impossible (for {_named(bounds)})."
         )
     return _undecided(bounds, figures, provenance)
+
+
+def counted_on(model: PreparedModel, kind: str) -> str:
+    """What the verdict has to do with joints that pull; "" where none does."""
+    pulling = model.contacts.strength
+    if not pulling.any():
+        return ""
+    most = f"{pulling.max():g} Pa"
+    if kind == "rbe-state":
+        return f" This counts on joints that pull: {np.count_nonzero(pulling)} of them, with up to {most}."
+    if kind == "rbe-mechanism":
+        return f" Joints that pull with up to {most} do not prevent it."
+    return f" Joints that pull with up to {most} were counted on."
 
 
 def _named(bounds: Bounds) -> str:

@@ -14,11 +14,11 @@ from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide_rigid
 from cyclopean.analysis.equilibrium.neighbour import Neighbour
 from cyclopean.analysis.limit_analysis.limit import Found, find_limit, proved_limit
 from cyclopean.analysis.limit_analysis.live_load import Live
+from cyclopean.analysis.limit_analysis.polar import first_least
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.proving import polished, prove, rigid_claim
 from cyclopean.analysis.settings import Settings
-from cyclopean.analysis.verdict import Result
-from cyclopean.arrays import Floats, Ints
+from cyclopean.analysis.verdict import Result, relative_motion
 from cyclopean.assembly import Contacts
 
 __all__ = ["POINTS", "Bracket", "Margins", "margins", "shrunk"]
@@ -111,7 +111,7 @@ def _least_tilt(model: PreparedModel) -> tuple[Bracket | None, float | None]:
     bounded = [(one.outcome.upper, azimuth) for azimuth, one in found.items() if one.outcome.word == "limit"]
     if not bounded:
         return None, None
-    _, azimuth = min(bounded)
+    azimuth = bounded[first_least([upper for upper, _ in bounded])][1]
     result = proved_limit(model, Live(tilt=azimuth), found[azimuth])
     lower, upper = result.angle or (None, None)
     return (None, None) if lower is None else (Bracket(lower, upper, result.governing), azimuth)
@@ -175,11 +175,5 @@ def _governing(result: Result) -> int | None:
     contacts, rows = result.contacts, result.mechanism
     if rows is None or not len(contacts):
         return None
-    patch, centre = contacts.patch, result.assembly.mass.centroid
-
-    def velocity(block: Ints) -> Floats:
-        arm = contacts.point - centre[block]
-        return np.asarray(rows[block, :3] + np.cross(rows[block, 3:], arm))
-
-    apart = np.linalg.norm(velocity(contacts.b[patch]) - velocity(contacts.a[patch]), axis=1)
-    return int(patch[np.argmax(apart)])
+    apart = np.linalg.norm(relative_motion(contacts, rows, result.assembly.mass.centroid), axis=1)
+    return int(contacts.patch[np.argmax(apart)])

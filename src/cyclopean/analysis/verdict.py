@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 OPEN = 1e-6  # of the largest displacement: what gaps less counts as shut
 
-__all__ = ["Result", "Settled", "Word", "openings"]
+__all__ = ["Result", "Settled", "Word", "openings", "relative_motion"]
 
 Word = Literal["stable", "unstable", "undecided"]
 
@@ -85,3 +85,12 @@ def openings(result: Result) -> list[tuple[int, float]]:
     order = np.argsort(-width, kind="stable")
     least = OPEN * float(np.abs(result.settled.displacement[:, :3]).max())
     return [(int(k), float(width[k])) for k in order if width[k] > least]
+
+
+def relative_motion(contacts: Contacts, motion: Floats, centre: Floats) -> Floats:
+    """(P, 3) how contact points move on b against a, world axes, of (n, 6) motions about (n, 3) centres of mass."""
+    of_a, of_b = (
+        motion[i, :3] + np.cross(motion[i, 3:], contacts.point - centre[i])
+        for i in (contacts.a[contacts.patch], contacts.b[contacts.patch])
+    )
+    return np.asarray(of_b - of_a)

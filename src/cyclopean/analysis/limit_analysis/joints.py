@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 
 from cyclopean.analysis.limit_analysis.result import LimitResult
-from cyclopean.arrays import Floats
+from cyclopean.analysis.verdict import relative_motion
 
-__all__ = ["MovingJoint", "moving_joints", "relative_motion"]
+__all__ = ["MovingJoint", "moving_joints"]
 
 MOVES = 1e-4  # of the largest relative velocity: below it a joint is at rest
 SLIDES = 0.02  # of the largest relative velocity at the joint: below it a loaded point is a hinge
@@ -25,16 +25,6 @@ class MovingJoint:
     point: tuple[float, float, float]  # m: centre of what still touches (hinge, slide) or of the contact (part)
 
 
-def relative_motion(contacts_point: Floats, a: Floats, b: Floats, centre_a: Floats, centre_b: Floats) -> Floats:
-    """(P, 3) velocity of b against a at points, from (P, 6) motions of both about their centres of mass."""
-    return np.asarray(
-        b[:, :3]
-        + np.cross(b[:, 3:], contacts_point - centre_b)
-        - a[:, :3]
-        - np.cross(a[:, 3:], contacts_point - centre_a)
-    )
-
-
 def moving_joints(result: LimitResult) -> tuple[MovingJoint, ...]:
     """Joints that move in the mechanism, the fastest first; none where there is no mechanism.
 
@@ -44,9 +34,7 @@ def moving_joints(result: LimitResult) -> tuple[MovingJoint, ...]:
     contacts = result.contacts
     if result.mechanism is None or not len(contacts):
         return ()
-    patch, motion, centre = contacts.patch, result.mechanism, result.assembly.mass.centroid
-    a, b = contacts.a[patch], contacts.b[patch]
-    dd = relative_motion(contacts.point, motion[a], motion[b], centre[a], centre[b])
+    patch, dd = contacts.patch, relative_motion(contacts, result.mechanism, result.assembly.mass.centroid)
     size = np.linalg.norm(dd, axis=1)
     fastest = np.maximum.reduceat(size, contacts.start[:-1])
     top = float(np.max(fastest, initial=0.0))

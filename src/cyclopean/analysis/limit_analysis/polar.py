@@ -1,6 +1,6 @@
 """The tilt that a model bears in every direction."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,9 @@ from cyclopean.analysis.limit_analysis.result import LimitResult
 from cyclopean.analysis.settings import Settings
 from cyclopean.assembly import Assembly
 
-__all__ = ["Polar", "polar_tilt"]
+__all__ = ["Polar", "first_least", "polar_tilt"]
+
+SAME = 1e-5  # relative: ten times as far as both bounds of a limit lie apart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +51,12 @@ def polar_tilt(
         if assembly.contacts is None:  # found once
             assembly = replace(assembly, contacts=result.contacts)
         results.append(result)
-    return Polar(tuple(results), min(results, key=_height))
+    return Polar(tuple(results), results[first_least([_height(result) for result in results])])
+
+
+def first_least(values: Sequence[float]) -> int:
+    """Which is the first of those that are as small as any, to rounding: mirrored directions bear the same tilt."""
+    return next(k for k, value in enumerate(values) if value <= min(values) + SAME * abs(min(values)))
 
 
 def _height(result: LimitResult) -> float:
