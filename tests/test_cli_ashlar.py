@@ -168,8 +168,11 @@ def test_bad_input_is_one_line(run, tmp_path, command, argv, why):
 @pytest.mark.parametrize(
     ("argv", "why"),
     [
-        (("--weights", "1,2"), "--weights 1,2: should be four numbers L,D,H,A"),
-        (("--weights", "1,2,-3,1"), "--weights: must not be negative"),
+        (("--scores", "1,2"), "--scores: '1' should be NAME=W with one of length, depth, height, aspect"),
+        (("--weights", "1,2"), "--weights: is --scores now"),
+        (("--unit", "1"), "--unit: is --stone-length now"),
+        (("--scores", "length=-3"), "--scores length: -3 is less than 0"),
+        (("--scores", "length=0,depth=0,height=0,aspect=0"), "--scores: one of them must be more than 0"),
         (("--method", "worst"), "--method: 'worst' is not one of best, first, global"),
         (("--method", "global", "--slots", "free"), "--slots: the method global needs slots"),
         (("--least-score", "2"), "--least-score 2: expected a number from 0 to 1"),

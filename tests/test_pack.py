@@ -164,9 +164,9 @@ def test_refusals(options, why):
 
 
 def test_refused_weights_and_bonds():
-    with pytest.raises(InputError, match="weights: must not be negative, got -1"):
+    with pytest.raises(InputError, match="scores: must not be negative, got -1"):
         Weights(-1.0)
-    with pytest.raises(InputError, match="weights: one of them must be more than 0"):
+    with pytest.raises(InputError, match="scores: one of them must be more than 0"):
         Weights(0.0, 0.0, 0.0, 0.0)
     with pytest.raises(InputError, match="slots: a bond with through-stones, or one other than running"):
         pack(AshlarSettings(1.5, 1.0, 0.2, bond="stack"), of(30, BOX))

@@ -1,7 +1,7 @@
 """`ashlar` and `pack`: walls of sawn stones."""
 
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
 
@@ -14,6 +14,7 @@ from cyclopean.design.ashlar.planning import AshlarSettings
 from cyclopean.errors import InputError
 from cyclopean.options import Option
 from cyclopean.texts import choice, number, whole
+from cyclopean.texts import scores as read_scores
 
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["ashlar", "pack"]
 
 STONE = re.compile(r"(?P<length>[^x*]+)x(?P<height>[^x*]+)x(?P<depth>[^x*]+)(\*(?P<count>[^x*]+))?")
+UNIT = "is --stone-length now; --units says what lengths are in"
 
 Stones: TypeAlias = Annotated[
     str | None, argument("STONES", "Stock list (CSV), or a folder or file of sawn stones.", source=True)
@@ -61,7 +63,7 @@ Written: TypeAlias = Annotated[
 ]
 
 
-@command()
+@command(unit=UNIT)
 def ashlar(
     settings: AshlarSettings,
     stones: Stones = None,
@@ -82,7 +84,7 @@ def ashlar(
     return _end(wall, said, files, {"method": "first", "slots": "bond"}, [])
 
 
-@command()
+@command(unit=UNIT, weights="is --scores now; weights are those of forces, as in check")
 def pack(
     settings: AshlarSettings,
     stones: Stones = None,
@@ -94,10 +96,10 @@ def pack(
         str | None,
         Option("At the lengths of the stones, or of the bond [free, if it can be].", choices=get_args(Slots)),
     ] = None,
-    weights: Annotated[
-        tuple[float, ...],
-        Option("Of the fits of length, depth, height, length over height.", "numbers", metavar="L,D,H,A"),
-    ] = (0.4, 0.2, 0.2, 0.2),
+    scores: Annotated[
+        str | None,
+        Option("What each fit counts [length=0.4,depth=0.2,height=0.2,aspect=0.2].", metavar="NAME=W,..."),
+    ] = None,
     least_score: Annotated[
         float,
         Option("Where no stone scores this, the first that fits is taken.", "number", metavar="S", least=0.0, most=1.0),
@@ -115,10 +117,10 @@ def pack(
     settings = _asked(settings, course, openings)
     known = settings.bond != "running" or settings.through > 0 or method == "global"
     where = slots or ("bond" if known else "free")
-    if len(weights) != 4:
-        raise InputError.of("weights", weights, "should be four numbers L,D,H,A")
+    names = tuple(asdict(room.Weights()))
+    weights = room.Weights(**({} if scores is None else read_scores("`scores`", scores, names)))
     with long_work("packing a wall of sawn stones") as stage:
-        options: dict[str, Any] = {"weights": room.Weights(*weights), "least_score": least_score}
+        options: dict[str, Any] = {"weights": weights, "least_score": least_score}
         slabs, said = _slabs(stones, stone, units, strict)
         done = room.pack(settings, slabs, method=method, slots=where, **options)
         tried: list[Packed] = []
@@ -126,8 +128,8 @@ def pack(
             stage(other)
             tried.append(room.pack(settings, slabs, method=other, slots="bond", **options))
     asked = {
-        "method": method, "slots": where, "weights": weights, "least_score": least_score, "mean_score": done.mean,
-        "poor": done.poor, "compare": [_compared(one) for one in tried],
+        "method": method, "slots": where, "weights": tuple(asdict(weights).values()), "least_score": least_score,
+        "mean_score": done.mean, "poor": done.poor, "compare": [_compared(one) for one in tried],
     }  # fmt: skip
     lines = [f"  score    {done.mean:.3f} in the mean; {done.poor} of {len(done.wall.laid)} below {least_score:g}"]
     lines += [f"  {one.method:<8} in the slots of the bond: {_told(one)}" for one in tried]

@@ -65,9 +65,9 @@ class Weights:
     aspect: float = 0.2
 
     def __post_init__(self) -> None:
-        values = [not_negative("`weights`", v) for v in (self.length, self.depth, self.height, self.aspect)]
+        values = [not_negative("`scores`", v) for v in (self.length, self.depth, self.height, self.aspect)]
         if not sum(values) > 0.0:
-            raise InputError("`weights`: one of them must be more than 0")
+            raise InputError("`scores`: one of them must be more than 0")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

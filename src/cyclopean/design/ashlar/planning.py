@@ -58,7 +58,7 @@ class AshlarSettings:
     tolerance: float = option(
         0.002, "Heights (m) that differ by less are dressed to one course.", word="height_tolerance", **LENGTH
     )
-    unit: float | None = option(None, "Length of a stone (m) [that of most].", **SIZE)
+    unit: float | None = option(None, "Length of a stone (m) [that of most].", word="stone_length", **SIZE)
     leaves: int | None = option(None, "Leaves of the wall, with a joint between [as the bond has it].", "whole",
                                 metavar="1|2", least=1, most=2)  # fmt: skip
     through: int = option(0, "A stone through both leaves at every N-th stretcher; 0 none.", "whole", metavar="N",
