@@ -21,11 +21,11 @@ from cyclopean.service.solving import solved
 
 rhino3dm = pytest.importorskip("rhino3dm", reason="the extra rhino is not installed")
 
+from cyclopean.io.bodies import face_triangles  # noqa: E402
 from cyclopean.io.rhino_json import (  # noqa: E402
     RHINO_UNITS,
     mesh_body,
     mesh_json,
-    mesh_triangles,
     plane_json,
     plane_of,
     point_json,
@@ -211,7 +211,7 @@ def test_faces_that_rhino_has_not_become_triangles() -> None:
     """An L of six corners: four triangles that cover its area of 3, none of them outside."""
     corners = np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0]])
     body = mesh_body("mesh", mesh_json(corners, [(5, 4, 3, 2, 1, 0)], M), M)
-    edge = body.vertices[mesh_triangles(body)]
+    edge = body.vertices[face_triangles(body.vertices, body.faces)]
     double = np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0])
     assert len(body.faces) == 4
     assert (double[:, 2] < 0.0).all()

@@ -17,13 +17,14 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.geometry import following, newell_normals, offsets
+from cyclopean.geometry import face_normals, following, newell_normals, offsets, pack, triangles
 from cyclopean.geometry.frames import unit
 from cyclopean.geometry.packed import components
+from cyclopean.geometry.polygon import triangulated
 from cyclopean.io.fields import REACH, face_fault, label
 from cyclopean.io.units import metres
 
-__all__ = ["Body", "assembly_of", "pieces", "welded"]
+__all__ = ["Body", "assembly_of", "face_triangles", "part_of", "pieces", "welded"]
 
 # Half-planes closer than this round an edge (rad) are one: single precision leaves 1e-4 on the smallest facets,
 # and no stone has so sharp an arris.
@@ -94,7 +95,7 @@ def welded(where: str, body: Body) -> Body:
     opened = _opened(soup)
     if not opened.any():
         return body
-    return _part(body.name, body.vertices, _welded(soup, opened).faces, body.fields)
+    return part_of(body.name, body.vertices, _welded(soup, opened).faces, fields=body.fields)
 
 
 def _check(where: str, body: Body) -> None:
@@ -208,24 +209,42 @@ def _split(path: str, bodies: Sequence[Body], soup: _Soup, warnings: list[str]) 
         if len(by_piece) > 1 and (len(bodies) == 1 or not body.whole):
             names = [None if body.name is None else f"{body.name}-{m}" for m in range(len(by_piece))]
             made.extend(
-                _part(name, soup.vertices, faces, body.fields)
+                part_of(name, soup.vertices, faces, fields=body.fields)
                 for name, faces in zip(names, by_piece.values(), strict=True)
             )
             split = True
             continue
         loose += [body.name] if len(by_piece) > 1 else []
-        made.append(_part(body.name, soup.vertices, list(chain.from_iterable(by_piece.values())), body.fields))
+        made.append(part_of(body.name, soup.vertices, list(chain.from_iterable(by_piece.values())), fields=body.fields))
     if loose:
         more = f" (and {len(loose) - 1} more)" if len(loose) > 1 else ""
         warnings.append(f"{path}: block {label(loose[0] or 'unnamed')} has separate pieces that move as one{more}")
     return made, split
 
 
-def _part(name: str | None, vertices: Floats, faces: list[tuple[int, ...]], fields: Mapping[str, Any]) -> Body:
-    """Return the faces as a body, with only the vertices they use, in the order they had."""
+def part_of(name: str | None, vertices: Floats, faces: list[tuple[int, ...]], **more: Any) -> Body:
+    """Return the faces as a body, with only those of the vertices (v, 3) that they use, in the order they had."""
     used = sorted(set(chain.from_iterable(faces)))
     new = dict(zip(used, range(len(used)), strict=True))
-    return Body(name, vertices[used], [tuple([new[i] for i in face]) for face in faces], fields=fields)
+    return Body(name, vertices[used], [tuple([new[i] for i in face]) for face in faces], **more)
+
+
+def face_triangles(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:
+    """Triangles (t, 3) of polygons on vertices (v, 3): fans, or ears where a polygon is not convex."""
+    if all(len(face) == 3 for face in faces):
+        return np.array(faces, np.int64).reshape(-1, 3)
+    mesh = pack([(vertices, faces)])
+    found, owner = triangles(mesh)
+    corner = vertices[found]
+    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    hollow = np.unique(owner[np.einsum("ti,ti->t", across, face_normals(mesh)[owner]) < 0.0])
+    kept = found[~np.isin(owner, hollow)]
+    cut = []
+    for k in hollow.tolist():
+        face = np.array(faces[k])
+        ears = triangulated(vertices[face])
+        cut.append(found[owner == k] if ears is None else face[ears])
+    return np.concatenate([kept, *cut])
 
 
 def pieces(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:

@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from itertools import chain
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,7 @@ __all__ = [
     "density",
     "face_fault",
     "faces",
+    "fail",
     "first_repeat",
     "flag",
     "found",
@@ -80,6 +81,11 @@ def read_json(path: PathLike) -> Any:
     """Parse a JSON file; errors as `read_bytes`, `decoded` and `parsed`."""
     shown = one_line(path)
     return parsed(shown, decoded(shown, read_bytes(path)))
+
+
+def fail(path: str, line: int, what: str) -> NoReturn:
+    """Refuse a line of a text file."""
+    raise InputError(f"{path}: line {line}: {what}")
 
 
 def first_repeat(items: Iterable[_Item]) -> _Item | None:

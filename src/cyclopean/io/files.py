@@ -5,7 +5,7 @@ import math
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields, is_dataclass
@@ -283,22 +283,18 @@ def json_text(data: Any) -> str:
         if not isinstance(data, dict):
             return _compact(data) + "\n"
         if "seal" in data:
-            return "{\n" + ",\n".join(f"{_sealed(k)}:{_sealed_lines(data[k])}" for k in sorted(data)) + "\n}\n"
-        return "{\n" + ",\n".join(f" {_compact(str(k))}: {_lines(v)}" for k, v in data.items()) + "\n}\n"
+            return "{\n" + ",\n".join(f"{_sealed(k)}:{_lines(data[k], _sealed)}" for k in sorted(data)) + "\n}\n"
+        return "{\n" + ",\n".join(f" {_compact(str(k))}: {_lines(v, _compact, 1)}" for k, v in data.items()) + "\n}\n"
     except ValueError:
         raise InputError("a number in it is NaN or infinite, which JSON cannot hold") from None
 
 
-def _lines(value: Any) -> str:
+def _lines(value: Any, text: Callable[[Any], str], indent: int = 0) -> str:
     if isinstance(value, list | tuple) and value and isinstance(value[0], dict):
-        return "[\n  " + ",\n  ".join(map(_compact, value)) + "\n ]"
-    return _compact(value)
-
-
-def _sealed_lines(value: Any) -> str:
-    if isinstance(value, list | tuple) and value and isinstance(value[0], dict):
-        return "[\n" + ",\n".join(map(_sealed, value)) + "\n]"
-    return _sealed(value)
+        start = "\n" + " " * indent
+        inner = start + " " * indent
+        return "[" + inner + ("," + inner).join(map(text, value)) + start + "]"
+    return text(value)
 
 
 def _sealed(value: Any) -> str:

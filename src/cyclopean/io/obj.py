@@ -3,14 +3,12 @@
 Read here and not by a library so that polygons stay polygons and trouble is named by its line.
 """
 
-from typing import NoReturn
-
 import numpy as np
 
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
-from cyclopean.io.bodies import Body
-from cyclopean.io.fields import REACH
+from cyclopean.io.bodies import Body, part_of
+from cyclopean.io.fields import REACH, fail
 from cyclopean.io.files import decoded, one_line
 
 __all__ = ["obj_text", "read_obj"]
@@ -51,7 +49,7 @@ def read_obj(path: str, data: bytes) -> list[Body]:
         elif word == "g":
             group, here = _name(line, ours), None
         elif word not in _PASSED_OVER and not word.startswith("#"):
-            _fail(path, number, f"'{one_line(word, 20)}' is not an OBJ statement")
+            fail(path, number, f"'{one_line(word, 20)}' is not an OBJ statement")
     if not vertices:
         raise InputError(f"{path}: has no vertices (lines 'v x y z'); is it an OBJ file?")
     points = np.array(vertices)
@@ -85,19 +83,15 @@ def _name(line: str, exact: bool) -> str:
     return line.rstrip("\r")[2:] if exact else line.strip()[1:].strip()
 
 
-def _fail(path: str, number: int, what: str) -> NoReturn:
-    raise InputError(f"{path}: line {number}: {what}")
-
-
 def _vertex(path: str, number: int, words: list[str]) -> list[float]:
     try:
         point = [float(word) for word in words[1:4]]
     except ValueError:
         point = []
     if len(point) < 3:
-        _fail(path, number, "a vertex needs three numbers, 'v x y z'")
+        fail(path, number, "a vertex needs three numbers, 'v x y z'")
     if not (abs(point[0]) <= REACH and abs(point[1]) <= REACH and abs(point[2]) <= REACH):
-        _fail(path, number, "a coordinate is not a finite number below 1e12")
+        fail(path, number, "a coordinate is not a finite number below 1e12")
     return point
 
 
@@ -110,28 +104,25 @@ def _face(path: str, number: int, words: list[str], count: int) -> tuple[int, ..
         try:
             index = int(word.partition("/")[0])
         except ValueError:
-            _fail(path, number, f"'{one_line(word, 20)}' is not a vertex index")
+            fail(path, number, f"'{one_line(word, 20)}' is not a vertex index")
         corner = index - 1 if index > 0 else count + index
         if index == 0 or not 0 <= corner < count:
-            _fail(path, number, f"the face names vertex {one_line(word, 20)}, but {count} vertices stand above it")
+            fail(path, number, f"the face names vertex {one_line(word, 20)}, but {count} vertices stand above it")
         corners.append(corner)
     if len(corners) < 3:
-        _fail(path, number, f"a face needs at least 3 corners, found {len(corners)}")
+        fail(path, number, f"a face needs at least 3 corners, found {len(corners)}")
     if len(set(corners)) < len(corners):
         corners = [i for k, i in enumerate(corners) if i != corners[k - 1]]  # a closing corner, or two that were merged
         if len(corners) < 3 or len(set(corners)) < len(corners):
-            _fail(path, number, "a face names one vertex twice; list every corner once")
+            fail(path, number, "a face names one vertex twice; list every corner once")
     return tuple(corners)
 
 
 def _body(points: np.ndarray, names: tuple[str, str], faces: list[tuple[int, ...]], ours: bool) -> Body:
     owner, group = names
     name = owner if ours else f"{owner}/{group}" if owner and group and owner != group else owner or group
-    corners = np.unique(np.array([i for face in faces for i in face]))
-    new = dict(zip(corners.tolist(), range(len(corners)), strict=True))
     fields = {"group": group} if ours and group and group.isprintable() else {}
-    local = [tuple(new[i] for i in face) for face in faces]
-    return Body(name or None, points[corners], local, whole=bool(name), fields=fields)
+    return part_of(name or None, points, faces, whole=bool(name), fields=fields)
 
 
 def obj_text(assembly: Assembly) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
-from cyclopean.io.bodies import Body
+from cyclopean.io.bodies import Body, part_of
 from cyclopean.io.fields import face_fault
 from cyclopean.io.files import one_line
 
@@ -84,17 +84,12 @@ def _column(values: Any) -> Floats:
 def _by_block(
     path: str, points: Floats, faces: list[tuple[int, ...]], block: Ints, names: dict[int, str]
 ) -> list[Body]:
-    bodies = []
     parts: dict[int, list[tuple[int, ...]]] = {}
     for number, face in zip(block.tolist(), faces, strict=True):
         if fault := face_fault(face, len(points)):
             raise InputError(f"{path}: a face of block {number} {fault}")
         parts.setdefault(number, []).append(face)
-    for number, part in parts.items():
-        used = sorted({i for face in part for i in face})
-        new = dict(zip(used, range(len(used)), strict=True))
-        bodies.append(Body(names.get(number), points[used], [tuple(new[i] for i in face) for face in part]))
-    return bodies
+    return [part_of(names.get(number), points, part) for number, part in parts.items()]
 
 
 def _header(path: str, data: bytes) -> _Header:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.arrays import Floats, Ints
+from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
 from cyclopean.geometry import newell_normals
 from cyclopean.geometry.polygon import triangulated
@@ -27,7 +27,6 @@ __all__ = [
     "mesh_body",
     "mesh_json",
     "mesh_shape",
-    "mesh_triangles",
     "plane_json",
     "plane_of",
     "point_json",
@@ -189,12 +188,6 @@ def _rings(vertices: Floats, face: Sequence[int]) -> list[tuple[int, ...]]:
     if ears is None:
         return list(fan(face))
     return [(face[a], face[b], face[c]) for a, b, c in ears.tolist()]
-
-
-def mesh_triangles(body: Body) -> Ints:
-    """Triangles (t, 3) of a mesh, counter-clockwise where its faces are."""
-    rings = (ring for face in body.faces for ring in _rings(body.vertices, face))
-    return np.array([t for r in rings for t in ([r] if len(r) == 3 else [r[:3], (r[0], *r[2:])])], np.int64)
 
 
 def polyline_json(points: Floats, units: Units, *, closed: bool = True) -> dict[str, str | int]:

@@ -1,7 +1,6 @@
 """STL, ASCII and binary: a soup of triangles, in solids where the file is ASCII."""
 
 import struct
-from typing import NoReturn
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import triangles
 from cyclopean.geometry.frames import unit
 from cyclopean.io.bodies import Body
+from cyclopean.io.fields import fail
 from cyclopean.io.files import decoded, one_line
 
 __all__ = ["read_stl", "stl_text"]
@@ -71,7 +71,7 @@ def _ascii(path: str, content: str) -> list[Body]:
             bodies.append(_soup(name, np.array(corners, np.float64).reshape(-1, 3, 3)))
             expected, corners = "solid", []
         elif word != expected.partition(" ")[0]:
-            _fail(path, number, f"expected '{expected.partition(' ')[0]}', found '{one_line(words[0], 20)}'")
+            fail(path, number, f"expected '{expected.partition(' ')[0]}', found '{one_line(words[0], 20)}'")
         elif word == "vertex":
             corners.append(_vertex(path, number, words))
             expected = "vertex" if len(corners) % 3 else "endloop"
@@ -80,12 +80,8 @@ def _ascii(path: str, content: str) -> list[Body]:
         else:
             expected = {"facet": "outer", "outer": "vertex", "endloop": "endfacet", "endfacet": "facet"}[word]
     if expected != "solid":
-        _fail(path, number, "the file ends early: 'endsolid' is missing")
+        fail(path, number, "the file ends early: 'endsolid' is missing")
     return bodies
-
-
-def _fail(path: str, number: int, what: str) -> NoReturn:
-    raise InputError(f"{path}: line {number}: {what}")
 
 
 def _vertex(path: str, number: int, words: list[str]) -> list[float]:
@@ -94,7 +90,7 @@ def _vertex(path: str, number: int, words: list[str]) -> list[float]:
     except ValueError:
         point = []
     if len(point) != 3 or not np.isfinite(point).all():
-        _fail(path, number, "a vertex needs three finite numbers, 'vertex x y z'")
+        fail(path, number, "a vertex needs three finite numbers, 'vertex x y z'")
     return point
 
 

@@ -16,10 +16,8 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.design.stones.inventory import CLASSES, Inventory, Shape, flat_faces, shape_of, size_of
 from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.errors import InputError
-from cyclopean.geometry import face_normals, pack, triangles
 from cyclopean.geometry.mesh_repair import Piece, repair, weld
-from cyclopean.geometry.polygon import triangulated
-from cyclopean.io.bodies import Body, pieces
+from cyclopean.io.bodies import Body, face_triangles, pieces
 from cyclopean.io.fields import REACH, first_repeat, label
 from cyclopean.io.files import PathLike, one_line, picked, read_bytes, together, write_bytes
 from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
@@ -160,7 +158,7 @@ def _of_model(path: PathLike, units: str | None) -> tuple[list[Reading], tuple[s
     """Read the blocks of a model as stones; warnings are those of its reader."""
     model, warnings = read_model(path, units)
     blocks = [b for b in model.blocks if b.faces]
-    meshes = [_Mesh(b.id, b.vertices, _fans(b.vertices, b.faces), True, b.density) for b in blocks]
+    meshes = [_Mesh(b.id, b.vertices, face_triangles(b.vertices, b.faces), True, b.density) for b in blocks]
     return [_mended(meshes)], warnings
 
 
@@ -243,30 +241,12 @@ def _mesh(shown: str, suffix: str, body: Body, units: str) -> _Mesh:
     if min(map(len, body.faces)) < 3:
         raise InputError(f"{where}: a face has fewer than 3 corners")
     vertices = metres(body.vertices, "m" if suffix == ".glb" else units)
-    corners = _fans(vertices, body.faces)
+    corners = face_triangles(vertices, body.faces)
     if suffix in _UNSHARED:
         used, corners = np.unique(weld(vertices, corners), return_inverse=True)
         vertices, corners = vertices[used], corners.reshape(-1, 3)
     name = "".join(c if c.isprintable() else "_" for c in body.name) if body.name else None
     return _Mesh(name, vertices, corners, body.whole)
-
-
-def _fans(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:
-    """Triangles (t, 3) of polygons: fans, or ears where a polygon is not convex."""
-    if all(len(face) == 3 for face in faces):
-        return np.array(faces, np.int64).reshape(-1, 3)
-    mesh = pack([(vertices, faces)])
-    found, owner = triangles(mesh)
-    corner = vertices[found]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    hollow = np.unique(owner[np.einsum("ti,ti->t", across, face_normals(mesh)[owner]) < 0.0])
-    kept = found[~np.isin(owner, hollow)]
-    cut = []
-    for k in hollow.tolist():
-        face = np.array(faces[k])
-        ears = triangulated(vertices[face])
-        cut.append(found[owner == k] if ears is None else face[ears])
-    return np.concatenate([kept, *cut])
 
 
 _PASSED_OVER = frozenset((b"vt", b"vn", b"s", b"usemtl", b"mtllib"))

@@ -11,11 +11,11 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.errors import InputError
 from cyclopean.io import json_text
-from cyclopean.io.bodies import Body, assembly_of
+from cyclopean.io.bodies import Body, assembly_of, face_triangles
 from cyclopean.io.fields import first_repeat, label, mapping, parsed
 from cyclopean.io.files import one_line
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
-from cyclopean.io.rhino_json import Pose, mesh_triangles
+from cyclopean.io.rhino_json import Pose
 from cyclopean.service.parameters import Context, Input
 
 __all__ = [
@@ -145,7 +145,7 @@ def _stone(where: str, name: str, body: Body, notes: list[str]) -> Any:
     from cyclopean.design.stones.stone import stone_of
     from cyclopean.geometry.mesh_repair import repair
 
-    corners = mesh_triangles(body)
+    corners = face_triangles(body.vertices, body.faces)
     if not (0 <= corners.min() and corners.max() < len(body.vertices)):
         raise InputError(f"{where}: a face names a vertex that is not there; there are {len(body.vertices)}")
     mended = repair(body.vertices, corners)
