@@ -81,12 +81,6 @@ class Cell:
         sector[k], a[k], b[k] = True, ray_a, ray_b
         return replace(self, sector=sector, ray_a=a, ray_b=b)
 
-    def anywhere(self, k: int) -> "Cell":
-        """Without rays at point k: a wider cell."""
-        sector = self.sector.copy()
-        sector[k] = False
-        return replace(self, sector=sector)
-
     def between(self, k: int, lo: float, hi: float) -> "Cell":
         """The same with other speeds of point k."""
         slow, fast = self.lo.copy(), self.hi.copy()

@@ -7,16 +7,14 @@ to the polish; else the point whose work is furthest from a state's decides what
 of its sliding (sectors between the axes of the contact serve best: more other cells have the same), or, in a sector
 that is narrow already, the speed.
 
-What a leaf assumes but does not need is dropped, one thing at a time: its vectors then close other cells as well, and a
-split of which one part is closed by a tree that closes the whole disappears. Cells that a symmetry of the model maps to
-each other are closed once. Now and then a hop (`hopping`) looks for a state: where one exists, that is how it is
+A split of which one part is closed by a tree that closes the whole disappears. Cells that a symmetry of the model maps
+to each other are closed once. Now and then a hop (`hopping`) looks for a state: where one exists, that is how it is
 usually met.
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
 from typing import Literal
 
@@ -56,9 +54,6 @@ __all__ = ["Node", "TreeAnswer", "refute", "tree_document"]
 
 ROUNDS = 3  # of fitting forces and motion to each other in a node
 POOL = 400  # vectors of each kind that are remembered
-WIDENINGS = 4  # programmes solved to widen a closed cell
-PROBES = 8  # points whose sectors are tried with remembered vectors before one is split
-FAIL_FIRST = 10.0  # what each sector that closes so is worth, as a factor of the merit
 WORTH = 1e-9  # merit of a point that calls for a split
 NARROW, THIN = np.pi / 8, 1e-3  # radians: sectors in which speed is split first, and that are not split any further
 FARKAS = 1e9  # multiples of y from which the balance is called impossible
@@ -268,7 +263,6 @@ class _Search:
         sight = task.sight
         if leaf is None:
             leaf, sight = self._solved(task)
-            leaf = None if leaf is None else self._widened(task.cell, leaf)
         if leaf is not None:
             self.closed += task.share
             return leaf
@@ -300,31 +294,6 @@ class _Search:
             if least > most_work(self.bounds, cell, w) and self._proves(cell, leaf := _pair(y, least, w)):
                 return leaf, task.sight
         return None, _Sight(f, dq, y, w)
-
-    def _widened(self, cell: Cell, leaf: Leaf) -> Leaf:
-        """Vectors that close a wider cell: what the cell assumes is dropped, one thing at a time, where it can be."""
-        pending, spare = list(_assumptions(cell)), WIDENINGS
-        while pending:
-            for drop in list(pending):
-                if self._proves(drop(cell), leaf):
-                    cell = drop(cell)
-                    pending.remove(drop)
-            while pending and spare > 0:
-                spare -= 1
-                wider = pending.pop(0)(cell)
-                found = self._resolved(wider, leaf)
-                if found is not None:
-                    cell, leaf = wider, found
-                    break
-            else:
-                break
-        return leaf
-
-    def _resolved(self, cell: Cell, like: Leaf) -> Leaf | None:
-        """A leaf of the same kind for another cell."""
-        sight = _Sight(np.zeros((self.system.points, 3)), np.zeros(len(self.system.p)))
-        task = _Task(cell, sight, 0.0, like.y is not None, like.w is not None)
-        return self._solved(task)[0]
 
     def _holds(self, cell: Cell, node: Node) -> bool:
         """Whether a tree closes a cell other than the one it was grown for."""
@@ -376,7 +345,7 @@ class _Search:
         normal = np.where(cell.status == OPEN, normal, -1.0)
         width = np.where(cell.sector, _angles(cell.ray_a, cell.ray_b), 2.0 * np.pi)
         tangential = np.where((width > THIN) & (cell.status != UNLOADED), tangential, -1.0)
-        i, j = int(np.argmax(normal)), self._failing_first(cell, tangential)
+        i, j = int(np.argmax(normal)), int(np.argmax(tangential))
         if max(normal[i], tangential[j]) <= WORTH:
             return self._split_anything(task, width)
         if normal[i] >= 0.1 * tangential[j]:
@@ -395,19 +364,6 @@ class _Search:
         if cell.status[j] == UNLOADED or not (width[j] > THIN):
             raise _StoppedError  # all but a point, and neither a state nor empty: rounding decides here
         return self._split_sector(task, j)
-
-    def _failing_first(self, cell: Cell, tangential: Floats) -> int:
-        """Of the points with much merit, the one with most sectors that remembered vectors close."""
-
-        def rating(k: int) -> float:
-            parts = _sectors(cell, k, _rays(cell, k))
-            count = sum(self.pool.leaf(part, self._proves) is not None for part in parts)
-            return float(tangential[k] * FAIL_FIRST**count)
-
-        top = [int(k) for k in np.argsort(-tangential)[:PROBES]]
-        return max(
-            (k for k in top if tangential[k] >= max(WORTH, 0.01 * tangential[top[0]])), key=rating, default=top[0]
-        )
 
     def _split_load(self, task: _Task, k: int) -> Node:
         """Close the engaged part, hand it to all points that a symmetry of the cell moves k to, then close the rest."""
@@ -450,14 +406,6 @@ class _Search:
                 self.closed += task.share * (len(cells) - len(parts)) / len(cells)
                 return parts[-1:]
         return parts
-
-
-def _assumptions(cell: Cell) -> Iterator[Callable[[Cell], Cell]]:
-    """Ways to widen a cell, each of which drops one thing that it assumes."""
-    for k in map(int, np.flatnonzero(cell.status != OPEN)):
-        yield partial(Cell.marked, k=k, status=OPEN)
-    for k in map(int, np.flatnonzero(cell.sector)):
-        yield partial(Cell.anywhere, k=k)
 
 
 def _rays(cell: Cell, k: int) -> Floats:
