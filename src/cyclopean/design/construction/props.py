@@ -22,8 +22,8 @@ import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from cyclopean.analysis import Result, Settings
-from cyclopean.design.construction.stages import Stage, moving, verdict, with_props
+from cyclopean.analysis import Result, Settings, mobile
+from cyclopean.design.construction.stages import Stage, verdict, with_props
 
 __all__ = ["Props", "smallest_props"]
 
@@ -185,8 +185,9 @@ class _Search:
 
     def mobile(self, props: Collection[int]) -> set[int] | None:
         """Blocks that a mechanism moves while these are held; None where there is none."""
-        found = moving(with_props(self.stage, tuple(props)), self.settings)
-        return None if found is None else set(found.tolist())
+        stage = with_props(self.stage, tuple(props))
+        found = mobile(stage.model, self.settings)
+        return None if found is None else set(stage.block[found].tolist())
 
     def greedy(self, begun: Sequence[int] = ()) -> Props | None:
         """Hold one block of each mechanism more until the rest stands, then let go what need not be held."""

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.analysis import Judge, Known, PreparedModel, Result, Settings, mobile, recheck
+from cyclopean.analysis import Judge, Known, PreparedModel, Result, Settings, recheck
 from cyclopean.arrays import Bools, Ints
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.proof import verify
 
-__all__ = ["Stage", "moving", "stage_of", "verdict", "with_props"]
+__all__ = ["Stage", "stage_of", "verdict", "with_props"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,12 +88,6 @@ def verdict(
     earlier, result = before
     block, point = _places(stage.block, earlier.block), _places(stage.point, earlier.point)
     return recheck(stage.model, settings, Known(result, block, point), judge)
-
-
-def moving(stage: Stage, settings: Settings) -> Ints | None:
-    """Blocks of the whole that a mechanism of this stage moves; None where there is none."""
-    found = mobile(stage.model, settings)
-    return None if found is None else stage.block[found]
 
 
 def _places(here: Ints, wanted: Ints) -> Ints:

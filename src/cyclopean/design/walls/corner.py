@@ -129,7 +129,7 @@ def corner_wall(
         return _joined((draw_pattern(both[0]), draw_pattern(both[1])), *bed)
     first, second = (improvements(one, seconds=IMPROVING / 2.0) for one in both)
     count = max(len(first), len(second))
-    pairs = [(first[_place(k, count, len(first))], second[_place(k, count, len(second))]) for k in range(count)]
+    pairs = [(first[min(k, len(first) - 1)], second[min(k, len(second) - 1)]) for k in range(count)]
     chosen = standing(pairs, lambda pair: verdict(_joined(pair, *bed).assembly))
     return replace(_joined(pairs[chosen.place], *bed), chosen=chosen)
 
@@ -159,11 +159,6 @@ def corner_with_open_joints(made: CornerWall, *, gap: float = 0.01, chamfer: flo
             if long.get(cell, True):
                 blocks[block] = replace(shown[cell], id=blocks[block].id)
     return tuple(blocks[1:])
-
-
-def _place(k: int, count: int, length: int) -> int:
-    """The k-th of `count` places, in a list that may be shorter: firsts meet, and lasts."""
-    return length - 1 if k == count - 1 else min(k, length - 1)
 
 
 def _both(settings: PatternSettings, length: float, depth: float) -> tuple[PatternSettings, PatternSettings]:
