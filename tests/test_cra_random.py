@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from coupled_cases import CoupledCase, coupled_case, undetected
-from coupled_damage import FATAL, PERHAPS, damaged
 from cyclopean.analysis import CoupledOutcome, Result, Settings, check
 from cyclopean.analysis.coupled.at_scale import solve_at_scale
 from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.proving import coupled_claim, prove
 from cyclopean.proof import seal, verify
+from damages import FATAL, PERHAPS, damaged
 from laws import cases, nightly
 from second_opinion import conditions
 

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.proof import verify
+from damages import REMOVE, at, changed, differs, places, resealed, substitutes
 from laws import examples
 from test_proof_checker import (
     BASE,
@@ -30,7 +31,6 @@ from test_proof_checker import (
     state,
 )
 from test_proof_laws import cross, moved, scaled_rows, split
-from test_proof_mutations import REMOVE, at, changed, differs, places, resealed, substitutes
 
 BOUNDS = {"eps": 1.0, "eta": 10.0, "beta_min": 0.01}
 SAID = "(eta = 10 eps, beta_min = 0.01 eps, listed contacts)"

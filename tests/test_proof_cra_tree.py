@@ -17,11 +17,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.proof import checker, verify, verify_file
+from damages import REMOVE, at, changed, differs, places, resealed, substitutes
 from laws import examples
 from test_proof_checker import BASE, CUBE, GROUND, RHO, G, box, contact, cube_on_ground, overhang, sealed, state
 from test_proof_cra_state import BOUNDS, COUPLED
 from test_proof_laws import cross, moved
-from test_proof_mutations import REMOVE, at, changed, differs, places, resealed, substitutes
 
 HALF, LEVER = 0.15, 0.5  # half of the section, half of the length
 CORNERS = [(-HALF, -HALF), (HALF, -HALF), (HALF, HALF), (-HALF, HALF)]  # (y, z), in the order of the points

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.proof import seal, verify
+from damages import REMOVE, at, changed, differs, places, resealed, substitutes
 from laws import examples
 from test_proof_checker import (
     BASE,
@@ -27,58 +28,6 @@ from test_proof_checker import (
     state,
     two_cubes,
 )
-
-REMOVE = object()
-
-
-def places(value, path=()):
-    """Every path into a JSON value."""
-    yield path
-    children = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, child in children:
-        yield from places(child, (*path, key))
-
-
-def at(value, path):
-    for key in path:
-        value = value[key]
-    return value
-
-
-def changed(certificate, path, new):
-    result = copy.deepcopy(certificate)
-    if new is REMOVE:
-        del at(result, path[:-1])[path[-1]]
-    else:
-        at(result, path[:-1])[path[-1]] = new
-    return result
-
-
-def resealed(certificate):
-    """Sealed again where that is possible (NaN and Infinity have no canonical JSON: then the seal is kept)."""
-    try:
-        return sealed(certificate)
-    except (ValueError, TypeError, RecursionError):
-        return certificate
-
-
-def substitutes(old):
-    """What a value of this type might be damaged into."""
-    yield from (None, REMOVE, [], {}, "", True, "1.0", -1, math.nan, math.inf, -math.inf, 1e308, 5e-324, 10**5000)
-    if isinstance(old, int | float) and not isinstance(old, bool) and abs(old) < 1e300:
-        yield from (-old, old * 1.5, old + 1, str(old), [old], 1e150, 1e-200)
-    if isinstance(old, str):
-        yield from (old + "x", old.upper(), 0)
-    if isinstance(old, list):
-        yield from (old[:-1], [*old, 0], old[::-1], [old])
-    if isinstance(old, dict):
-        yield from ({**old, "note": 1}, list(old))
-    if isinstance(old, bool):
-        yield from (not old, int(old))
-
-
-def differs(a, b):
-    return a is REMOVE or type(a) is not type(b) or a != b
 
 
 @pytest.mark.parametrize("build", [pushed_cube, overhang])

@@ -384,8 +384,7 @@ class _Joint(NamedTuple):
     bent: bool = False  # whether the file says that the surface is rough or curved
 
 
-@dataclass(frozen=True, slots=True)
-class _Push:
+class _Push(NamedTuple):
     """A load as the file gives it."""
 
     block: int
@@ -393,8 +392,7 @@ class _Push:
     point: Sequence[Number]
 
 
-@dataclass(frozen=True, slots=True)
-class _Live:
+class _Live(NamedTuple):
     """Loads that grow with a multiplier, and the multipliers of which something is claimed."""
 
     gravity: Sequence[Number]
@@ -403,8 +401,7 @@ class _Live:
     upper: Number | None
 
 
-@dataclass(frozen=True, slots=True)
-class _Bounds:
+class _Bounds(NamedTuple):
     """Bounds of the virtual displacement of coupled analysis, in one unit: 0 < eps, 0 < beta < eta."""
 
     eps: Number
@@ -412,16 +409,14 @@ class _Bounds:
     beta: Number
 
 
-@dataclass(frozen=True, slots=True)
-class _Leaf:
+class _Leaf(NamedTuple):
     """An end of a tree: six numbers a block (zero where fixed), or a vector a contact point, or both."""
 
     motion: list[Sequence[Number]] | None
     forces: list[Sequence[Number]] | None
 
 
-@dataclass(frozen=True, slots=True)
-class _Split:
+class _Split(NamedTuple):
     """A fork of a tree at a contact point: by load (engaged | unloaded) where it has neither rays nor a speed, by the
     direction of sliding where it has rays, by the amount of it (slower | faster) where it has a speed.
     """
@@ -544,8 +539,14 @@ def _read(certificate: object, data: bytes = b"") -> _Sheet:
     """Check schema, kind, keys, types, names, counts and the seal."""
     if not isinstance(certificate, Mapping):
         _refuse("the certificate is not an object")
-    _require_schema(certificate.get("schema"))
-    kind = certificate.get("kind")
+    schema, kind = certificate.get("schema"), certificate.get("kind")
+    if schema == FIRST_SCHEMA:
+        _refuse(
+            "certificate of version 1: its tolerances were those of the whole model;"
+            " check the model again to get one of version 2"
+        )
+    if schema != SCHEMA:
+        _refuse(f"schema is not {SCHEMA}")
     if not isinstance(kind, str) or kind not in CLAIMS:
         _refuse(f"kind {_short(kind)} is not one this checker knows")
     optional = ("component",) if kind == "cra-tree" else ()
@@ -578,22 +579,14 @@ def _read(certificate: object, data: bytes = b"") -> _Sheet:
         _refuse("tolerance is negative")
     sheet = _Sheet(gravity, tolerance, stones, joints, pushes, forces, motion, bounds, [], live, recession)
     if "tree" in top:
-        sheet = _with_tree(sheet, top, numbers, len(text))
+        part = _part_with(sheet, _name(top["component"], numbers, "component")) if "component" in top else None
+        tree = _read_tree(top["tree"], part or sheet, len(text))
+        sheet = replace(sheet, tree=tree, part=part and replace(part, tree=tree))
     if not text:
         _refuse("the tree is too deep")
     if top["seal"] != hashlib.sha256(text).hexdigest():
         _refuse("the seal does not match: the file was damaged or edited")
     return sheet
-
-
-def _with_tree(sheet: _Sheet, top: Mapping[str, object], numbers: Mapping[str, int], size: int) -> _Sheet:
-    """Read a tree: of the whole model, or of the component that one of its blocks names."""
-    part = None
-    if "component" in top:
-        part = _part_with(sheet, _name(top["component"], numbers, "component"))
-    of = part or sheet
-    tree = _read_tree(top["tree"], of.stones, of.joints, size)
-    return replace(sheet, tree=tree, part=None if part is None else replace(part, tree=tree))
 
 
 def _part_with(sheet: _Sheet, block: int) -> _Sheet:
@@ -609,7 +602,7 @@ def _part_with(sheet: _Sheet, block: int) -> _Sheet:
         sheet,
         stones=[sheet.stones[i] for i in number],
         joints=[joint._replace(a=number[joint.a], b=number[joint.b]) for joint in joints],
-        pushes=[replace(push, block=number[push.block]) for push in sheet.pushes if push.block in number],
+        pushes=[push._replace(block=number[push.block]) for push in sheet.pushes if push.block in number],
     )
 
 
@@ -635,18 +628,6 @@ def _groups(beside: Sequence[Sequence[int]], apart: Sequence[bool]) -> list[int]
                         pending.append(other)
             count += 1
     return group
-
-
-def _require_schema(schema: object) -> None:
-    """Require the schema that this checker knows, and tell the one before it from anything else."""
-    if schema == SCHEMA:
-        return
-    if schema == FIRST_SCHEMA:
-        _refuse(
-            "certificate of version 1: its tolerances were those of the whole model;"
-            " check the model again to get one of version 2"
-        )
-    _refuse(f"schema is not {SCHEMA}")
 
 
 def _limit_sides(certificate: Mapping[str, object], kind: str) -> set[str]:
@@ -801,14 +782,6 @@ def _read_forces(value: object, joints: Sequence[_Joint], what: str) -> list[Seq
     return found
 
 
-def _read_vectors(value: object, points: int, where: str) -> list[Sequence[Number]]:
-    """Read the vectors of a leaf, one for every contact point."""
-    rows = _triples(value, f"{where}forces", f"{where}force")
-    if len(rows) != points:
-        _refuse(f"{where}{len(rows)} forces for {points} contact points")
-    return rows
-
-
 def _read_motion(value: object, stones: Sequence[_Stone], where: str) -> list[Sequence[Number]]:
     motion = _fields(value, {stone.name for stone in stones if not stone.fixed}, f"{where}mechanism: ")
     still = [0.0] * 6
@@ -839,14 +812,14 @@ def _read_bounds(top: Mapping[str, object]) -> _Bounds:
     return _Bounds(eps, eta, beta)
 
 
-def _read_tree(value: object, stones: Sequence[_Stone], joints: Sequence[_Joint], size: int) -> list[_Leaf | _Split]:
+def _read_tree(value: object, sheet: _Sheet, size: int) -> list[_Leaf | _Split]:
     """Read the nodes of a tree in preorder, each before its branches, the branches in their order.
 
     Every leaf will look at all points and blocks; of that there may be no more than the certificate's bytes allow.
     """
-    points = sum(len(joint.polygon) for joint in joints)
+    stones, points = sheet.stones, sum(len(joint.polygon) for joint in sheet.joints)
     visits = VISITS + VISITS_PER_BYTE * max(0, size - SMALL)
-    shapes = chain((stone.vertices for stone in stones), (joint.polygon for joint in joints))
+    shapes = chain((stone.vertices for stone in stones), (joint.polygon for joint in sheet.joints))
     finest = _exponent(chain.from_iterable(chain.from_iterable(shapes)))
     nodes: list[_Leaf | _Split] = []
     pending = [(value, 0)]
@@ -873,31 +846,25 @@ def _read_node(
     if "point" not in keys:
         proof = _fields(value, {"mechanism", "forces"} & keys or {"mechanism or forces"}, where)
         motion = _read_motion(proof["mechanism"], stones, where) if "mechanism" in proof else None
-        forces = _read_vectors(proof["forces"], points, where) if "forces" in proof else None
+        forces = _triples(proof["forces"], f"{where}forces", f"{where}force") if "forces" in proof else None
+        if forces is not None and len(forces) != points:
+            _refuse(f"{where}{len(forces)} forces for {points} contact points")
         return _Leaf(motion, forces), ()
     if "rays" in keys:
         node = _fields(value, {"point", "rays", "sectors"}, where)
         branches = _items(node["sectors"], f"{where}sectors")
-        rays = [_row(ray, 3, f"{where}a ray") for ray in _items(node["rays"], f"{where}rays")]
-        if not rays:
-            _refuse(f"{where}there are no rays")
-        split = _Split(_read_index(node["point"], points, where), len(branches), rays, None)
-    elif "speed" in keys:
-        node = _fields(value, {"point", "speed", "slower", "faster"}, where)
-        branches = (node["slower"], node["faster"])
-        speed = _number(node["speed"], f"{where}speed")
-        split = _Split(_read_index(node["point"], points, where), 2, [], speed)
     else:
-        node = _fields(value, {"point", "engaged", "unloaded"}, where)
-        branches = (node["engaged"], node["unloaded"])
-        split = _Split(_read_index(node["point"], points, where), 2, [], None)
-    return split, branches
-
-
-def _read_index(value: object, points: int, where: str) -> int:
-    if type(value) is not int or not 0 <= value < points:
+        named = ("slower", "faster") if "speed" in keys else ("engaged", "unloaded")
+        node = _fields(value, {"point", *named, *({"speed"} & keys)}, where)
+        branches = [node[key] for key in named]
+    rays = [_row(ray, 3, f"{where}a ray") for ray in _items(node.get("rays", ()), f"{where}rays")]
+    if "rays" in node and not rays:
+        _refuse(f"{where}there are no rays")
+    speed = _number(node["speed"], f"{where}speed") if "speed" in node else None
+    point = node["point"]
+    if type(point) is not int or not 0 <= point < points:
         _refuse(f"{where}point is not the number of a contact point")
-    return value
+    return _Split(point, len(branches), rays, speed), branches
 
 
 def _conditions(sheet: _Sheet) -> str:
@@ -908,7 +875,12 @@ def _conditions(sheet: _Sheet) -> str:
     pulling = [joint.tension for joint in sheet.joints if joint.tension]
     if pulling:
         more += f", COUNTING ON JOINTS THAT PULL: {len(pulling)} of {len(sheet.joints)}, up to {max(pulling):.6g} Pa"
-    return (_coupled_conditions(sheet) if sheet.live is None else _claimed(sheet.live, bool(sheet.recession))) + more
+    if sheet.live is not None:
+        return _claimed(sheet.live, bool(sheet.recession)) + more
+    if sheet.bounds is None:
+        return more
+    eta, beta = (float(Fraction(x) / Fraction(sheet.bounds.eps)) for x in (sheet.bounds.eta, sheet.bounds.beta))
+    return f" (eta = {eta:.15g} eps, beta_min = {beta:.15g} eps, listed contacts)" + more
 
 
 def _caveats(sheet: _Sheet) -> str:
@@ -921,14 +893,6 @@ def _caveats(sheet: _Sheet) -> str:
     if (most := max((joint.mu for joint in sheet.joints), default=0)) > SLIPPERY:
         said.append(f"mu up to {most:.6g}")
     return "".join(f", {what}" for what in said)
-
-
-def _coupled_conditions(sheet: _Sheet) -> str:
-    """Bounds that a claim about coupled analysis depends on."""
-    if sheet.bounds is None:
-        return ""
-    eta, beta = (float(Fraction(x) / Fraction(sheet.bounds.eps)) for x in (sheet.bounds.eta, sheet.bounds.beta))
-    return f" (eta = {eta:.15g} eps, beta_min = {beta:.15g} eps, listed contacts)"
 
 
 def _claimed(live: _Live, unbounded: bool) -> str:
@@ -959,7 +923,7 @@ def _assumptions(sheet: _Sheet) -> tuple[str, ...]:
     fixed = [stone.name for stone in sheet.stones if stone.fixed]
     held = [stone.name for stone in free if any(stone.held)]
     pulls = [joint.tension for joint in sheet.joints if joint.tension]
-    points = sum(len(joint.polygon) for joint in sheet.joints)
+    points, live = sum(len(joint.polygon) for joint in sheet.joints), sheet.live
     lines = {
         "blocks": f"{len(sheet.stones)}, {len(free)} of them free",
         "supports": _some(fixed) or "none",
@@ -970,7 +934,7 @@ def _assumptions(sheet: _Sheet) -> tuple[str, ...]:
         "density": f"{_span([stone.density for stone in free])} kg/m3",
         "gravity": f"{_triple(sheet.gravity)} m/s2, in size {math.hypot(*sheet.gravity):.6g}",
         "loads": _summed([push for push in sheet.pushes if not sheet.stones[push.block].fixed]),
-        "live": _live_line(sheet.live) if sheet.live else "",
+        "live": live and f"times the multiplier: gravity {_triple(live.gravity)} m/s2; loads {_summed(live.pushes)}",
         "tolerance": f"contacts lie within {sheet.tolerance:.3g} m of faces",
     }
     return tuple(f"{name:<10} {said}" for name, said in lines.items() if said)
@@ -998,10 +962,6 @@ def _summed(pushes: Sequence[_Push]) -> str:
         return "none beside the weight"
     total = [math.fsum(push.force[axis] for push in pushes) for axis in range(3)]
     return f"{len(pushes)}, together {_triple(total)} N"
-
-
-def _live_line(live: _Live) -> str:
-    return f"times the multiplier: gravity {_triple(live.gravity)} m/s2; loads {_summed(live.pushes)}"
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -1754,7 +1714,8 @@ def _outer_shells(where: str, surface: _Surface, vertices: Sequence[Vec]) -> int
         found: set[int] = set()
         some = shell.triangles[:: -(-len(shell.triangles) // SAMPLES)]
         corners = [t.a for t in some]
-        for point in (*corners, *(_middle(t) for t in some)):
+        middles = [_plus(_plus(t.a, t.b), t.c) for t in some]
+        for point in (*corners, *((x // 3, y // 3, z // 3) for x, y, z in middles)):
             around = [other for other in near if _is_in_box(point, other)]
             budget.spend(sum(len(other.triangles) for other in around))
             turns = [_winding(other.triangles, point) for other in around]
@@ -1764,12 +1725,6 @@ def _outer_shells(where: str, surface: _Surface, vertices: Sequence[Vec]) -> int
                 break
         _require_place(where, shell, found)
     return sum(shell.volume6 > 0 for shell in shells)
-
-
-def _middle(triangle: _Triangle) -> Vec:
-    """The middle of a triangle whose corners are multiples of three."""
-    x, y, z = _plus(_plus(triangle.a, triangle.b), triangle.c)
-    return x // 3, y // 3, z // 3
 
 
 def _require_place(where: str, shell: _Shell, found: set[int]) -> None:
@@ -2758,8 +2713,7 @@ def _pulls(patch: _Patch, per_force: int, per_length: int) -> tuple[Fraction, li
 # rbe-mechanism.
 
 
-@dataclass(frozen=True, slots=True)
-class _Motion:
+class _Motion(NamedTuple):
     """A rigid motion: the velocity at r is `drift` + `spin` x r (so `drift` belongs to the world's origin)."""
 
     drift: Vec
@@ -3148,8 +3102,7 @@ class _Spot(NamedTuple):
     above: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Ray:
+class _Ray(NamedTuple):
     """A direction in a contact's plane: any vector, |N|^2 times its projection, and bounds of that one's length."""
 
     vector: Vec
@@ -3441,8 +3394,7 @@ def _work_above(model: _Model, forces: list[Vec], per_force: int, loaded: bool, 
     return Fraction(shifted, 24 << unit + reach.per_shift) + Fraction(turned, place)
 
 
-@dataclass(frozen=True, slots=True)
-class _Hinge:
+class _Hinge(NamedTuple):
     """A contact taken from one block to the other: relative rotation, and how far both centres of mass are from r0."""
 
     start: int

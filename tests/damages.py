@@ -1,15 +1,19 @@
-"""Ways to damage a certificate of coupled analysis.
+"""Ways to damage a certificate.
 
-Each takes a copy of a certificate and changes it in place; it answers whether it changed anything. The ones in `FATAL`
-leave nothing that could be a proof, of whatever model; the others may, and then a second opinion has to say so.
+A `Damage` takes a copy of a certificate and changes it in place; it answers whether it changed anything. Of
+certificates of coupled analysis those in `FATAL` leave nothing that could be a proof, of whatever model; those in
+`PERHAPS` may, and then a second opinion has to say so. `OF_EQUILIBRIUM` are refused of any model by rigid-block
+equilibrium, `OF_LIMITS` of bounds of a multiplier. Last, any value may be replaced by any of its `substitutes`.
 """
 
 import copy
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
+from cyclopean.proof import seal
 from second_opinion import rebuilt
 
 Certificate = dict[str, Any]
@@ -446,3 +450,161 @@ def damaged(certificate: Certificate, rng: np.random.Generator) -> tuple[Certifi
         copied = copy.deepcopy(certificate)
         if damage(copied, rng):
             return copied, damage
+
+
+# --- of equilibrium --------------------------------------------------------------------------------------------------
+
+
+def witness(c: Certificate) -> list[list[float]]:
+    return c["forces"] if "forces" in c else list(c["mechanism"].values())
+
+
+def largest_flipped(c: Certificate, rng: np.random.Generator) -> bool:
+    i, j = peak(witness(c))
+    witness(c)[i][j] *= -1
+    return True
+
+
+def scaled(c: Certificate, rng: np.random.Generator) -> bool:
+    """To nothing or beyond what counts. (Where forces have slack, others between are corrected, and prove it still.)"""
+    if "mechanism" in c:
+        return motion_reversed(c, rng)
+    factor = any_of([0.0, 1e8], rng)
+    c["forces"] = [[factor * x for x in row] for row in c["forces"]]
+    return True
+
+
+def mesh_opened(c: Certificate, rng: np.random.Generator) -> bool:
+    any_of(c["blocks"], rng)["faces"].pop()
+    return True
+
+
+def mesh_turned_inside_out(c: Certificate, rng: np.random.Generator) -> bool:
+    block = any_of(c["blocks"], rng)
+    block["faces"] = [face[::-1] for face in block["faces"]]
+    return True
+
+
+def name_doubled(c: Certificate, rng: np.random.Generator) -> bool:
+    c["blocks"][0]["id"] = c["blocks"][-1]["id"]
+    return True
+
+
+def witness_cut_short(c: Certificate, rng: np.random.Generator) -> bool:
+    c["forces"].pop() if "forces" in c else c["mechanism"].popitem()
+    return True
+
+
+def last_digit(c: Certificate, rng: np.random.Generator) -> bool:
+    """Only the seal tells."""
+    vertex = any_of(any_of(c["blocks"], rng)["vertices"], rng)
+    vertex[0] = float(np.nextafter(vertex[0], np.inf))
+    return True
+
+
+OF_EQUILIBRIUM: list[Damage] = [
+    largest_flipped, scaled, gravity_reversed, ends_swapped, point_moved_off, mesh_opened, mesh_turned_inside_out,
+    name_doubled, field_missing, not_a_number, huge_exponent, witness_cut_short,
+]  # fmt: skip
+
+
+# --- of limits -------------------------------------------------------------------------------------------------------
+
+
+def raised(part: dict[str, Any], key: str, factor: float) -> None:
+    part[key] = part[key] * factor
+
+
+OF_LIMITS: dict[str, Callable[[Certificate], object]] = {
+    "lower raised": lambda c: raised(c, "lower", 1.001),
+    "upper cut": lambda c: raised(c, "upper", 0.999),
+    "lower above upper": lambda c: raised(c, "upper", 0.5),
+    "lower is text": lambda c: c.update(lower=str(c["lower"])),
+    "upper is no number": lambda c: c.update(upper=float("inf")),
+    "lower is true": lambda c: c.update(lower=True),
+    "no lower": lambda c: c.pop("lower"),
+    "no forces": lambda c: c.pop("forces"),
+    "no upper": lambda c: c.pop("upper"),
+    "no mechanism": lambda c: c.pop("mechanism"),
+    "no side at all": lambda c: [c.pop(key) for key in ("lower", "forces", "upper", "mechanism")],
+    "live gravity is no number": lambda c: c["live"]["gravity"].__setitem__(0, float("nan")),
+    "no live": lambda c: c.pop("live"),
+    "live without loads": lambda c: c["live"].pop("loads"),
+    "live with more": lambda c: c["live"].update(tilt=3.0),
+    "live gravity short": lambda c: c["live"]["gravity"].pop(),
+    "live turned round": lambda c: turned(c["live"]),
+    "live doubled": lambda c: grown(c["live"]),
+    "a fall as mechanism": lambda c: c.update(mechanism={n: [0, 0, -1.0, 0, 0, 0] for n in c["mechanism"]}),
+    "mechanism turned round": lambda c: c.update(mechanism={n: [-x for x in r] for n, r in c["mechanism"].items()}),
+    "forces scaled": lambda c: c.update(forces=[[1.001 * x for x in row] for row in c["forces"]]),
+    "one force pulls": lambda c: c["forces"].__setitem__(0, [-x for x in c["forces"][0]]),
+    "less friction": lambda c: [joint.update(mu=0.9 * joint["mu"]) for joint in c["contacts"]],
+    "a tree beside": lambda c: c.update(tree={}),
+}
+
+
+def turned(live: dict[str, Any]) -> None:
+    live["gravity"] = [-x for x in live["gravity"]]
+    for load in live["loads"]:
+        load["force"] = [-x for x in load["force"]]
+
+
+def grown(live: dict[str, Any]) -> None:
+    live["gravity"] = [2 * x for x in live["gravity"]]
+    for load in live["loads"]:
+        load["force"] = [2 * x for x in load["force"]]
+
+
+# --- of any value ----------------------------------------------------------------------------------------------------
+
+REMOVE = object()
+
+
+def places(value, path=()):
+    """Every path into a JSON value."""
+    yield path
+    children = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, child in children:
+        yield from places(child, (*path, key))
+
+
+def at(value, path):
+    for key in path:
+        value = value[key]
+    return value
+
+
+def changed(certificate, path, new):
+    result = copy.deepcopy(certificate)
+    if new is REMOVE:
+        del at(result, path[:-1])[path[-1]]
+    else:
+        at(result, path[:-1])[path[-1]] = new
+    return result
+
+
+def resealed(certificate):
+    """Sealed again where that is possible (NaN and Infinity have no canonical JSON: then the seal is kept)."""
+    try:
+        return {**certificate, "seal": seal(certificate)}
+    except (ValueError, TypeError, RecursionError):
+        return certificate
+
+
+def substitutes(old):
+    """What a value of this type might be damaged into."""
+    yield from (None, REMOVE, [], {}, "", True, "1.0", -1, math.nan, math.inf, -math.inf, 1e308, 5e-324, 10**5000)
+    if isinstance(old, int | float) and not isinstance(old, bool) and abs(old) < 1e300:
+        yield from (-old, old * 1.5, old + 1, str(old), [old], 1e150, 1e-200)
+    if isinstance(old, str):
+        yield from (old + "x", old.upper(), 0)
+    if isinstance(old, list):
+        yield from (old[:-1], [*old, 0], old[::-1], [old])
+    if isinstance(old, dict):
+        yield from ({**old, "note": 1}, list(old))
+    if isinstance(old, bool):
+        yield from (not old, int(old))
+
+
+def differs(a, b):
+    return a is REMOVE or type(a) is not type(b) or a != b
