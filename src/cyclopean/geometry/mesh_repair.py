@@ -257,7 +257,7 @@ def _closed(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints, list[str],
     rim = _rim(triangles)
     if not len(rim):
         return vertices, triangles, [], ""
-    loops = list(_loops(rim))
+    loops = list(rim_loops(rim))
     round_ = [float(np.linalg.norm(vertices[loop] - vertices[np.roll(loop, -1)], axis=1).sum()) for loop in loops]
     if not max(round_) <= TINY_HOLE * _diagonal(vertices):
         more = f" (and {len(loops) - 1} more)" if len(loops) > 1 else ""
@@ -306,8 +306,8 @@ def _across_cracks(vertices: Floats, triangles: Ints, rim: Ints, width: float) -
     return np.asarray(target[triangles])
 
 
-def _loops(rim: Ints) -> Iterator[Ints]:
-    """Walk round every hole; where holes meet in a vertex, a walk ends where it first comes back to itself."""
+def rim_loops(rim: Ints) -> Iterator[Ints]:
+    """Rings of directed edges (k, 2); where rings meet in a vertex, one ends where it first comes back to itself."""
     following: dict[int, list[int]] = {}
     for tail, head in rim.tolist():
         following.setdefault(tail, []).append(head)

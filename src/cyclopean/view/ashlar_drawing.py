@@ -27,19 +27,7 @@ PLANS = 2
 
 
 def ashlar_svg(wall: AshlarWall, title: str) -> str:
-    """Draw a wall.
-
-    Parameters
-    ----------
-    wall : AshlarWall
-    title : str
-        For readers that do not see it.
-
-    Returns
-    -------
-    str
-        One `<svg>` element.
-    """
+    """Draw a wall as one `<svg>` element; the title is for readers that do not see it."""
     settings = wall.settings
     scale = (WIDTH - 2.0 * MARGIN) / settings.length
     foot = MARGIN + settings.height * scale

@@ -22,7 +22,7 @@ from cyclopean.view.figures import number
 from cyclopean.view.markup import SUPPORTED, document, figure, headline, key, legend, section, table
 from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, rect, segments, sheet, text
 
-__all__ = ["building_html", "building_svg"]
+__all__ = ["building_html", "building_svg", "outcome"]
 
 MARGIN = 30.0
 TALLEST = 900.0  # drawing units
@@ -39,15 +39,13 @@ STONES = ("#d9c9a3", "#b7c4c9", "#c99f7c", "#a9b78f", "#e6dfd0", "#b9a7bd", "#d3
 
 def building_html(sequence: BuildSequence) -> str:
     """Write the page of a building sequence: self-contained, without a script."""
-    first = sequence.first_unstable
-    accent = "stable" if first is None else sequence.steps[first].verdict
     body = (
         _headline(sequence),
         section("How it is built", _pictures(sequence)),
         section("Stones that rest on each other", _cycles(sequence), _CYCLES),
         section("Stage by stage", _stages(sequence), _STAGES),
     )
-    return document(f"{sequence.assembly.name}: how it is built", body, word=accent, style=_STYLE)
+    return document(f"{sequence.assembly.name}: how it is built", body, word=outcome(sequence)[2], style=_STYLE)
 
 
 _STYLE = "#building{cursor:pointer}.word{font-weight:600}"
@@ -60,24 +58,31 @@ _STAGES = (
 )
 
 
+def outcome(sequence: BuildSequence) -> tuple[str, str, str]:
+    """Whether it stands while it is built: in two or three words, in a sentence, and the verdict that this is."""
+    steps, first = sequence.steps, sequence.first_unstable
+    if not steps:
+        return "Nothing to build", "Every block is a support.", "stable"
+    if first is None:
+        return "Stands at every stage", f"All {len(steps)} stages were proved stable without props.", "stable"
+    step = steps[first]
+    title = "Needs props" if any(s.propped == "stable" for s in steps) else "Does not stand while built"
+    name = sequence.assembly.blocks[step.block].id
+    return title, f"{step.verdict.capitalize()} from step {first + 1}, with stone {name}.", step.verdict
+
+
 def _headline(sequence: BuildSequence) -> str:
     steps, first = sequence.steps, sequence.first_unstable
     names = [block.id for block in sequence.assembly.blocks]
-    if not steps:
-        title, reason = "Nothing to build", "Every block is a support."
-    elif first is None:
-        title, reason = "Stands at every stage", f"All {len(steps)} stages were proved stable without props."
-    else:
+    title, reason, _ = outcome(sequence)
+    if first is not None:
         step = steps[first]
-        title = "Needs props" if any(s.propped == "stable" for s in steps) else "Does not stand while built"
-        reason = f"{step.verdict.capitalize()} from step {first + 1}, with stone {names[step.block]}."
         if step.props:
             least = "The fewest props that help there: hold" if step.smallest else "Props that help there: hold"
             reason += f" {least} {', '.join(names[i] for i in step.props)}."
         if steps[-1].verdict == "stable":
             reason += " Finished, it stands by itself."
-    trapped = [names[s.block] for s in steps if s.free is None]
-    if trapped:
+    if trapped := [names[s.block] for s in steps if s.free is None]:
         reason += f" No straight way in for {', '.join(trapped[:6])}{' and more' if len(trapped) > 6 else ''}."
     figures = [("stones", len(steps)), ("layers", int(sequence.layer.max(initial=0)))]
     figures += [(f"stages {word}", sum(s.verdict == word for s in steps)) for word in ACCENT]

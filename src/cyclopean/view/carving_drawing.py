@@ -16,6 +16,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.design.carving.carve import Carved, Total, total
 from cyclopean.design.carving.carved_wall import CarvedWall
+from cyclopean.geometry.mesh_repair import rim_loops
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SCALE, STEPS, SUPPORT, classes
 from cyclopean.view.figures import number
 from cyclopean.view.markup import (
@@ -62,8 +63,7 @@ def carving_svg(wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: s
     """
     paper = _paper(wall, carved, fixed, when)
     outline = {b.id: _outline(paper.of(b.vertices), _fans(b.faces)) for b in wall.blocks}
-    held = [b.id for b, still in zip(wall.blocks, fixed, strict=True) if still]
-    free = [b.id for b, still in zip(wall.blocks, fixed, strict=True) if not still]
+    held, free = ([b.id for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
     filled = {c.cell for c in carved if len(c.triangles)}
     parts = [f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held]
     parts += [_stone(paper, c, outline[c.cell], f"{when}-{k}", when) for k, c in enumerate(carved) if c.cell in outline]
@@ -98,29 +98,7 @@ def _outline(flat: Floats, triangles: Ints) -> str:
     edge = seen[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     count = len(flat)
     rim = edge[~np.isin(edge[:, 0] * count + edge[:, 1], edge[:, 1] * count + edge[:, 0])]
-    return "".join(map(_ring, _loops(flat, rim)))
-
-
-def _loops(flat: Floats, rim: Ints) -> list[Floats]:
-    """Closed rings of directed edges; where rings meet in a corner, it does not matter which is followed first."""
-    following: dict[int, list[int]] = {}
-    for start, end in rim.tolist():
-        following.setdefault(start, []).append(end)
-    loops = []
-    while following:
-        first = here = next(iter(following))
-        way = [here]
-        while True:
-            ends = following[here]
-            there = ends.pop()
-            if not ends:
-                del following[here]
-            if there == first:
-                break
-            way.append(there)
-            here = there
-        loops.append(flat[way])
-    return loops
+    return "".join(_ring(flat[loop]) for loop in rim_loops(rim))
 
 
 def _ring(loop: Floats) -> str:

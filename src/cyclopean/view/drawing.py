@@ -125,17 +125,9 @@ def picture_at_limit(result: LimitResult) -> Picture:
 
 
 def still(assembly: Assembly, fixed: Bools, value: Floats | None = None, gravity: Floats = NO_GRAVITY) -> Picture:
-    """Blocks at rest, without forces.
+    """Blocks at rest without forces, coloured by a value (n,) from 0 to 1, if there is one; `fixed` (n,) are supports.
 
-    Parameters
-    ----------
-    assembly : Assembly
-    fixed : (n,) bool
-        Supports.
-    value : (n,) float, optional
-        From 0 to 1, for the colours; none where it is not given.
-    gravity : (3,) m/s2
-        Not drawn where it is 0.
+    Gravity (3,), m/s2, is drawn where it is not 0.
     """
     mesh = outlines(assembly.mesh, FACE_LIMIT)
     edge = feature_edges(mesh)

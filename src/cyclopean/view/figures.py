@@ -134,8 +134,7 @@ def densities(result: Result) -> Floats:
     """(n,) kg/m3 as used: the certificate lists them; else those of the blocks, or the assumed one."""
     if result.certificate is not None and result.certificate.get("blocks"):
         return np.array([float(block["density"]) for block in result.certificate["blocks"]])
-    assumed = float(result.assumed.get("density", np.nan))
-    return np.array([assumed if b.density is None else b.density for b in result.assembly.blocks], float)
+    return result.assembly.densities(float(result.assumed.get("density", np.nan)))
 
 
 def free_weight(result: Result) -> float:

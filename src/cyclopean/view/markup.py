@@ -32,6 +32,7 @@ __all__ = [
     "listed",
     "model_figures",
     "ramp",
+    "scale_of",
     "section",
     "table",
     "told",
@@ -65,20 +66,10 @@ SUPPORTED = (
 
 
 def document(title: str, body: Iterable[str], *, word: str = "", style: str = "", may: str = STILL) -> str:
-    """One self-contained HTML page.
+    """One self-contained HTML page: its title, escaped here, its parts in order, and a footer.
 
-    Parameters
-    ----------
-    title : str
-        Of the window; escaped here.
-    body : iterable of str
-        HTML, in order; a footer follows.
-    word : str
-        Verdict that the page's accent is of.
-    style : str
-        Further style sheet.
-    may : str
-        Content security policy: what the browser may load.
+    `word` is the verdict that the accent is of, `style` a further style sheet, and `may` the content security policy:
+    what the browser may load.
     """
     accent = f' class="{word}"' if word else ""
     return (
@@ -110,22 +101,10 @@ def headline(
     more: str = "",
     model_file: str | None = None,
 ) -> str:
-    """What stands at the head of a page.
+    """What stands at the head of a page: its name, the answer in large letters and why, figures: what, and how many.
 
-    Parameters
-    ----------
-    name : str
-        What the page is about; escaped here.
-    figures : iterable of (what, how many)
-        Whole numbers are written here, all else is a text already.
-    method : str
-        How it was found; escaped here.
-    answer : (str, str), optional
-        One or two words in large letters, and why; the reason is escaped here.
-    more : str
-        HTML below the reason.
-    model_file : str, optional
-        Where it comes from; escaped here.
+    Escaped here: the name, the reason (second of `answer`), the method and the name of the file. Whole numbers are
+    written here; other figures are texts already. `more` is HTML below the reason.
     """
     source = f' <span class="soft">({escape(model_file)})</span>' if model_file else ""
     said = f'<div class="verdict"><strong>{answer[0]}</strong><p>{told(answer[1])}</p>{more}</div>' if answer else ""
@@ -160,15 +139,8 @@ def figure(drawing: str, caption: str = "", kind: str = "") -> str:
 def model_figures(drawn: Picture, name: str, caption: str, *, layers: str = DRAG, joints: Floats | None = None) -> str:
     """A picture twice: in 3D, and as an elevation, for print and where there is no WebGL.
 
-    Parameters
-    ----------
-    drawn : Picture
-    name : str
-        Of the model; escaped here.
-    caption, layers : str
-        What is said of the elevation, and of the scene.
-    joints : (e, 2, 3) m, optional
-        Outlines of contacts, in the scene only.
+    The name of the model is escaped here. `layers` is said of the scene, `caption` of the elevation; `joints` (e, 2,
+    3), m, are outlines of contacts, in the scene only.
     """
     scene = (
         f'<iframe title="3D scene: {escape(name)}" srcdoc="{escape(scene_html(drawn, joints), quote=True)}"></iframe>'
@@ -187,18 +159,9 @@ def table(
 ) -> str:
     """An HTML table; nothing where there are no rows.
 
-    Parameters
-    ----------
-    head : sequence of (title, class)
-        Of each column; no titles are shown where none has any.
-    rows : iterable of sequence of str
-        Cells, already escaped; the first of each row is its heading.
-    most : int
-        Rows that are written; how many are left out is said below.
-    elsewhere : str
-        Where these are: " in cutlist.csv".
-    box : bool
-        Whether it scrolls in a box, for it may be long.
+    `head` holds title and class of each column; where none has a title, none is shown. Cells are escaped already; the
+    first of each row is its heading. Of more rows than `most`, the rest are counted below, with `elsewhere`: " in
+    cutlist.csv". A `box` scrolls, for its table may be long.
     """
     rows = list(rows)
     if not rows:
@@ -226,10 +189,26 @@ def bar(share: float, colour: str, text: str) -> str:
 
 
 def ramp(title: str, low: str, high: str) -> str:
-    """What the colours mean, from 0 to 1."""
-    steps = "".join(f'<li style="background:{colour}"></li>' for colour in SCALE)
-    ends = f"<span><i>{low}</i><i>0.5</i><i>{high}</i></span>"
-    return f'<div class="ramp"><b>{title}</b><ol aria-hidden="true">{steps}</ol>{ends}</div>'
+    """What the colours mean, from 0 to 1; needs no style sheet, as notebooks and the live page have none of ours."""
+    steps = "".join(f'<i style="flex:1;height:.95em;background:{colour}"></i>' for colour in SCALE)
+    ends = zip(("left", "center", "right"), (low, "0.5", high), strict=True)
+    words = "".join(f'<span style="flex:1;text-align:{side}">{end}</span>' for side, end in ends)
+    return (
+        f'<div class="ramp" style="width:25rem;max-width:100%"><b style="font-weight:600">{title}</b>'
+        f'<div style="display:flex;margin:.25em 0 .1em;border:1px solid #8b867b" aria-hidden="true">{steps}</div>'
+        f'<div style="display:flex;font-size:.9em">{words}</div></div>'
+    )
+
+
+def scale_of(quantity: str) -> str:
+    """What the colours of a picture mean; nothing where they mean nothing."""
+    return ramp(*_SCALES[quantity]) if quantity in _SCALES else ""
+
+
+_SCALES = {
+    "utilisation": ("Friction used at the worst contact of a block", "0", "1 = about to slide"),
+    "movement": ("Movement of a block, largest = 1", "0", "1"),
+}
 
 
 def legend(keys: Iterable[str]) -> str:

@@ -17,12 +17,12 @@ from cyclopean.assembly import Assembly, Block, supports
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
-from cyclopean.view.building import building_svg
-from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, LINE, SCALE, SOFT
+from cyclopean.view.building import building_svg, outcome
+from cyclopean.view.colours import ACCENT, GHOST, INK, LINE, SOFT
 from cyclopean.view.drawing import Picture, picture, picture_at_limit, still, without_points
 from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import number
-from cyclopean.view.markup import POLICY, STILL
+from cyclopean.view.markup import POLICY, STILL, ramp, scale_of, told
 from cyclopean.view.scene import scene_html
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
@@ -36,7 +36,11 @@ _CARD = (
     f"background:#fff;color:{INK};border:1px solid {LINE};border-left:.45rem solid {{}};border-radius:.3rem;"
     "padding:.9rem 1.1rem;max-width:56rem;font:15px/1.5 system-ui,sans-serif;overflow-wrap:anywhere"
 )
-_FRAME = f"display:block;width:100%;border:1px solid {LINE};border-radius:.3rem;margin-top:.8rem;background:#fff"
+_FRAME = (
+    f"display:block;width:100%;border:1px solid {LINE};border-radius:.3rem;margin-top:.8rem;background:#fff;"
+    "aspect-ratio:3/2;max-height:34rem"
+)
+_GUARD = '<meta http-equiv="Content-Security-Policy" content="{}">'
 
 DOWN = np.array(GRAVITY)
 
@@ -44,69 +48,43 @@ Figures = Sequence[tuple[str, str]]
 
 
 def result_card(result: Result) -> str:
-    """Verdict, reason, what was assumed, and the forces or the motion.
-
-    Parameters
-    ----------
-    result : Result
-        From a check.
-    """
-    drawn = picture(result)
+    """Verdict, reason, what was assumed, and the forces or the motion of a check."""
     free = len(result.assembly) - int(result.fixed.sum())
     figures = [("blocks", f"{len(result.assembly):,}"), ("of them free", f"{free:,}")]
     figures += [("contacts", f"{len(result.contacts):,}"), ("method", result.method)]
-    figures.append(("proof", _proof(result)))
-    meaning = {"utilisation": ("friction used", "1 = about to slide"), "movement": ("movement", "1 = the largest")}
-    scale = _ramp(*meaning[drawn.quantity]) if drawn.quantity in meaning else ""
-    return _card(
-        result.verdict.capitalize(),
-        f"{result.assembly.name}: {result.reason}",
-        figures,
-        scale + _scene(drawn, result.assembly.name),
-        accent=ACCENT[result.verdict],
-        soft=[_assumed(result)] if result.assumed else [],
-        notes=result.warnings,
-    )
+    return _result(result, result.verdict.capitalize(), figures, picture(result), ACCENT[result.verdict])
 
 
 def limit_card(result: LimitResult) -> str:
-    """Bounds of the multiplier, why, and the motion at the upper one.
-
-    Parameters
-    ----------
-    result : LimitResult
-        From a limit analysis.
-    """
-    drawn = picture_at_limit(result)
+    """Bounds of the multiplier, why, and the motion at the upper one."""
     title = {"falls": "Falls already", "unbounded": "No limit found", "undecided": "Undecided"}.get(result.word)
-    figures = [("stands up to", _bound(result.lower)), ("falls from", _bound(result.upper)), ("method", result.method)]
-    value = _bound(result.value)
+    (low, high), unit, value = (result.lower, result.upper), "", _bound(result.value)
     if result.angle is not None:
-        low, high = result.angle
-        figures[:2] = [("stands up to", f"{_bound(low)}°"), ("falls from", f"{_bound(high)}°")]
+        (low, high), unit = result.angle, "°"
         value = f"{number(low if low is not None else np.nan, 4)}°"
-    scale = _ramp("movement", "1 = the largest") if drawn.motion is not None else ""
+    figures = [("stands up to", _bound(low, unit)), ("falls from", _bound(high, unit)), ("method", result.method)]
+    return _result(result, title or f"Limit {value}", figures, picture_at_limit(result), GHOST)
+
+
+def _result(
+    result: Result | LimitResult, title: str, figures: list[tuple[str, str]], drawn: Picture, accent: str
+) -> str:
+    """The card of an answer that may be proved."""
+    proof = "none" if result.certificate is None else f"{result.certificate.get('kind', '')}, checked"
+    assumed = ", ".join(f"{name} {_plain(value)}" for name, value in result.assumed.items())
     return _card(
-        title or f"Limit {value}",
+        title,
         f"{result.assembly.name}: {result.reason}",
-        [*figures, ("proof", _proof(result))],
-        scale + _scene(drawn, result.assembly.name),
-        soft=[_assumed(result)] if result.assumed else [],
+        [*figures, ("proof", proof)],
+        scale_of(drawn.quantity) + _scene(drawn, result.assembly.name),
+        accent=accent,
+        soft=[f"assumed: {assumed}"] if assumed else [],
         notes=result.warnings,
     )
 
 
-def _proof(result: Result | LimitResult) -> str:
-    return "none" if result.certificate is None else f"{result.certificate.get('kind', '')}, checked"
-
-
-def _bound(value: float | None) -> str:
-    return "not proved" if value is None else number(value, 6)
-
-
-def _assumed(result: Result | LimitResult) -> str:
-    parts = [f"{name} {_plain(value)}" for name, value in result.assumed.items()]
-    return f"assumed: {', '.join(parts)}"
+def _bound(value: float | None, unit: str = "") -> str:
+    return "not proved" if value is None else f"{number(value, 6)}{unit}"
 
 
 def _plain(value: Any) -> str:
@@ -116,15 +94,7 @@ def _plain(value: Any) -> str:
 
 
 def model_card(assembly: Assembly, kind: str = "structure") -> str:
-    """Blocks and supports; no verdict, for nothing was checked.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The structure.
-    kind : str
-        What it is.
-    """
+    """Blocks and supports of a structure of some kind; no verdict, for nothing was checked."""
     try:
         held = supports(assembly)[0]
     except InputError:  # a model that says that nothing is held is still to be seen
@@ -143,34 +113,17 @@ def model_card(assembly: Assembly, kind: str = "structure") -> str:
 
 
 def sequence_card(sequence: BuildSequence) -> str:
-    """Whether it stands at every stage, and how it is built; the drawing moves at a click.
-
-    Parameters
-    ----------
-    sequence : BuildSequence
-        How a structure is built.
-    """
-    steps, first = sequence.steps, sequence.first_unstable
-    words = [step.verdict for step in steps]
-    figures = [("stones", f"{len(steps):,}"), ("layers", f"{int(sequence.layer.max(initial=0)):,}")]
-    figures += [(f"stages {word}", f"{words.count(word):,}") for word in ACCENT if word in words]
-    if first is None:
-        title, text, accent = "Stands at every stage", "every stage was proved stable without props", ACCENT["stable"]
+    """Whether a structure stands at every stage, and how it is built; the drawing moves at a click."""
+    words, (title, text, word) = [step.verdict for step in sequence.steps], outcome(sequence)
+    figures = [("stones", f"{len(words):,}"), ("layers", f"{int(sequence.layer.max(initial=0)):,}")]
+    figures += [(f"stages {one}", f"{words.count(one):,}") for one in ACCENT if one in words]
+    name, svg = sequence.assembly.name, building_svg(sequence)
+    if len(svg) <= HEAVIEST:
+        shown, soft = _drawing(svg, f"{name}, how it is built"), ["Click the drawing to see it built."] if words else []
     else:
-        step = steps[first]
-        name = sequence.assembly.blocks[step.block].id
-        title = "Needs props" if any(s.propped == "stable" for s in steps) else "Does not stand while built"
-        text, accent = f"{step.verdict} from step {first + 1}, with stone {name}", ACCENT[step.verdict]
-    svg = building_svg(sequence)
-    shown = (
-        _drawing(svg, f"{sequence.assembly.name}, how it is built")
-        if len(svg) <= HEAVIEST
-        else _scene(still(sequence.assembly, sequence.fixed, gravity=DOWN), title)
-    )
-    soft = ["Click the drawing to see it built."] if steps and len(svg) <= HEAVIEST else []
-    return _card(
-        title, f"{sequence.assembly.name}: {text}", figures, shown, accent=accent, soft=soft, notes=sequence.warnings
-    )
+        shown, soft = _scene(still(sequence.assembly, sequence.fixed, gravity=DOWN), title), []
+    notes = sequence.warnings
+    return _card(title, f"{name}: {text}", figures, shown, accent=ACCENT[word], soft=soft, notes=notes)
 
 
 def stones_card(
@@ -207,21 +160,11 @@ def stones_card(
     fixed = np.arange(len(share)) >= len(bodies)
     there = np.array([len(b.faces) > 0 for b in (*bodies, *held)], bool)
     drawn = still(whole, fixed[there], share[there], DOWN)
-    return _card(title, text, figures, _ramp("carved off", "1 = all of it") + _scene(drawn, title), notes=notes)
+    return _card(title, text, figures, ramp("carved off", "0", "1 = all of it") + _scene(drawn, title), notes=notes)
 
 
 def inventory_card(stones: Sequence[Stone], source: str, notes: Sequence[str] = ()) -> str:
-    """Some of the stones, and what they come to.
-
-    Parameters
-    ----------
-    stones : sequence of Stone
-        At least one.
-    source : str
-        Where they are from.
-    notes : sequence of str
-        What was repaired or refused.
-    """
+    """Some of the stones of an inventory, what they come to, and notes: what was repaired or refused."""
     volume = np.array([stone.volume for stone in stones])
     figures = [("stones", f"{len(stones):,}"), ("m³", number(float(volume.sum())))]
     if len(stones):
@@ -235,33 +178,19 @@ def _scene(drawn: Picture, name: str) -> str:
     page = scene_html(drawn)
     if len(page) > HEAVIEST:
         return _drawing(elevation_svg(without_points(drawn), name), name)
-    guarded = page.replace("<head>", f'<head><meta http-equiv="Content-Security-Policy" content="{POLICY}">', 1)
-    return _frame(guarded, f"3D scene: {name}", "aspect-ratio:3/2;max-height:34rem")
+    return _frame(page.replace("<head>", f"<head>{_GUARD.format(POLICY)}", 1), f"3D scene: {name}")
 
 
 def _drawing(svg: str, name: str) -> str:
     """A frame with a drawing: alone in its document, its ids meet no others."""
-    page = (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><meta http-equiv="Content-Security-Policy"'
-        f' content="{STILL}"><style>body{{margin:0;font-family:system-ui,sans-serif}}'
-        f"svg{{display:block;width:100%;height:98vh}}</style></head><body>{svg}</body></html>"
-    )
-    return _frame(page, name, "aspect-ratio:3/2;max-height:34rem")
+    style = "body{margin:0;font-family:system-ui,sans-serif}svg{display:block;width:100%;height:98vh}"
+    head = f'<meta charset="utf-8">{_GUARD.format(STILL)}<style>{style}</style>'
+    return _frame(f'<!doctype html><html lang="en"><head>{head}</head><body>{svg}</body></html>', name)
 
 
-def _frame(page: str, name: str, shape: str) -> str:
+def _frame(page: str, name: str) -> str:
     return (
-        f'<iframe title="{escape(name)}" srcdoc="{escape(page, quote=True)}" loading="lazy"'
-        f' style="{_FRAME};{shape}"></iframe>'
-    )
-
-
-def _ramp(what: str, high: str) -> str:
-    """The scale of the colours."""
-    steps = "".join(f'<i style="background:{colour};width:1.1rem;height:.7rem"></i>' for colour in SCALE)
-    return (
-        f'<div style="display:flex;gap:.5rem;align-items:center;margin-top:.7rem;font-size:13px;color:{SOFT}">'
-        f'{escape(what)} 0<span style="display:inline-flex;border:1px solid {HATCH}">{steps}</span>{escape(high)}</div>'
+        f'<iframe title="{escape(name)}" srcdoc="{escape(page, quote=True)}" loading="lazy" style="{_FRAME}"></iframe>'
     )
 
 
@@ -283,10 +212,10 @@ def _card(
     lines = [*soft, *notes[:NOTES]]
     if len(notes) > NOTES:
         lines.append(f"and {len(notes) - NOTES} more notes")
-    below = "".join(f'<div style="color:{SOFT};font-size:13px">{escape(line)}</div>' for line in lines)
+    below = "".join(f'<div style="color:{SOFT};font-size:13px">{told(line)}</div>' for line in lines)
     colour = accent if accent != GHOST else INK
     return (
         f'<div class="cyclopean-card" style="{_CARD.format(accent)}">'
         f'<div style="font-size:1.6rem;font-weight:700;line-height:1.2;color:{colour}">{escape(title)}</div>'
-        f'<div style="margin:.2rem 0 .5rem">{escape(text)}</div><div>{cells}</div>{below}{shown}</div>'
+        f'<div style="margin:.2rem 0 .5rem">{told(text)}</div><div>{cells}</div>{below}{shown}</div>'
     )

@@ -7,7 +7,6 @@ from cyclopean.view.colours import FORCE, GRAVITY, PULL, THRUST
 from cyclopean.view.coupling import coupled, near, refuted, tension
 from cyclopean.view.drawing import Picture, picture
 from cyclopean.view.figures import force_text
-from cyclopean.view.margins_table import margins_section
 from cyclopean.view.markup import (
     DASHED,
     DRAG,
@@ -20,20 +19,21 @@ from cyclopean.view.markup import (
     legend,
     listed,
     model_figures,
-    ramp,
+    scale_of,
     section,
     written_first,
 )
 from cyclopean.view.proofs import proves, proves_not
 from cyclopean.view.sensitivity_chart import sensitivity_section
-from cyclopean.view.subsidence_table import subsidence_section
 from cyclopean.view.tables import (
     assumptions,
     contacts_table,
+    margins_section,
     movement_table,
     provenance_table,
     residuals_table,
     settlement_table,
+    subsidence_section,
 )
 
 __all__ = ["report_html"]
@@ -163,7 +163,7 @@ def _legend(drawn: Picture) -> str:
     longest = f"contact force, the longest is {force_text(drawn.largest)}"
     return legend(
         [
-            ramp(*_SCALES[drawn.quantity]) if drawn.quantity in _SCALES else "",
+            scale_of(drawn.quantity),
             key(SUPPORTED, "support"),
             key(arrow(FORCE), longest) if len(drawn.arrow) else "",
             key(thrust, "line of thrust (elevation): where the load passes") if len(drawn.thrust) else "",
@@ -174,10 +174,6 @@ def _legend(drawn: Picture) -> str:
     )
 
 
-_SCALES = {
-    "utilisation": ("Friction used at the worst contact of a block", "0", "1 = about to slide"),
-    "movement": ("Movement of a block, largest = 1", "0", "1"),
-}
 _CONTACTS = (
     "Utilisation is the friction a contact carries over the friction it could carry under the same compression, for"
     " the contact as a whole. It says nothing about how close a contact is to opening at an edge."

@@ -76,16 +76,10 @@ class Layers:
 
 
 def block_layers(drawn: Picture, corner: Ints, face: Ints, shown: Any) -> list[Layer]:
-    """Blocks, one mesh a colour class: a few big meshes however many blocks there are.
+    """Blocks, one mesh a colour class, see-through where there are forces inside: few, however many blocks.
 
-    Parameters
-    ----------
-    drawn : Picture
-        Whose blocks they are; they are see-through where it has forces inside them.
-    corner, face : (T, 3), (T,)
-        Triangles of its mesh, and the face that each is of.
-    shown : (V, 3) float32
-        Where the vertices of its mesh are, units of the drawing.
+    Triangles `corner` (T, 3) are of the picture's mesh, each of a `face` (T,); its vertices are `shown` (V, 3),
+    float32, in units of the drawing.
     """
     of_vertex, of_corner = drawn.group[drawn.mesh.vertex_body], drawn.group[drawn.mesh.face_body[face]]
     through = THROUGH if len(drawn.arrow) else None

@@ -25,23 +25,10 @@ STEPS = 24  # of light
 
 
 def stone_faces(point: Floats, faces: Ints | Sequence[Sequence[int]], name: str = "stone") -> tuple[Floats, Floats]:
-    """Triangles that look at the viewer, the furthest first.
+    """Triangles that look at the viewer, the furthest first: corners (t, 3, 3), and light (t,), `AMBIENT` to 1.
 
-    Parameters
-    ----------
-    point : (v, 3)
-        Drawing units.
-    faces : (f, 3) or sequence of polygons
-        Clockwise on the sheet where they look at the viewer.
-    name : str
-        Of the stone, for a refusal.
-
-    Returns
-    -------
-    corner : (t, 3, 3)
-        Drawing units.
-    light : (t,)
-        From `AMBIENT` to 1, in steps.
+    Points are (v, 3), faces polygons or (f, 3): clockwise on the sheet where they look at the viewer. The name is for
+    refusals.
     """
     upright = point * [1.0, -1.0, 1.0]  # right-handed
     point, triangles = mesh_of(solid_of(upright, faces, name).simplify(FINE))
@@ -54,18 +41,9 @@ def stone_faces(point: Floats, faces: Ints | Sequence[Sequence[int]], name: str 
 
 
 def stone_svg(name: str, corner: Floats, light: Floats, tint: str, at: tuple[float, float] = (0.0, 0.0)) -> str:
-    """One stone: faces of one light that follow each other in one path.
+    """One stone of `stone_faces` in a tint (#rrggbb), its origin `at` (x, y); its name is escaped here.
 
-    Parameters
-    ----------
-    name : str
-        What it is called; escaped here.
-    corner, light : (t, 3, 3), (t,)
-        As from `stone_faces`.
-    tint : str
-        #rrggbb
-    at : (x, y)
-        Where the origin of its coordinates lies on the sheet.
+    Faces of one light that follow each other are one path.
     """
     flat = np.rint(corner[:, :, :2] * GRAIN).astype(np.int64)
     flat[:, 1:] -= flat[:, :1].copy()  # from the first corner

@@ -36,14 +36,6 @@ background:#fff}
 .elevation svg{max-height:38rem}
 svg,svg text{font-family:inherit}
 .legend{display:flex;flex-wrap:wrap;gap:.7rem 1.8rem;align-items:flex-end;margin:0 0 1rem;font-size:.9rem}
-.ramp{width:25rem;max-width:100%}
-.ramp b{font-weight:600}
-.ramp ol{display:flex;list-style:none;margin:.25rem 0 .1rem;padding:0;border:1px solid #8b867b}
-.ramp li{flex:1;height:.95rem}
-.ramp i{flex:1;text-align:center;font-style:normal} .ramp i:first-child{text-align:left}
-.ramp i:last-child{text-align:right}
-.ramp span{display:flex;color:var(--soft);font-size:.82rem;
-font-variant-numeric:tabular-nums}
 .key{display:flex;align-items:center;gap:.5rem}
 .key svg{width:2rem;height:1rem;flex:none}
 .wide{overflow-x:auto} .rows{max-height:34rem;overflow:auto}

@@ -104,19 +104,10 @@ class Paper:
 def fitted(
     view: View, point: Floats, tallest: float, margins: tuple[float, float, float, float], *, wide: bool = False
 ) -> Paper:
-    """The largest scale at which points fit onto a sheet.
+    """The largest scale at which points (k, 3) in m, at least one, fit onto a sheet.
 
-    Parameters
-    ----------
-    view : View
-    point : (k, 3) m
-        At least one.
-    tallest : float
-        Drawing units that they may be high.
-    margins : (left, top, right, bottom)
-        Drawing units around them.
-    wide : bool
-        Whether the sheet keeps its full width where they are high and narrow; they stand in its middle then.
+    They may be `tallest` drawing units high; `margins` are those at the left, top, right and bottom. A `wide` sheet
+    keeps its full width where they are high and narrow: they stand in its middle then.
     """
     left, top, right, bottom = margins
     flat = project(point, view)[0]
@@ -139,22 +130,10 @@ def sheet(
     white: bool = True,
     more: str = "",
 ) -> str:
-    """A whole drawing as one `<svg>` element: static, nothing that is loaded.
+    """A whole drawing of (width, height) units as one `<svg>` element: static, nothing that is loaded.
 
-    Parameters
-    ----------
-    size : (width, height)
-        Drawing units.
-    title : str
-        For readers that do not see it; escaped here.
-    parts : iterable of str
-        What is on it, the lowest first.
-    letters : float
-        Size of its letters; 0 where it has none, or they say theirs.
-    white : bool
-        Whether it lies on white paper.
-    more : str
-        Further attributes.
+    The title, escaped here, is for readers that do not see it. `parts` are painted in order. `letters` is the size of
+    what is written; 0 where nothing is. `more` holds further attributes.
     """
     font = f' font-family="sans-serif" font-size="{letters:g}" fill="{INK}"' if letters else ""
     paper = f'<rect width="100%" height="100%" fill="{PAPER}"/>' if white else ""
@@ -221,18 +200,9 @@ def scale_bar(x: float, y: float, scale: float, room: float) -> str:
 
 
 def legend(lead: str, marks: Sequence[tuple[str, str]], columns: Sequence[float], at: tuple[float, float]) -> list[str]:
-    """One line below a drawing: words in bold, then small drawings with what they mean.
+    """One line from a point (x, y): words in bold, then small drawings, about 25 units wide, each with what it means.
 
-    Parameters
-    ----------
-    lead : str
-        In bold, at the left.
-    marks : sequence of (drawing, text)
-        A drawing is 24 to 26 units wide and stands on the line.
-    columns : sequence of float
-        Where each of them begins.
-    at : (x, y)
-        Where the line begins.
+    `columns` says where each of `marks`, (drawing, text), begins.
     """
     found = [text(*at, lead, 'font-weight="600"')]
     for x, (mark, words) in zip(columns, marks, strict=True):
@@ -243,17 +213,7 @@ def legend(lead: str, marks: Sequence[tuple[str, str]], columns: Sequence[float]
 def grid(
     left: float, wide: float, levels: Iterable[tuple[float, str]], ticks: Iterable[tuple[float, str]], foot: float
 ) -> str:
-    """Lines of a chart across its width, each with its value at the left, and values along its foot.
-
-    Parameters
-    ----------
-    left, wide : float
-        Where the lines begin, and how long they are.
-    levels : iterable of (y, label)
-    ticks : iterable of (x, label)
-    foot : float
-        y of the line on which the labels of `ticks` stand.
-    """
+    """Lines of a chart, (y, label), `wide` units long from `left`; below, at `foot`, labels of ticks, (x, label)."""
     lines = "".join(
         f'<path d="M{left:g} {y:.1f}h{wide:g}" stroke="{LINE}"/>'
         + text(left - 6.0, y + 4.0, label, f'text-anchor="end" fill="{SOFT}"')

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import LimitResult, Result, openings
+from cyclopean.analysis import LimitResult, Margins, Result, Subsidence, SubsidenceStep, openings
+from cyclopean.analysis.safety_margins import Bracket
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
 from cyclopean.view.colours import classes, fill
 from cyclopean.view.figures import cases, densities, fastest, needed_tension, number, resultants, unit_of, worst
-from cyclopean.view.markup import bar, table
+from cyclopean.view.markup import bar, section, table
 from cyclopean.view.motion import Motion
 
 __all__ = [
@@ -19,10 +20,12 @@ __all__ = [
     "cases_table",
     "contacts_table",
     "joint_name",
+    "margins_section",
     "movement_table",
     "provenance_table",
     "residuals_table",
     "settlement_table",
+    "subsidence_section",
     "tension_table",
 ]
 
@@ -272,3 +275,68 @@ def _value(value: Any) -> Cell:
     if isinstance(value, float | np.floating):
         return number(float(value), 4)
     return escape(str(value))
+
+
+_SPARE = (
+    "By rigid-block equilibrium, the others unchanged: how far each may go before no forces keep balance any more. Both"
+    " sides of each are proved by certificates. Where stones slide without opening, or by coupled analysis, less may be"
+    " left."
+)
+
+
+def margins_section(found: Margins, result: Result) -> str:
+    """What, how much, and which joint governs."""
+    content = table([("", ""), ("", ""), ("moves most when it falls", "")], _margin_rows(found, result))
+    return section("What it has to spare", content, _SPARE)
+
+
+def _margin_rows(found: Margins, result: Result) -> list[tuple[str, str, str]]:
+    rows = []
+    mu = result.contacts.mu
+    if found.friction is not None:
+        if found.friction.stands == 0.0:
+            much = "needs none"
+        else:
+            one = len(mu) > 0 and float(mu.min()) == float(mu.max())
+            value = f"μ {number(found.friction.stands * float(mu[0]))}, " if one else ""
+            much = f"{value}{100 * found.friction.stands:.1f} % of what there is"
+        rows.append(("Least friction", much, _governing(found.friction, result)))
+    if found.joints is not None:
+        if found.joints.falls is None:
+            much = f"to less than {100 * found.joints.stands:g} % of their size"
+        else:
+            much = f"to {100 * found.joints.stands:.1f} % of their size: geometric safety {found.geometric_safety:.2f}"
+        rows.append(("Joints may shrink", much, _governing(found.joints, result)))
+    if found.tilt is not None:
+        much = f"{found.tilt.stands:.2f}° towards azimuth {found.azimuth:g}°, the worst of eight"
+        rows.append(("The ground may tilt by", much, _governing(found.tilt, result)))
+    return rows
+
+
+def _governing(bracket: Bracket, result: Result) -> str:
+    return "" if bracket.governing is None else joint_name(result, bracket.governing)
+
+
+_SUBSIDING = (
+    "The supports move on in steps, as rigid bodies; the blocks follow so that the loads lose most while nothing closes"
+    " that is shut, and a state of rest is looked for on the geometry as it has become. Forces, openings and pictures"
+    " above are those of its beginning. Of the states on the way only the last one of rest is proved, if it is."
+)
+
+
+def subsidence_section(found: Subsidence, result: Result) -> str:
+    """The table of its steps as a part of the page."""
+    names = ("share", "settlement", "found", "widest joint", "", "points that touch")
+    rows = table([(name, "") for name in names], (_step_row(step, found, result) for step in found.steps))
+    return section("As the settlement goes on", f"<p>{escape(found.ended)}</p>{rows}", _SUBSIDING)
+
+
+def _step_row(step: SubsidenceStep, found: Subsidence, result: Result) -> tuple[str, ...]:
+    return (
+        f"{100 * step.share:.4g} %",
+        f"{number(step.settlement)} m",
+        escape(step.word),
+        f"{number(step.opening)} m",
+        joint_name(result, step.joint, found.contacts) if step.joint >= 0 else "",
+        str(step.touching),
+    )

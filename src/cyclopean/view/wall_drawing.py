@@ -34,19 +34,8 @@ ALIGNED = ACCENT["unstable"]
 def wall_svg(pattern: Pattern, found: Interlock, title: str, *, tints: Sequence[str] | None = None) -> str:
     """Draw a pattern with what its interlock is made of, as one `<svg>` element.
 
-    Parameters
-    ----------
-    pattern : Pattern
-    found : Interlock
-        Of this pattern.
-    title : str
-        For readers that do not see it.
-    tints : sequence of str, optional
-        Colour of each cell (#rrggbb); field stones in one and dressed stones in another where not given.
-
-    Returns
-    -------
-    str
+    The title is for readers that do not see it. Where no `tints` (#rrggbb) of the cells are given, field stones have
+    one and dressed stones another.
     """
     scale = (WIDTH - 2.0 * MARGIN) / pattern.settings.width
     wall = pattern.settings.height * scale
@@ -57,17 +46,7 @@ def wall_svg(pattern: Pattern, found: Interlock, title: str, *, tints: Sequence[
 def corner_svg(made: CornerWall, title: str, *, tints: Sequence[str] | None = None) -> str:
     """Draw both faces of two walls that meet at a corner, the second to the right of the first, as one `<svg>` element.
 
-    Parameters
-    ----------
-    made : CornerWall
-    title : str
-        For readers that do not see it.
-    tints : sequence of str, optional
-        Colour of each block (#rrggbb), that of the ground included; as in `wall_svg` where not given.
-
-    Returns
-    -------
-    str
+    As `wall_svg`; `tints` are of the blocks, that of the ground included.
     """
     widths = [pattern.settings.width for pattern in made.patterns]
     scale = (WIDTH - 2.0 * MARGIN - SEAM) / sum(widths)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from cyclopean.arrays import Floats
+from cyclopean.arrays import Floats, Ints
+from cyclopean.assembly import Assembly
 from cyclopean.assembly.rearranging import Arrangement, Pose
 from cyclopean.geometry import pack, triangles
 from cyclopean.view.colours import FORCE, GHOST, GRAVITY, INK, RUB
@@ -40,6 +41,24 @@ class Look:
     handle: bool = False  # to drag the chosen block by
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shown:
+    """A snapshot with what is drawn of it."""
+
+    snapshot: Snapshot
+    drawn: Picture
+    corner: Ints  # (T, 3) vertices of the triangles of its mesh
+    face: Ints  # (T,) faces that they are of
+
+    def at(self, share: float) -> Floats:
+        """(V, 3) m: vertices after so much of the mechanism."""
+        drawn, result = self.drawn, self.snapshot.result
+        if drawn.motion is None or drawn.rest is None or result.mechanism is None:
+            return drawn.mesh.vertex
+        centroid, time = result.assembly.mass.centroid, share * drawn.motion.time
+        return moved(drawn.rest, drawn.mesh.vertex_body, centroid, result.mechanism, time)
+
+
 class LiveScene:
     """Draws snapshots; may be called from several threads.
 
@@ -68,11 +87,8 @@ class LiveScene:
         self._layers = Layers(server.scene)
         self._nodes: dict[str, Any] = {}
         self._sent: dict[str, Any] = {}
-        self._snapshot: Snapshot | None = None
-        self._drawn: Picture | None = None
-        self._rest: Floats = np.zeros((0, 3))
-        self._corner, self._face = np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
-        self._vertex: Floats = self._rest
+        self._shown: _Shown | None = None
+        self._vertex = np.zeros((0, 3))  # m, as the blocks are drawn
         self._look = Look()
         self._block: int | None = None
         self._handle: tuple[int, Any] | None = None  # and the block that it drags
@@ -89,38 +105,35 @@ class LiveScene:
     def show(self, snapshot: Snapshot) -> None:
         """Draw a snapshot."""
         with self._lock:
-            first = self._snapshot is None
-            self._snapshot, drawn = snapshot, picture(snapshot.result)
-            if first:
+            drawn = picture(snapshot.result)
+            if self._shown is None:
                 self._frame(drawn)
-            self._drawn = drawn
-            self._rest = drawn.mesh.vertex if drawn.rest is None else drawn.rest
-            self._corner, self._face = triangles(drawn.mesh)
-            self._draw([*self._bodies(), *self._others()])
+            self._shown = _Shown(snapshot, drawn, *triangles(drawn.mesh))
+            self._draw([*self._bodies(self._shown), *self._others(drawn)])
 
     def look(self, look: Look) -> None:
         """Show other things of the same snapshot."""
         with self._lock:
             self._look = look
-            if self._drawn is not None:
-                self._draw([*self._bodies(), *self._others()])
+            if self._shown is not None:
+                self._draw([*self._bodies(self._shown), *self._others(self._shown.drawn)])
 
     def pose_mechanism(self, share: float) -> None:
         """Draw the blocks at this share of the mechanism as it is scaled."""
         with self._lock:
-            if self.moves:
-                self._draw(self._bodies(share))
+            if self._shown is not None and self.moves:
+                self._draw(self._bodies(self._shown, share))
 
     @property
     def moves(self) -> bool:
         """Whether there is a mechanism to see."""
-        drawn = self._drawn
-        return drawn is not None and drawn.motion is not None
+        shown = self._shown
+        return shown is not None and shown.drawn.motion is not None
 
     @property
     def size(self) -> int:
         """Number of triangles that a frame of the motion draws."""
-        return len(self._corner)
+        return 0 if self._shown is None else len(self._shown.corner)
 
     def choose(self, block: int | None) -> None:
         """Mark a block of the model."""
@@ -133,9 +146,9 @@ class LiveScene:
         with self._server.atomic():
             for layer in layers:
                 self._layers.put(layer)
-            if self._drawn is not None:
-                self._details(self._drawn)
-            self._put_handle()
+            if self._shown is not None:
+                self._details(self._shown)
+                self._put_handle(self._shown.snapshot.state.arrangement)
 
     def _frame(self, drawn: Picture) -> None:
         """Fit model and camera; only once, so that nothing jumps when a block goes."""
@@ -144,10 +157,9 @@ class LiveScene:
         shown = np.concatenate([home.vertex, gravity_arrow(drawn.gravity, home, self._view).reshape(-1, 3)])
         camera(self._server.initial_camera, self._view, self.place(shown), NARROW)
 
-    def _others(self) -> list[Layer]:
+    def _others(self, drawn: Picture) -> list[Layer]:
         """What stands still while a mechanism moves."""
-        drawn, look, place = self._drawn, self._look, self.place
-        assert drawn is not None
+        look, place = self._look, self.place
         arrow = drawn.arrow if look.forces else drawn.arrow[:0]
         rub = drawn.rub if look.points else drawn.rub[:0]
         gravity = gravity_arrow(drawn.gravity, self._home.model.mesh, self._view)  # stays while blocks move
@@ -165,39 +177,26 @@ class LiveScene:
         way = np.abs(drawn.edge - drawn.ghost).max(axis=(1, 2), initial=0.0)
         return np.asarray(drawn.ghost[way * self._scale > SEEN])
 
-    def _bodies(self, share: float = 1.0) -> list[Layer]:
+    def _bodies(self, shown: _Shown, share: float = 1.0) -> list[Layer]:
         """The blocks, and their edges, where the mechanism has them."""
-        drawn, look = self._drawn, self._look
-        assert drawn is not None
-        self._vertex = vertex = self._at(share * look.scale)
+        drawn, look = shown.drawn, self._look
+        self._vertex = vertex = shown.at(share * look.scale)
         solid = drawn if look.forces else replace(drawn, arrow=drawn.arrow[:0])
         edge = feature_edges(replace(drawn.mesh, vertex=vertex))
         if not self.moves:
             edge = once(edge, TOUCHING / self._scale)
         edges = wires(edge if len(edge) <= EDGE_LIMIT else edge[:0], self.place, "/edges", INK)
-        return [*block_layers(solid, self._corner, self._face, self.place(vertex)), edges]
+        return [*block_layers(solid, shown.corner, shown.face, self.place(vertex)), edges]
 
-    def _at(self, share: float) -> Floats:
-        """(V, 3) m: vertices after so much of the mechanism."""
-        drawn, snapshot = self._drawn, self._snapshot
-        assert drawn is not None
-        assert snapshot is not None
-        mechanism = snapshot.result.mechanism
-        if drawn.motion is None or mechanism is None:
-            return self._rest
-        centroid = snapshot.result.assembly.mass.centroid
-        return moved(self._rest, drawn.mesh.vertex_body, centroid, mechanism, share * drawn.motion.time)
-
-    def _details(self, drawn: Picture) -> None:
+    def _details(self, shown: _Shown) -> None:
         """Points, outlines of contacts, names, the mark of the chosen block: few, or only where asked for."""
-        scene, look, snapshot = self._scene, self._look, self._snapshot
-        assert snapshot is not None
+        scene, look, drawn, result = self._scene, self._look, shown.drawn, shown.snapshot.result
         press = drawn.press if look.points else drawn.press[:0]
         self._put("/pressing points", press, lambda n, x: dots(scene, n, x, FORCE, 0.005 * SPAN))
-        joints = contact_sides(snapshot.result.contacts) if look.contacts else drawn.ghost[:0]
+        joints = contact_sides(result.contacts) if look.contacts else drawn.ghost[:0]
         self._put("/contacts", joints, lambda n, x: lines(scene, n, x, FORCE, 2.4))
-        self._labels()
-        self._mark()
+        self._put("/chosen", self._chosen_edges(shown), lambda n, x: lines(scene, n, x, CHOSEN, 3.0))
+        self._labels(result.assembly)
 
     def _put(self, name: str, data: Any, make: Callable[[str, Any], Any]) -> None:
         """Draw a layer of these points (m) anew, leave it as it is, or take it away where it is empty."""
@@ -211,13 +210,10 @@ class LiveScene:
             self._nodes.pop(name).remove()
             self._sent.pop(name, None)
 
-    def _labels(self) -> None:
-        """Names at the centroids; of too many blocks, only that of the chosen one."""
-        assert self._snapshot is not None
-        assembly = self._snapshot.result.assembly
-        every = self._look.labels and len(assembly) <= LABELS
+    def _labels(self, assembly: Assembly) -> None:
+        """Names at the centroids, unless there are too many blocks."""
         wanted: dict[str, tuple[str, Any]] = {}
-        if every:
+        if self._look.labels and len(assembly) <= LABELS:
             middle = self.place(assembly.mass.centroid)
             wanted = {f"/names/{k}": (b.id, middle[k]) for k, b in enumerate(assembly.blocks)}
         for name in [n for n in self._nodes if n.startswith("/names/") and n not in wanted]:
@@ -229,43 +225,34 @@ class LiveScene:
             elif not np.array_equal(label.position, point):
                 label.position = point
 
-    def _mark(self) -> None:
-        """Draw the edges of the chosen block thick."""
-        snapshot, drawn = self._snapshot, self._drawn
-        at = None if snapshot is None or self._block is None else snapshot.state.arrangement.place(self._block)
-        edge = np.zeros((0, 2, 3))
-        if at is not None and drawn is not None and snapshot is not None:
-            low, high = drawn.mesh.vertex_start[at], drawn.mesh.vertex_start[at + 1]
-            block = snapshot.result.assembly.blocks[at]
-            if high - low == len(block.vertices):  # else it is drawn as its outline
-                edge = feature_edges(pack([(self._vertex[low:high], block.faces)]))
-        self._put("/chosen", edge, lambda n, x: lines(self._scene, n, x, CHOSEN, 3.0))
+    def _chosen_edges(self, shown: _Shown) -> Floats:
+        """(e, 2, 3) m: edges of the chosen block; none where none is, or it is drawn as its outline."""
+        at = None if self._block is None else shown.snapshot.state.arrangement.place(self._block)
+        if at is None:
+            return np.zeros((0, 2, 3))
+        here = slice(shown.drawn.mesh.vertex_start[at], shown.drawn.mesh.vertex_start[at + 1])
+        block = shown.snapshot.result.assembly.blocks[at]
+        point = self._vertex[here]
+        return feature_edges(pack([(point, block.faces)])) if len(point) == len(block.vertices) else np.zeros((0, 2, 3))
 
-    def _put_handle(self) -> None:
+    def _put_handle(self, arrangement: Arrangement) -> None:
         """Show the handle at the chosen block, put it where the block is, or take it away."""
-        snapshot, block = self._snapshot, self._block
-        at = None if snapshot is None or block is None else snapshot.state.arrangement.place(block)
-        wanted = at is not None and self._look.handle
-        if self._handle is not None and (not wanted or self._handle[0] != block):
+        block = self._block if self._look.handle else None
+        if block is not None and arrangement.place(block) is None:
+            block = None
+        if self._handle is not None and self._handle[0] != block:
             self._handle[1].remove()
             self._handle, self._dragging = None, False
-        if snapshot is None or block is None or not wanted or self._dragging:
+        if block is None or self._dragging:
             return
-        arrangement = snapshot.state.arrangement
         pose = arrangement.poses.get(block, Pose(np.eye(3), np.zeros(3)))
         home = arrangement.model.mass.centroid[block]
         where, turn = self.place(home + pose.shift), np.roll(Rotation.from_matrix(pose.turn).as_quat(), 1)
         if self._handle is not None:
             self._handle[1].position, self._handle[1].wxyz = where, turn
             return
-        volume = float(np.mean(np.abs(arrangement.model.mass.volume)))
-        gizmo = self._scene.add_transform_controls(
-            "/handle",
-            scale=0.9 * self._scale * volume ** (1.0 / 3.0),
-            position=where,
-            wxyz=turn,
-            depth_test=False,
-        )
+        size = 0.9 * self._scale * float(np.mean(np.abs(arrangement.model.mass.volume))) ** (1.0 / 3.0)
+        gizmo = self._scene.add_transform_controls("/handle", scale=size, position=where, wxyz=turn, depth_test=False)
         self._handle = block, gizmo
         self._follow(gizmo, block, home)
 
@@ -286,15 +273,15 @@ class LiveScene:
 
     def _clicked(self, event: Any) -> None:
         with self._lock:
-            snapshot, drawn = self._snapshot, self._drawn
-            if snapshot is None or drawn is None:
+            shown = self._shown
+            if shown is None:
                 return
-            triangle = self.place(self._vertex)[self._corner].astype(float)
+            triangle = self.place(self._vertex)[shown.corner].astype(float)
             found = hit(triangle, np.asarray(event.ray_origin, float), np.asarray(event.ray_direction, float))
             if found is None:
                 return
-            block = int(snapshot.state.arrangement.index[drawn.mesh.face_body[self._face[found]]])
-        self._chosen(block)
+            block = shown.drawn.mesh.face_body[shown.face[found]]
+        self._chosen(int(shown.snapshot.state.arrangement.index[block]))
 
 
 def hit(triangle: Floats, origin: Floats, direction: Floats) -> int | None:

@@ -13,12 +13,13 @@ import numpy as np
 from cyclopean.analysis import PreparedModel, Settings, prepare
 from cyclopean.analysis.interactive import Knobs
 from cyclopean.assembly import Assembly, length_tolerance, paired_friction
-from cyclopean.assembly.rearranging import Pose, arrange
+from cyclopean.assembly.rearranging import arrange
 from cyclopean.errors import CyclopeanError, InputError
 from cyclopean.view.access import AccessControl
-from cyclopean.view.colours import ACCENT, SCALE
-from cyclopean.view.figures import number, resultants, unit_of
+from cyclopean.view.colours import ACCENT
+from cyclopean.view.figures import force_text, number, resultants
 from cyclopean.view.layers import server, silent
+from cyclopean.view.markup import scale_of, told
 from cyclopean.view.messages import takes
 from cyclopean.view.rate_limit import RateLimit
 from cyclopean.view.studio.live_scene import LABELS, LiveScene, Look
@@ -106,29 +107,22 @@ class _Page:
         self, running: Any, posed: PreparedModel, settings: Settings, folder: Path, stem: str, warnings: tuple[str, ...]
     ) -> None:
         self._running, self._gui = running, running.gui
-        self._posed, self._settings, self._folder, self._stem = posed, settings, folder, stem
+        self._posed, self._folder, self._stem = posed, folder, stem
         self._block: int | None = None
         self._saves, self._in_all = RateLimit(AT_ONCE, 60.0), RateLimit(SAVES, math.inf)
         given = None if posed.assembly.contacts is None else posed.assembly.contacts.mu
-        self._says_mu = given is not None and bool(np.any(~np.isnan(given)))
         own = np.full(len(posed.contacts), np.nan) if given is None else given
         contacts, _ = paired_friction(posed.assembly, replace(posed.contacts, mu=own))
-        home = arrange(posed.assembly, contacts, posed.fixed, _tolerance(posed, settings))
-        tilt, azimuth = (0.0, 0.0) if settings.tilt is None else settings.tilt
-        knobs = Knobs(mu=_mu(settings), tilt=tilt, azimuth=azimuth)
-        self._scene = LiveScene(running, home, self._choose, self._drag)
-        self._build(knobs, settings, warnings)
+        tolerance = length_tolerance(posed.assembly) if settings.tolerance is None else settings.tolerance
+        self._home = home = arrange(posed.assembly, contacts, posed.fixed, tolerance)
+        tilt, azimuth = settings.tilt or (0.0, 0.0)
+        knobs = Knobs(Knobs().mu if settings.mu is None else settings.mu, tilt=tilt, azimuth=azimuth)
+        self._scene = LiveScene(running, home, self._choose, lambda *drag: self.session.move(*drag))
+        first = State(home, knobs, settings.chosen_method())
+        self._build(first, given is not None and not np.isnan(given).all(), warnings)
         self._painter = Painter(self._scene, lambda: bool(self._moving.value))
-        self.session = Session(
-            State(home, knobs, settings.chosen_method()),
-            settings,
-            posed.gravity,
-            posed.assumed,
-            self._show,
-            self._refuse,
-            self._tell,
-        )
-        self._home = home
+        told = self._show, self._refuse, self._tell
+        self.session = Session(first, settings, posed.gravity, posed.assumed, *told)
 
     def close(self) -> None:
         """Stop everything that runs."""
@@ -137,7 +131,7 @@ class _Page:
 
     # ------------------------------------------------------------------ elements
 
-    def _build(self, knobs: Knobs, settings: Settings, warnings: tuple[str, ...]) -> None:
+    def _build(self, first: State, says_mu: bool, warnings: tuple[str, ...]) -> None:
         gui = self._gui
         gui.configure_theme(show_logo=False, show_share_button=False)
         gui.set_panel_label("cyclopean studio")
@@ -145,116 +139,85 @@ class _Page:
         self._running.scene.world_axes.visible = False
         self._verdict = gui.add_html(_verdict_html(None))
         self._reach = gui.add_html(_reach_html(None))
-        self._knobs(gui, knobs, settings)
-        self._layers(gui)
-        self._chosen_block(gui)
-        self._saving(gui)
-        if warnings:
-            with gui.add_folder("Warnings", expand_by_default=False):
-                gui.add_html("".join(f"<p>{escape(line)}</p>" for line in warnings))
-
-    def _knobs(self, gui: Any, knobs: Knobs, settings: Settings) -> None:
         with gui.add_folder("Ground and friction"):
-            top = max(MU, 2.0 * knobs.mu)
-            self._mu = gui.add_slider("Friction mu", 0.0, top, 0.01, min(knobs.mu, top), hint=_MU_HINT)
-            self._everywhere = gui.add_checkbox(
-                "also where the model gives mu",
-                False,
-                visible=self._says_mu,
-                hint="What the model says wins unless ticked.",
-            )
-            steep = max(TILT, abs(knobs.tilt))
-            self._tilt = gui.add_slider("Tilt, degrees", min(0.0, knobs.tilt), steep, 0.1, knobs.tilt)
-            self._azimuth = gui.add_slider("Tilt towards, degrees", -180.0, 180.0, 1.0, _within(knobs.azimuth))
-            self._push_x = gui.add_slider("Push along x", -PUSH, PUSH, 0.005, 0.0, hint=_PUSH_HINT)
-            self._push_y = gui.add_slider("Push along y", -PUSH, PUSH, 0.005, 0.0, hint=_PUSH_HINT)
-            pulls = bool(self._posed.contacts.strength.any())
-            methods = ("rbe",) if pulls else ("cra", "rbe")
-            self._method = gui.add_dropdown("Method", methods, initial_value=settings.chosen_method())
-            level = gui.add_button("Level, no push")
-        for element in (self._mu, self._everywhere, self._tilt, self._azimuth, self._push_x, self._push_y):
-            element.on_update(lambda _: self._turn())
-        self._method.on_update(lambda _: self.session.set(method=self._method.value))
-        level.on_click(lambda _: self._level())
-
-    def _layers(self, gui: Any) -> None:
-        many = len(self._posed.assembly) > LABELS
+            self._ground(gui, first, says_mu)
         with gui.add_folder("What is shown"):
-            self._forces = gui.add_checkbox("forces", True)
-            self._points = gui.add_checkbox("pressing points", False, hint="And friction at them: of coupled states.")
-            self._contacts = gui.add_checkbox("contacts", False)
-            self._names = gui.add_checkbox(
-                "names", False, disabled=many, hint=f"Up to {LABELS} blocks." if many else None
-            )
-            self._scale = gui.add_slider("Mechanism, scale", 0.0, SCALES, 0.05, 1.0, hint=_SCALE_HINT)
-            self._moving = gui.add_checkbox("mechanism moves", False)
-        for element in (self._forces, self._points, self._contacts, self._names, self._scale):
-            element.on_update(lambda _: self._look())
-
-    def _chosen_block(self, gui: Any) -> None:
+            self._layers(gui)
         with gui.add_folder("Block"):
-            self._name = gui.add_text("Name", "", hint="Click a block, or write its name.")
-            self._about = gui.add_html(_ABOUT)
-            self._movable = gui.add_checkbox("drag it by a handle", False)
-            self._buttons = gui.add_button_group("Change", ("Remove", "Put back", "Undo"))
-        self._name.on_update(lambda event: self._named(event))
-        self._movable.on_update(lambda _: self._look())
-        self._buttons.on_click(lambda _: self._change(self._buttons.value))
-
-    def _saving(self, gui: Any) -> None:
+            self._chosen_block(gui)
+        for element in self._look.values():
+            element.on_update(lambda _: self._scene.look(Look(**{n: e.value for n, e in self._look.items()})))
         with gui.add_folder("Save"):
             for kind in KINDS:
                 gui.add_button(f"Save {kind}").on_click(lambda event, kind=kind: self._save(event, kind))
-            gui.add_html(
-                f'<p style="margin:.2em 1em;font-size:.8em;overflow-wrap:anywhere">{escape(self._place())}</p>'
-            )
+            place = f"Files go to the folder '{self._folder.resolve().name}'; none that is there is replaced."
+            gui.add_html(f'<p style="margin:.2em 1em;font-size:.8em;overflow-wrap:anywhere">{escape(place)}</p>')
+        if warnings:
+            with gui.add_folder("Warnings", expand_by_default=False):
+                gui.add_html("".join(f"<p>{told(line)}</p>" for line in warnings))
 
-    def _place(self) -> str:
-        return f"Files go to the folder '{self._folder.resolve().name}'; none that is there is replaced."
+    def _ground(self, gui: Any, first: State, says_mu: bool) -> None:
+        knobs, slider, ticked = first.knobs, gui.add_slider, "also where the model gives mu"
+        top, steep = max(MU, 2.0 * knobs.mu), max(TILT, abs(knobs.tilt))
+        wins = "What the model says wins unless ticked."
+        self._mu = slider("Friction mu", 0.0, top, 0.01, min(knobs.mu, top), hint=_MU_HINT)
+        self._everywhere = gui.add_checkbox(ticked, False, visible=says_mu, hint=wins)
+        self._tilt = slider("Tilt, degrees", min(0.0, knobs.tilt), steep, 0.1, knobs.tilt)
+        self._azimuth = slider("Tilt towards, degrees", -180.0, 180.0, 1.0, _within(knobs.azimuth))
+        self._push = [slider(f"Push along {axis}", -PUSH, PUSH, 0.005, 0.0, hint=_PUSH_HINT) for axis in "xy"]
+        methods = ("rbe",) if self._posed.contacts.strength.any() else ("cra", "rbe")
+        method = gui.add_dropdown("Method", methods, initial_value=first.method)
+        method.on_update(lambda _: self.session.set(method=method.value))
+        for element in (self._mu, self._everywhere, self._tilt, self._azimuth, *self._push):
+            element.on_update(lambda _: self._turn())
+        gui.add_button("Level, no push").on_click(lambda _: self._level())
+
+    def _layers(self, gui: Any) -> None:
+        tick, many = gui.add_checkbox, len(self._posed.assembly) > LABELS
+        few = f"Up to {LABELS} blocks." if many else None
+        self._look = {
+            "forces": tick("forces", True),
+            "points": tick("pressing points", False, hint="And friction at them: of coupled states."),
+            "contacts": tick("contacts", False),
+            "labels": tick("names", False, disabled=many, hint=few),
+            "scale": gui.add_slider("Mechanism, scale", 0.0, SCALES, 0.05, 1.0, hint=_SCALE_HINT),
+        }
+        self._moving = tick("mechanism moves", False)
+
+    def _chosen_block(self, gui: Any) -> None:
+        self._name = gui.add_text("Name", "", hint="Click a block, or write its name.")
+        self._about = gui.add_html(_ABOUT)
+        self._look["handle"] = gui.add_checkbox("drag it by a handle", False)
+        buttons = gui.add_button_group("Change", ("Remove", "Put back", "Undo"))
+        self._name.on_update(lambda event: self._named(event))
+        buttons.on_click(lambda _: self._change(buttons.value))
 
     # ------------------------------------------------------------------ what the user does
 
     def _turn(self) -> None:
-        push = (float(self._push_x.value), float(self._push_y.value))
+        push = (float(self._push[0].value), float(self._push[1].value))
         mu, tilt, azimuth = float(self._mu.value), float(self._tilt.value), float(self._azimuth.value)
         self.session.set(knobs=Knobs(mu, bool(self._everywhere.value), tilt, azimuth, push))
 
     def _level(self) -> None:
-        for slider in (self._tilt, self._azimuth, self._push_x, self._push_y):
+        for slider in (self._tilt, self._azimuth, *self._push):
             slider.value = 0.0
         self._turn()
 
-    def _look(self) -> None:
-        self._scene.look(
-            Look(
-                bool(self._forces.value),
-                bool(self._points.value),
-                bool(self._contacts.value),
-                bool(self._names.value),
-                float(self._scale.value),
-                bool(self._movable.value),
-            )
-        )
-
     def _named(self, event: Any) -> None:
+        name = self._name.value
         if event.client is None:  # we wrote it
             return
-        if not self._name.value:
-            self._choose(None)
-            return
         try:
-            self._choose(self._home.number(self._name.value))
+            self._choose(self._home.number(name) if name else None)
         except InputError:
-            self._about.content = f"<p style='margin:.3em 1em'>There is no block '{escape(self._name.value)}'.</p>"
+            self._about.content = f"<p style='margin:.3em 1em'>There is no block '{escape(name)}'.</p>"
 
     def _choose(self, block: int | None) -> None:
         self._block = block
         self._name.value = "" if block is None else self._home.model.blocks[block].id
         self._scene.choose(block)
         self._describe()
-
-    def _drag(self, block: int, pose: Pose, begins: bool) -> None:
-        self.session.move(block, pose, begins)
 
     def _change(self, what: str) -> None:
         if what == "Undo":
@@ -313,17 +276,9 @@ _SCALE_HINT = "1: the largest movement is a quarter of a mean block."
 _ABOUT = "<p style='margin:.3em 1em'>None chosen.</p>"
 
 
-def _mu(settings: Settings) -> float:
-    return Knobs().mu if settings.mu is None else settings.mu
-
-
 def _within(degrees: float) -> float:
     """The same direction between -180 and 180 degrees."""
     return (degrees + 180.0) % 360.0 - 180.0
-
-
-def _tolerance(posed: PreparedModel, settings: Settings) -> float:
-    return length_tolerance(posed.assembly) if settings.tolerance is None else settings.tolerance
 
 
 def _verdict_html(snapshot: Snapshot | None) -> str:
@@ -333,6 +288,8 @@ def _verdict_html(snapshot: Snapshot | None) -> str:
     colour = ACCENT[snapshot.word]
     word = {"searching": "undecided so far", "failed": "no answer"}.get(snapshot.stage, snapshot.word)
     border = "solid" if snapshot.proved else "dashed"
+    used = "" if snapshot.result.utilisation is None else "utilisation"
+    quantity = used if snapshot.result.mechanism is None else "movement"
     return (
         f'<div id="verdict" data-stage="{snapshot.stage}" data-ticket="{snapshot.ticket}"'
         f' style="margin:.3em .6em;padding:.5em .8em;min-height:18em;border-left:.5em {border} {colour}">'
@@ -340,7 +297,7 @@ def _verdict_html(snapshot: Snapshot | None) -> str:
         f' <span id="worth" style="font-weight:600">{_WORTH[snapshot.stage]}</span>'
         f'<p style="margin:.35em 0;min-height:5.6em;overflow-wrap:anywhere">{escape(snapshot.sentence)}</p>'
         f'<p id="for" style="margin:.35em 0;min-height:4.2em;font-size:.85em">{escape(_for(snapshot))}</p>'
-        f"{_ramp(snapshot)}</div>"
+        f"{scale_of(quantity)}</div>"
     )
 
 
@@ -381,22 +338,6 @@ def _for(snapshot: Snapshot) -> str:
     return f"For {', '.join(parts)}; by {method} in {1e3 * seconds:.0f} ms{notes}"
 
 
-def _ramp(snapshot: Snapshot) -> str:
-    """What the colours mean."""
-    result = snapshot.result
-    if result.mechanism is not None:
-        title, low, high = "movement of a block, largest = 1", "0", "1"
-    elif result.utilisation is not None:
-        title, low, high = "friction used at the worst contact", "0", "1"
-    else:
-        return ""
-    steps = "".join(f'<i style="flex:1;height:.7em;background:{colour}"></i>' for colour in SCALE)
-    return (
-        f'<div style="font-size:.85em">{title}<div style="display:flex;border:1px solid #8b867b">{steps}</div>'
-        f'<div style="display:flex;justify-content:space-between"><span>{low}</span><span>{high}</span></div></div>'
-    )
-
-
 def _block_html(snapshot: Snapshot, block: int | None, density: float) -> str:
     """Name, weight, contacts and worst utilisation of the chosen block."""
     arrangement, result = snapshot.state.arrangement, snapshot.result
@@ -410,7 +351,7 @@ def _block_html(snapshot: Snapshot, block: int | None, density: float) -> str:
     mine = np.flatnonzero((contacts.a == at) | (contacts.b == at))
     own = assembly.blocks[at].density
     volume = float(assembly.mass.volume[at])
-    rows = [("weight", _force((density if own is None else own) * volume * GRAVITY))]
+    rows = [("weight", force_text((density if own is None else own) * volume * GRAVITY))]
     rows.append(("volume", f"{number(volume)} m³"))
     rows.append(("it is", "a support" if result.fixed[at] else "free"))
     others = [
@@ -421,12 +362,7 @@ def _block_html(snapshot: Snapshot, block: int | None, density: float) -> str:
     rows.append(("contacts", f"{len(mine)}" + (f" with {escape(listed)}" if mine.size else "")))
     found = resultants(result)
     if found is not None and mine.size and result.utilisation is not None:
-        rows.append(("largest force", _force(float(np.hypot(found.normal[mine], found.friction[mine]).max()))))
+        rows.append(("largest force", force_text(float(np.hypot(found.normal[mine], found.friction[mine]).max()))))
         rows.append(("friction used", f"{100.0 * float(result.utilisation[mine].max()):.0f} % at the worst contact"))
     body = "".join(f"<div>{what}: <b>{value}</b></div>" for what, value in rows)
     return f'<div id="block" style="margin:.3em 1em;overflow-wrap:anywhere"><b>{name}</b>{body}</div>'
-
-
-def _force(newtons: float) -> str:
-    divisor, unit = unit_of(newtons)
-    return f"{number(newtons / divisor)} {unit}"

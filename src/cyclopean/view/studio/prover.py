@@ -95,8 +95,7 @@ class Prover:
         try:
             self._line.send(question)
             while not self._line.poll(GLANCE):
-                outdated = self._box.ended or (self._box.waiting and time.monotonic() - began > PATIENCE)
-                if outdated:
+                if self._box.ended or (self._box.waiting and time.monotonic() - began > PATIENCE):
                     self._stop()
                     return None
             answer: Result | Reach | str = self._line.recv()
@@ -132,17 +131,18 @@ def _serve(line: Connection, behind: bool) -> None:
         except (EOFError, OSError):
             return
         try:
-            answer: Result | Reach | str = (
-                check(replace(question.assembly, settlements=()), question.settings, warm=question.claim)
-                if question.reach is None
-                else _reached(question, question.reach)
-            )
-        except CyclopeanError as error:
-            answer = str(error)
-        try:
-            line.send(answer)
+            line.send(_answer(question))
         except OSError:
             return
+
+
+def _answer(question: Question) -> Result | Reach | str:
+    try:
+        if question.reach is not None:
+            return _reached(question, question.reach)
+        return check(replace(question.assembly, settlements=()), question.settings, warm=question.claim)
+    except CyclopeanError as error:
+        return str(error)
 
 
 def _reached(question: Question, reach: Reach) -> Reach:

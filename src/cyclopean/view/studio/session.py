@@ -111,10 +111,8 @@ class Session:
         self._due = 0.0
         self._usual: dict[str, float] = {}  # s that a proof takes, by method
         self._reaches: tuple[object, ...] | None = None  # what the reach was asked for
-        self._prover = Prover(lambda ticket, answer: self._todo.put(lambda: self._answered(ticket, answer)))
-        self._bounds_prover = None  # takes longer, and must not keep the prover from its work
-        if tell is not None:
-            self._bounds_prover = Prover(lambda _, answer: self._todo.put(lambda: self._reached(answer)), behind=True)
+        self._prover = Prover(self._found)
+        self._bounds_prover = None if tell is None else Prover(self._found, behind=True)  # takes longer
         self._thread = threading.Thread(target=self._run, name="session", daemon=True)
         self._thread.start()
         self._todo.put(self._touch)
@@ -146,6 +144,10 @@ class Session:
         self._prover.close()
         if self._bounds_prover is not None:
             self._bounds_prover.close()
+
+    def _found(self, ticket: int, answer: Result | Reach | str) -> None:
+        """Take what a prover has found, from its thread to that of the session."""
+        self._todo.put(lambda: self._reached(answer) if isinstance(answer, Reach) else self._answered(ticket, answer))
 
     def _run(self) -> None:
         while True:
@@ -189,13 +191,9 @@ class Session:
         self._ticket += 1
 
     def _turn(self, knobs: Knobs | None, method: str | None) -> None:
-        fresh = replace(
-            self.state,
-            knobs=self.state.knobs if knobs is None else knobs,
-            method=self.state.method if method is None else method,
-        )
+        fresh = replace(self.state, knobs=knobs or self.state.knobs, method=method or self.state.method)
         replace(self._settings, method=fresh.method)  # refuses a method that there is not
-        if (fresh.knobs, fresh.method) != (self.state.knobs, self.state.method):
+        if fresh != self.state:
             self.state = fresh
             self._touch()
 
@@ -206,10 +204,10 @@ class Session:
         self._arrange(found)
 
     def _undo(self) -> None:
-        if not self._past:
+        if self._past:
+            self._arrange(self._past.pop())
+        else:
             self._complain("there is nothing to undo")
-            return
-        self._arrange(self._past.pop())
 
     def _arrange(self, arrangement: Arrangement) -> None:
         self.state = replace(self.state, arrangement=arrangement)
@@ -220,11 +218,9 @@ class Session:
         """Claim an answer at once; where a proof takes no time, wait for that before showing the claim."""
         state = self.state
         if self._live is None:
-            density = self._settings.density
-            given = {} if density is None else {"density": density}
+            given = {} if self._settings.density is None else {"density": self._settings.density}
             self._live = LiveModel(state.arrangement.assembly, self._gravity, **given)
-        answer = self._live.solve(state.knobs)
-        self._open = answer
+        answer = self._open = self._live.solve(state.knobs)
         if self._tell is not None and self._reaches is not None:
             now = state.arrangement, state.knobs.mu, state.knobs.everywhere
             if self._reaches[:3] != now:  # what the page says of them holds no more
@@ -241,11 +237,10 @@ class Session:
 
     def _question(self, state: State, answer: Answer) -> tuple[Assembly, Settings, Claim | None]:
         """What a proof is asked of: the model as a file would have it, and the claim that may be true."""
-        live = self._live
-        assert live is not None
-        contacts = live.contacts
+        assert self._live is not None
+        contacts = self._live.contacts
         if state.knobs.everywhere:
-            contacts = replace(contacts, mu=live.friction(state.knobs))
+            contacts = replace(contacts, mu=self._live.friction(state.knobs))
         assembly = replace(state.arrangement.assembly, contacts=contacts)
         x, y, z = state.knobs.turned(self._gravity).tolist()
         settings = replace(
@@ -261,10 +256,10 @@ class Session:
         if self._open is not None:
             self._prover.ask(Question(self._ticket, *self._question(self.state, self._open)))
 
-    def _answered(self, ticket: int, found: Result | Reach | str) -> None:
+    def _answered(self, ticket: int, found: Result | str) -> None:
         """Show what a proof came to, unless the page has moved on."""
         answer, live = self._open, self._live
-        if ticket != self._ticket or answer is None or live is None or isinstance(found, Reach):
+        if ticket != self._ticket or answer is None or live is None:
             return
         if isinstance(found, str):
             self._publish(Snapshot(ticket, self.state, answer, live.shown(answer), "failed", found))
@@ -297,11 +292,9 @@ class Session:
         level = replace(settings, gravity=(x, y, z), method="rbe")
         self._bounds_prover.ask(Question(self._ticket, assembly, level, None, reach))
 
-    def _reached(self, found: Result | Reach | str) -> None:
+    def _reached(self, found: Reach) -> None:
         """Tell how far the model is from falling, unless blocks or friction are others by now."""
-        if self._tell is None or not isinstance(found, Reach):
-            return
-        if self._reach_depends_on(found)[:3] == (self._reaches or ())[:3]:
+        if self._tell is not None and self._reach_depends_on(found)[:3] == (self._reaches or ())[:3]:
             self._tell(found)
 
     def _still_assumed(self) -> dict[str, Any]:
