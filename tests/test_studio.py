@@ -463,7 +463,7 @@ def model(tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--port", "0"], "--port: 0 is not between 1 and 65535"),
+        (["--port", "0"], "--port 0: expected a whole number from 1 to 65535"),
         (["--port", "x"], "--port"),
         (["--out", "nowhere"], "--out nowhere: no such folder"),
         (["--host", "not a host"], "--host not a host: cannot listen there"),

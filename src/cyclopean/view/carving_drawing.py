@@ -46,20 +46,9 @@ When = Literal["before", "after"]
 
 
 def carving_svg(wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: str, when: When = "after") -> str:
-    """Draw a wall as one `<svg>` element.
+    """Draw a wall and the stones in its cells as one `<svg>` element: as placed, with what comes off, or as carved.
 
-    Parameters
-    ----------
-    wall : Assembly
-        As it was drawn.
-    fixed : (n,) bool
-        Its held blocks.
-    carved : sequence of Carved
-        The stones in its cells.
-    title : str
-        For readers that do not see it.
-    when : {"before", "after"}
-        The stones as placed, with what comes off, or as carved.
+    `fixed` (n,) are its held blocks; the title is for readers that do not see it.
     """
     paper = _paper(wall, carved, fixed, when)
     outline = {b.id: _outline(paper.of(b.vertices), _fans(b.faces)) for b in wall.blocks}
@@ -186,22 +175,9 @@ def carving_html(
 ) -> str:
     """Write the page of a carved wall: self-contained, without a script.
 
-    Parameters
-    ----------
-    carved : sequence of Carved
-        The stones in their cells.
-    whole : Total
-        Of them.
-    built : CarvedWall
-        The wall they make.
-    result : Result
-        What `check` says of that.
-    before, after : str
-        The drawings of `carving_svg`.
-    least : float
-        m; depth up to which a cut was taken for dressing.
-    certificate_file : str, optional
-        Name of the certificate's file, for the command that verifies it.
+    It shows the stones in their cells and the `whole` of them, the wall that is built of them and what `check` says
+    of that, and the drawings of `carving_svg`. Cuts down to `least` (m) were taken for dressing. `certificate_file`
+    is for the command that verifies it.
     """
     notes = [*(n for c in carved for n in c.notes), *built.notes, *result.warnings]
     body = (

@@ -50,9 +50,6 @@ def resultants(result: Result) -> Resultants | None:
     contacts = result.contacts
     if result.force is None:
         return None
-    if not len(contacts):
-        none = np.zeros((0, 3))
-        return Resultants(none, np.zeros(0), np.zeros(0), none, np.zeros(0, np.int64))
     frame = contacts.frame if result.frame is None else result.frame
     first = contacts.start[:-1]
     whole = np.add.reduceat(result.force, first, axis=0)
@@ -116,12 +113,9 @@ def needed_tension(result: Result) -> Tension | None:
     weight = free_weight(result)
     least = max(PULLS * float(np.max(pull, initial=0.0)), TRACE * weight)
     pull = np.where(pull > least, pull, 0.0)
-    whole = np.add.reduceat(pull, first) if len(first) else np.zeros(0)
-    peak = np.maximum.reduceat(pull, first) if len(first) else np.zeros(0)
-    total = float(np.sum(pull))
-    return Tension(
-        whole, peak, _largest_first(whole), _largest_first(pull), total, total / weight if weight else np.nan
-    )
+    whole, peak, total = np.add.reduceat(pull, first), np.maximum.reduceat(pull, first), float(np.sum(pull))
+    share = total / weight if weight else np.nan
+    return Tension(whole, peak, _largest_first(whole), _largest_first(pull), total, share)
 
 
 def _largest_first(value: Floats) -> Ints:

@@ -39,15 +39,7 @@ def limit_html(
     certificate_file: str | None = None,
     model_file: str | None = None,
 ) -> str:
-    """Write the page as one self-contained HTML document.
-
-    Parameters
-    ----------
-    result : LimitResult
-        Both bounds.
-    certificate_file, model_file : str, optional
-        Names of these files.
-    """
+    """Write the page of both bounds as one self-contained HTML document; files are named in its commands."""
     drawn, polar, pushover = picture_at_limit(result), result.polar, result.pushover
     body = (
         _head(result, model_file),

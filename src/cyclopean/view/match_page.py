@@ -27,16 +27,8 @@ _CAPTION = (
 def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequence[Round] = ()) -> str:
     """Write the page of a match: self-contained, without a script.
 
-    Parameters
-    ----------
-    match : Match
-        Which stone goes into which cell.
-    stones : sequence of Stone
-        Those that were matched.
-    cells : Cells
-        The cells, as they are in the end.
-    rounds : sequence of Round
-        Of the negotiation, where there was one.
+    `stones` are those that were matched, `cells` as they are in the end, after `rounds` of a negotiation, where there
+    was one.
     """
     blocks = cells.assembly.blocks
     placed = [(stones[p.stone], blocks[cells.block[p.cell]], p.rotation, p.shift) for p in match.placements]

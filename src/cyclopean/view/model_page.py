@@ -31,16 +31,7 @@ _NOT_ASKED = "Whether it stands is not asked here: see the command check."
 def model_html(assembly: Assembly, contacts: Contacts, fixed: Bools, warnings: Sequence[str] = ()) -> str:
     """Write the page of a model: self-contained, with nothing about whether it stands.
 
-    Parameters
-    ----------
-    assembly : Assembly
-        The model.
-    contacts : Contacts
-        Given or detected.
-    fixed : (n,) bool
-        Supports.
-    warnings : sequence of str
-        What is odd about it.
+    Contacts are given or detected, `fixed` (n,) are supports; warnings say what is odd about it.
     """
     figures = [
         ("blocks", len(assembly)),

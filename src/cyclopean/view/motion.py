@@ -25,13 +25,8 @@ class Motion:
 def moved(vertex: Floats, body: Ints, centre: Floats, mechanism: Floats, time: float) -> Floats:
     """(V, 3) m: vertices after every body has turned by w t about its centroid and shifted by v t.
 
-    Parameters
-    ----------
-    vertex : (V, 3) m
-    body : (V,) body of each vertex
-    centre : (n, 3) m, centroids
-    mechanism : (n, 6) velocity of the centroid (m/s) and angular velocity (rad/s)
-    time : s
+    `body` (V,) is the body of each vertex (V, 3), m; `centre` (n, 3), m, are the centroids; `mechanism` (n, 6) is the
+    velocity of each centroid, m/s, and the angular velocity, rad/s; `time` is in s.
     """
     turn = rotations(time * mechanism[:, 3:])[body]
     arm = vertex - centre[body]

@@ -136,22 +136,10 @@ def stones_card(
     held: Sequence[Block] = (),
     notes: Sequence[str] = (),
 ) -> str:
-    """Stones in a wall, each in the colour of how much of it is carved off.
+    """Stones in a wall, each in the colour of how much of it is carved off; in words what it is, figures, and notes.
 
-    Parameters
-    ----------
-    title, text : str
-        What it is.
-    figures : sequence of (str, str)
-        What, and how much.
-    bodies : sequence of Block
-        The stones where they lie; at least one, or a held block.
-    carved_share : (n,) float
-        Lambda of each.
-    held : sequence of Block
-        Supports, drawn with them.
-    notes : sequence of str
-        What a reader should know.
+    `bodies` are the stones where they lie, `carved_share` (n,) the lambda of each, `held` the supports that are drawn
+    with them; there is at least one body or support.
     """
     whole = Assembly(
         tuple(Block(f"{k}", b.vertices, b.faces) for k, b in enumerate((*bodies, *held)) if len(b.faces)), contacts=None

@@ -30,20 +30,9 @@ def overview_html(
 ) -> str:
     """Write the page: self-contained, without a script.
 
-    Parameters
-    ----------
-    drawn : Result
-        What `check` says of the wall as drawn.
-    stones : sequence of Stone
-        The inventory.
-    carved : (Carved, ...), Total, str, str
-        The stones in their cells, what they come to, and the drawings before and after.
-    built : CarvedWall, Result
-        The wall as it will be built, and what `check` says of it.
-    sequence : BuildSequence
-        How the wall is built.
-    files : mapping of str to str
-        Name of each file beside the page, and what it holds.
+    `drawn` is what `check` says of the wall as drawn, `built` the wall as it will be built and what `check` says of
+    that; `carved` are the stones in their cells, what they come to, and the drawings before and after. `stones` is
+    the inventory; `files` names what lies beside the page, and what each file holds.
     """
     cuts, whole, before, after = carved
     wall, result = built

@@ -56,10 +56,8 @@ def report_html(
     ----------
     result : Result
         What `check` answered; results without forces, mechanism or certificate are shown as far as they go.
-    certificate_file : str, optional
-        Name of the certificate's file, for the command that verifies it.
-    model_file : str, optional
-        Name of the model's file.
+    certificate_file, model_file : str, optional
+        Names of these files, for the commands that the page tells.
 
     Returns
     -------

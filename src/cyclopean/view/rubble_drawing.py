@@ -29,21 +29,10 @@ UNSTEADY = "#c0492f"  # outline of a stone that does not sit
 
 
 def rubble_svg(assembly: Assembly, title: str, unsteady: Sequence[str] = ()) -> str:
-    """Draw a wall whose front looks to -y, as one `<svg>` element.
+    """Draw a wall whose front looks to -y, as one static `<svg>` element that loads nothing.
 
-    Parameters
-    ----------
-    assembly : Assembly
-        Free blocks are drawn, on a strip of ground below the lowest one.
-    title : str
-        For readers that do not see it.
-    unsteady : sequence of str
-        Ids of stones to tint as not sitting.
-
-    Returns
-    -------
-    str
-        Static: no script, nothing that is loaded.
+    Free blocks are drawn, on a strip of ground below the lowest one; the stones whose ids are `unsteady` are tinted
+    as not sitting. The title is for readers that do not see it.
 
     Raises
     ------

@@ -24,15 +24,7 @@ QUIET_STYLE = "<style>.mantine-Notifications-root{display:none!important}</style
 
 
 def scene_html(drawn: Picture, joints: Floats | None = None) -> str:
-    """A complete HTML page with the scene; opens offline.
-
-    Parameters
-    ----------
-    drawn : Picture
-        What is drawn.
-    joints : (e, 2, 3), optional
-        m, outlines of the contacts.
-    """
+    """A whole HTML page with a picture in 3D, that opens offline; `joints` (e, 2, 3), m, are outlines of contacts."""
     (centre, scale), view = fit(drawn.mesh), front_view(drawn.mesh.vertex)
 
     def place(point: Floats) -> Any:

@@ -93,17 +93,7 @@ def block_layers(drawn: Picture, corner: Ints, face: Ints, shown: Any) -> list[L
 
 
 def wires(segment: Floats, place: Callable[[Floats], Any], name: str, colour: str) -> Layer:
-    """Line segments as a wireframe of triangles that are too thin to see.
-
-    Parameters
-    ----------
-    segment : (e, 2, 3)
-        Line segments, m.
-    place : callable
-        Metres to the units of the drawing.
-    name, colour : str
-        As in `Layer`.
-    """
+    """Line segments (e, 2, 3), m, as a wireframe of triangles too thin to see; `place` turns m into drawing units."""
     end = place(segment).astype(float).reshape(-1, 2, 3)
     along = end[:, 1] - end[:, 0]
     aside = np.cross(np.broadcast_to(SUN, along.shape), along)
@@ -136,20 +126,10 @@ def once(segment: Floats, tolerance: float) -> Floats:
 def arrow_solids(
     arrow: Floats, place: Callable[[Floats], Any], name: str, colour: str, radius: float, slim: float = 0.05
 ) -> Layer:
-    """Arrows as one mesh of prisms with pyramids on them.
+    """Arrows (m, 2, 3), tail and tip in m, as one mesh of prisms with pyramids on them.
 
-    Parameters
-    ----------
-    arrow : (m, 2, 3)
-        Tail and tip, m.
-    place : callable
-        Metres to the units of the drawing.
-    name, colour : str
-        As in `Layer`.
-    radius : float
-        Of the shafts, units of the drawing, at most.
-    slim : float
-        They are no thicker than this share of the median length either.
+    `place` turns m into units of the drawing. Shafts have this radius, units of the drawing, or the share `slim` of the
+    median length, if that is less.
     """
     end = place(arrow).astype(float).reshape(-1, 2, 3)
     along = end[:, 1] - end[:, 0]

@@ -29,21 +29,9 @@ LETTER = 0.58 * LABEL  # width
 
 
 def stone_sheet_svg(stones: Sequence[Stone], columns: int = 8, most: int = 48) -> str:
-    """Draw stones side by side, as one `<svg>` element.
+    """Draw stones of one inventory side by side, as one static `<svg>` element that loads nothing.
 
-    Parameters
-    ----------
-    stones : sequence of Stone
-        Of one inventory.
-    columns : int
-        Stones in a row.
-    most : int
-        Stones drawn; of more than that, as many are taken at equal steps through the order given.
-
-    Returns
-    -------
-    str
-        Static: no script, no animation, nothing that is loaded.
+    There are so many `columns`; of more than `most` stones, as many are taken at equal steps through the order given.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A letter box for threads that only care for the newest letter."""
+"""What threads hand to each other that only care for the newest."""
 
 import threading
 from typing import Generic, TypeVar

@@ -60,18 +60,10 @@ class _Shown:
 
 
 class LiveScene:
-    """Draws snapshots; may be called from several threads.
+    """Draws snapshots in the scene of a viser server; may be called from several threads.
 
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where the scene is.
-    home : Arrangement
-        As the page opens: the frame of the drawing stays that of these blocks.
-    chosen : callable
-        Is called with the block (of the model) that somebody clicks.
-    dragged : callable
-        Is called with a block, its pose, and whether the drag begins with this.
+    The frame of the drawing stays that of the blocks at `home`, as the page opens. `chosen` is called with the block
+    (of the model) that somebody clicks; `dragged` with a block, its pose, and whether the drag begins with this.
     """
 
     def __init__(

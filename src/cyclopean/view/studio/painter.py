@@ -23,14 +23,9 @@ AHEAD = 0.03  # s by which the words go before the drawing: two frames of the br
 
 
 class Painter:
-    """Draws snapshots one after the other, leaving out those that are outdated.
+    """Draws snapshots on a scene one after the other, leaving out those that are outdated.
 
-    Parameters
-    ----------
-    scene : LiveScene
-        What it draws on.
-    moving : callable
-        Whether the mechanism is to move.
+    `moving` tells whether the mechanism is to move.
     """
 
     def __init__(self, scene: LiveScene, moving: Callable[[], bool]) -> None:

@@ -57,20 +57,9 @@ def studio(
 ) -> Iterator[Studio]:
     """Serve the live page of a model while the block lasts.
 
-    Parameters
-    ----------
-    model : Assembly
-        The model.
-    settings : Settings
-        What was said about its analysis; gravity as said, before the sliders turn it.
-    folder : Path
-        Where the page saves files.
-    stem : str
-        What their names begin with; a name, no path.
-    host, port : str, int
-        Where to listen; port 0 = one that is free.
-    warnings : tuple of str
-        What reading the model had to say.
+    The settings are what was said about its analysis; gravity as said, before the sliders turn it. Files are saved
+    into the folder, under names that begin with `stem`, which is no path. It listens where host and port say; port 0
+    is one that is free. The warnings are what reading the model had to say.
 
     Raises
     ------

@@ -49,14 +49,10 @@ class Question:
 
 
 class Prover:
-    """Asks one child process; `answered` is called from a thread of its own with a ticket and a result or a sentence.
+    """Asks one child process; `answered` is called from a thread of its own.
 
-    Parameters
-    ----------
-    answered : callable
-        Takes the ticket of the newest question and its `Result` or `Reach`, or what went wrong as text.
-    behind : bool
-        Whether its process gives way to all others, where the system can have that.
+    It is given the ticket of the newest question and its `Result` or `Reach`, or what went wrong as text. The process
+    gives way to all others if `behind`, where the system can have that.
     """
 
     def __init__(self, answered: Callable[[int, Result | Reach | str], None], behind: bool = False) -> None:

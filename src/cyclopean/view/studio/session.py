@@ -67,24 +67,12 @@ class Snapshot:
 
 
 class Session:
-    """Owns the state of one page; every method may be called from any thread.
+    """Owns the state of one page, which opens with `first`; every method may be called from any thread.
 
-    Parameters
-    ----------
-    first : State
-        As the page opens.
-    settings : Settings
-        What the command said: density, tolerance, bounds.
-    gravity : (3,) m/s2
-        Before any tilt.
-    assumed : dict
-        What neither the file nor the command said.
-    show : callable
-        Is called from the thread of the session with every new snapshot.
-    complain : callable
-        Likewise with a sentence when something is refused.
-    tell : callable, optional
-        Likewise with how far the model is from falling, once a verdict is proved; None while that is not known.
+    The settings are what the command said: density, tolerance, bounds; gravity (3,), m/s2, is that before any tilt;
+    `assumed` is what neither the file nor the command said. From its own thread the session calls `show` with every
+    new snapshot, `complain` with a sentence when something is refused, and `tell`, once a verdict is proved, with how
+    far the model is from falling, or with None while that is not known.
     """
 
     def __init__(
