@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import stone_of
 from cyclopean.errors import InputError
+from cyclopean.view.stone_faces import stone_svg
 from cyclopean.view.stone_sheet import stone_sheet_svg
 from laws import examples
 
@@ -103,6 +104,13 @@ def test_the_nearest_faces_are_painted_last():
     depth = body[nearest, 2].mean(axis=1)
     assert (np.diff(depth) > -1e-3).all()
     assert np.ptp(depth) > 0.05
+
+
+@pytest.mark.parametrize(("light", "painted"), [([1.0, 0.5, 1.0], "white grey white"), ([1.0, 1.0, 0.5], "white grey")])
+def test_faces_of_one_light_are_one_path_only_where_they_follow_each_other(light, painted):
+    svg = stone_svg("a", np.arange(27.0).reshape(3, 3, 3), np.array(light), "#ffffff")
+    names = {"#ffffff": "white", "#808080": "grey"}
+    assert [names[colour] for colour in re.findall('path color="([^"]*)"', svg)] == painted.split()
 
 
 def test_names_are_escaped_and_long_ones_cut():

@@ -322,6 +322,11 @@ def test_the_scene_holds_blocks_by_colour_arrows_supports_and_gravity(pages):
     assert hidden == ["/WorldAxes", "/virtual displacement"]
 
 
+def test_options_that_a_warning_names_are_shown_as_one_types_them():
+    page = report_html(replace(arch(), warnings=("a < b: say `units` or `beta_min`",)))
+    assert "<li>a &lt; b: say <code>--units</code> or <code>--beta-min</code></li>" in page
+
+
 def test_values_that_are_not_finite_become_a_dash():
     share = arch().utilisation.copy()
     share[:3] = [np.nan, np.inf, 7.0]

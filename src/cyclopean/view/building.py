@@ -299,22 +299,14 @@ def _cycles(sequence: BuildSequence) -> str:
             for e, order in cycle.alternatives
         )
         rows.append((", ".join(names[i] for i in cycle.blocks), broken, other))
-    return table([("Stones", ""), ("Set aside", ""), ("Instead, and the order then", "")], rows)
+    return table(["Stones", "Set aside", "Instead, and the order then"], rows)
 
 
 def _stages(sequence: BuildSequence) -> str:
     names = [escape(block.id) for block in sequence.assembly.blocks]
-    head = [
-        ("Step", "n"),
-        ("Stone", "id"),
-        ("Layer", "n"),
-        ("Rests on", ""),
-        ("Comes in", ""),
-        ("Stage", ""),
-        ("Props", ""),
-    ]
+    head = ["Stone", ">Step", ">Layer", "Rests on", "Comes in", "Stage", "Props"]
     rows = (_row(k, step, names, sequence) for k, step in enumerate(sequence.steps, 1))
-    return table(head, rows, ROWS, box=True)
+    return table(head, rows, ROWS)
 
 
 def _row(k: int, step: Step, names: list[str], sequence: BuildSequence) -> tuple[str, ...]:
@@ -324,8 +316,8 @@ def _row(k: int, step: Step, names: list[str], sequence: BuildSequence) -> tuple
     elif step.verdict != "stable":
         props = "none found"
     return (
-        str(k),
         names[step.block],
+        str(k),
         str(step.layer),
         ", ".join(names[i] for i in step.rests_on),
         _direction(step, names, sequence),

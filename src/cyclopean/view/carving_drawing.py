@@ -231,11 +231,11 @@ _AFTER = (
 
 def _stones(carved: Sequence[Carved]) -> str:
     head = [
-        ("Stone", ""), ("Cell", ""), ("Lambda", "n"), ("Gap", "n"), ("Stone, L", "n"), ("Comes off, L", "n"),
-        ("Offcuts", "n"), ("Cuts", "n"), ("Cut area, m²", "n"), ("Deepest, mm", "n"),
+        "Stone", "Cell", ">Lambda", ">Gap", ">Stone, L", ">Comes off, L",
+        ">Offcuts", ">Cuts", ">Cut area, m²", ">Deepest, mm",
     ]  # fmt: skip
     order = sorted(carved, key=lambda c: (-c.carved_share, c.cell))
-    return table(head, (_row(c) for c in order), elsewhere=" in cutlist.csv", box=True)
+    return table(head, (_row(c) for c in order), elsewhere=" in cutlist.csv")
 
 
 def _row(c: Carved) -> list[str]:

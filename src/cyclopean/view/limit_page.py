@@ -1,6 +1,5 @@
 """The page of limit analysis: both bounds, the mechanism in motion, the joints that move, and the curves."""
 
-from collections.abc import Sequence
 from html import escape
 
 import numpy as np
@@ -116,7 +115,7 @@ def _bounds(result: LimitResult) -> str:
         rows.append(("stands only between", f"{result.window[0]:.8g} and {result.window[1]:.8g}"))
     if result.assumed:
         rows += [(f"{name} (assumed)", escape(str(value))) for name, value in result.assumed.items()]
-    return _plain(rows)
+    return table(["", ""], rows)
 
 
 def _number(value: float | None) -> str:
@@ -127,17 +126,12 @@ def _degrees(value: float | None) -> str:
     return "not proved" if value is None else f"{value:.8g}°"
 
 
-def _plain(rows: Sequence[Sequence[str]], *head: str) -> str:
-    """A table whose columns are all texts."""
-    return table([(title, "") for title in head] or [("", "")] * 2, rows)
-
-
 def _joints(result: LimitResult) -> str:
     rows = [
         (joint_name(result, j.contact), KINDS[j.kind], f"{j.speed:.3f}", ", ".join(f"{x:.3f}" for x in j.point))
         for j in moving_joints(result)
     ]
-    return table([("Joint", ""), ("How", ""), ("Speed", "n"), ("About (m)", "n")], rows, MOST)
+    return table(["Joint", "How", ">Speed", ">About (m)"], rows, MOST)
 
 
 def _coupled(coupled: CoupledBracket | None) -> str:
@@ -146,7 +140,7 @@ def _coupled(coupled: CoupledBracket | None) -> str:
     rows = [("largest multiplier certified", "none" if coupled.stands is None else f"{coupled.stands:.6g}")]
     if coupled.not_yet is not None:
         rows.append((f"least that is not ({coupled.word})", f"{coupled.not_yet:.6g}"))
-    return _plain(rows) + _plain([(f"{t:.6g}", word) for t, word in coupled.trials], "Tried", "Verdict")
+    return table(["", ""], rows) + table(["Tried", "Verdict"], [(f"{t:.6g}", word) for t, word in coupled.trials])
 
 
 def _polar_caption(polar: Polar) -> str:
@@ -189,7 +183,7 @@ def _dot(x: float, y: float, title: str = "") -> str:
 
 def _pushover(pushover: Pushover) -> str:
     caption = f"Control block '{escape(pushover.control)}'. It ends where {escape(pushover.ended)}."
-    head = [("Displacement (m)", ""), ("Rotation (°)", "n"), ("Multiplier", "n"), ("Points in touch", "n")]
+    head = ["Displacement (m)", ">Rotation (°)", ">Multiplier", ">Points in touch"]
     rows = (
         (f"{s.displacement:.5g}", f"{s.rotation:.4g}", f"{s.multiplier:.6g}", f"{s.touching:,}") for s in pushover.steps
     )
@@ -235,4 +229,4 @@ def _provenance(result: LimitResult) -> str:
     tried = result.provenance.get("tried", [])
     rows = [(escape(str(t["solver"])), escape(str(t["word"])), str(t["factorisations"])) for t in tried]
     times = ", ".join(f"{name} {value:.3g} s" for name, value in result.seconds.items())
-    return _plain(rows, "Solver", "Answer", "Factorisations") + f"<p>{times}</p>"
+    return table(["Solver", "Answer", ">Factorisations"], rows) + f"<p>{times}</p>"

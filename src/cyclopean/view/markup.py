@@ -55,6 +55,7 @@ _FLAT = (
 )
 FOOTER = "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>"
 ROWS = 400  # of a table, unless it says otherwise
+LONG = 15  # rows beyond which it scrolls in a box
 DRAG = "Drag to turn, scroll to zoom, right-drag to move."
 
 # What keys explain: small drawings of 32 x 16 units.
@@ -149,33 +150,29 @@ def model_figures(drawn: Picture, name: str, caption: str, *, layers: str = DRAG
     return figure(scene, layers, "scene") + figure(flat, f"Elevation. {caption}{click_note(drawn)}", "elevation")
 
 
-def table(
-    head: Sequence[tuple[str, str]],
-    rows: Iterable[Sequence[str]],
-    most: int = ROWS,
-    elsewhere: str = "",
-    *,
-    box: bool = False,
-) -> str:
-    """An HTML table; nothing where there are no rows.
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], most: int = ROWS, elsewhere: str = "") -> str:
+    """An HTML table, in a box that scrolls where it is long; nothing where there are no rows.
 
-    `head` holds title and class of each column; where none has a title, none is shown. Cells are escaped already; the
-    first of each row is its heading. Of more rows than `most`, the rest are counted below, with `elsewhere`: " in
-    cutlist.csv". A `box` scrolls, for its table may be long.
+    A title that begins with ">" is of numbers; without titles there is no line of them. Cells are escaped already; the
+    first of each row is its heading. Of more rows than `most` the rest are counted, with `elsewhere`, " in match.json".
     """
     rows = list(rows)
     if not rows:
         return ""
-    columns = "".join(f'<th scope="col"{_class(c)}>{title}</th>' for title, c in head)
+    kinds = [_class("n" if title.startswith(">") else "") for title in head]
+    columns = "".join(
+        f'<th scope="col"{k}>{title.removeprefix(">")}</th>' for k, title in zip(kinds, head, strict=True)
+    )
     body = "".join(
-        f'<tr><th scope="row"{_class(head[0][1])}>{row[0]}</th>'
-        + "".join(f"<td{_class(c)}>{cell}</td>" for cell, (_, c) in zip(row[1:], head[1:], strict=True))
+        f'<tr><th scope="row"{kinds[0]}>{row[0]}</th>'
+        + "".join(f"<td{k}>{cell}</td>" for k, cell in zip(kinds[1:], row[1:], strict=True))
         + "</tr>"
         for row in rows[:most]
     )
-    top = f"<thead><tr>{columns}</tr></thead>" if any(title for title, _ in head) else ""
+    top = f"<thead><tr>{columns}</tr></thead>" if any(head) else ""
     more = f'<p class="soft">and {len(rows) - most:,} more{elsewhere}</p>' if len(rows) > most else ""
-    return f'<div class="wide{" rows" if box else ""}"><table>{top}<tbody>{body}</tbody></table></div>{more}'
+    box = " rows" if len(rows) > LONG else ""
+    return f'<div class="wide{box}"><table>{top}<tbody>{body}</tbody></table></div>{more}'
 
 
 def _class(name: str) -> str:

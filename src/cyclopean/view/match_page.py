@@ -79,7 +79,7 @@ def rounds_svg(rounds: Sequence[Round]) -> str:
 
 
 def _table(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
-    head = [("Stone", ""), ("Cell", ""), ("Lambda", "n"), ("Gap", "n"), ("Stone, L", "n"), ("Cell, L", "n")]
+    head = ["Stone", "Cell", ">Lambda", ">Gap", ">Stone, L", ">Cell, L"]
     rows = (
         (
             escape(stones[p.stone].id),
@@ -91,4 +91,4 @@ def _table(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
         )
         for p in sorted(match.placements, key=lambda p: (-p.carved_share, p.cell))
     )
-    return table(head, rows, elsewhere=" in match.json", box=True)
+    return table(head, rows, elsewhere=" in match.json")

@@ -54,9 +54,9 @@ def model_html(assembly: Assembly, contacts: Contacts, fixed: Bools, warnings: S
 
 def _table(assembly: Assembly, contacts: Contacts, fixed: Bools) -> str:
     touching = np.bincount(np.concatenate([contacts.a, contacts.b]), minlength=len(assembly))
-    head = [("Block", ""), ("Group", ""), ("Volume, m³", "n"), ("Contacts", "n"), ("", "")]
+    head = ["Block", "Group", ">Volume, m³", ">Contacts", ""]
     rows = (
         (escape(b.id), escape(b.group or ""), f"{v:.4g}", f"{int(t):,}", "support" if held else "")
         for b, v, t, held in zip(assembly.blocks, assembly.mass.volume, touching, fixed, strict=False)
     )
-    return table(head, rows, box=True)
+    return table(head, rows)

@@ -45,7 +45,7 @@ th,td{text-align:left;padding:.42rem .9rem .42rem 0;border-bottom:1px solid var(
 th{font-weight:600;font-size:.88rem;color:var(--soft)}
 thead th{border-bottom:1.5px solid #a9a59b;vertical-align:bottom}
 tbody th{font-weight:500;color:var(--ink);font-size:1rem;overflow-wrap:anywhere}
-.n{text-align:right;white-space:nowrap} .id,tbody th{min-width:8rem} tbody th.n{min-width:0}
+.n{text-align:right;white-space:nowrap} tbody th{min-width:8rem}
 .bar{display:inline-block;width:4.2rem;height:.6rem;margin-left:.6rem;background:#eceae4;vertical-align:middle}
 .bar i{display:block;height:100%}
 .tag{display:inline-block;padding:.02rem .55rem;border-radius:1rem;font-size:.82rem;border:1px solid}
@@ -61,7 +61,7 @@ footer{margin-top:3.5rem;padding-top:1rem;border-top:1px solid var(--line);color
 .flat .scene{display:none} .flat .elevation{margin-top:0}
 @media(max-width:40rem){main{padding:1.3rem 1rem 3rem}.verdict{padding:1.1rem 1.1rem}
 .proof{grid-template-columns:1fr}header span{display:none}.counts{gap:.3rem 1.4rem}
-h2{margin-top:2.4rem}.bar{display:none}.id,tbody th{min-width:5rem}}
+h2{margin-top:2.4rem}.bar{display:none}tbody th{min-width:5rem}}
 @media print{
 @page{size:A4;margin:17mm 16mm 18mm}
 *{-webkit-print-color-adjust:exact;print-color-adjust:exact}

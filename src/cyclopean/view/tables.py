@@ -78,8 +78,8 @@ def contacts_table(result: Result) -> str:
         )
         for k in some.tolist()
     ]
-    head = [("Contact", ""), ("Utilisation", "n"), (f"Normal ({unit})", "n"), (f"Friction ({unit})", "n")]
-    return table([*head, ("μ", "n"), ("Area (m²)", "n")], rows)
+    head = ["Contact", ">Utilisation", f">Normal ({unit})", f">Friction ({unit})", ">μ", ">Area (m²)"]
+    return table(head, rows)
 
 
 def _bar(share: float) -> Cell:
@@ -102,8 +102,7 @@ def movement_table(result: Result, motion: Motion | None) -> str:
         )
         for i in fastest(motion, ROWS).tolist()
     ]
-    head = [("Block", ""), ("Movement", "n"), ("Direction (x, y, z)", "n")]
-    return table([*head, ("Turn as drawn", "n")], rows)
+    return table(["Block", ">Movement", ">Direction (x, y, z)", ">Turn as drawn"], rows)
 
 
 def _direction(velocity: Floats) -> Cell:
@@ -133,8 +132,8 @@ def tension_table(result: Result) -> str:
         )
         for k in found.patches[:ROWS].tolist()
     ]
-    head = [("Contact", ""), (f"Tension ({unit})", "n"), ("Share of the weight", "n"), (f"At one point ({unit})", "n")]
-    return table([*head, ("Area (m²)", "n")], rows)
+    head = ["Contact", f">Tension ({unit})", ">Share of the weight", f">At one point ({unit})", ">Area (m²)"]
+    return table(head, rows)
 
 
 def cases_table(tree: Mapping[str, Any]) -> str:
@@ -146,7 +145,7 @@ def cases_table(tree: Mapping[str, Any]) -> str:
         ("work", "Not both together", "virtual work: the loads gain less than pressing and rubbing would take"),
     )
     rows = [(name, f"{found[key]:,}", why) for key, name, why in ways]
-    return table([("Why impossible", ""), ("Cases", "n"), ("In words", "")], rows)
+    return table(["Why impossible", ">Cases", "In words"], rows)
 
 
 def settlement_table(result: Result) -> str:
@@ -168,7 +167,7 @@ def settlement_table(result: Result) -> str:
         )
     if not rows:
         return "<p>No joint opens.</p>"
-    return table([("Joint", ""), ("Opens by (mm)", "n"), ("Stays shut at (m)", "")], rows)
+    return table(["Joint", ">Opens by (mm)", "Stays shut at (m)"], rows)
 
 
 def residuals_table(result: Result) -> str:
@@ -178,7 +177,7 @@ def residuals_table(result: Result) -> str:
         (escape(name), number(float(value)), meaning.get(name, "as recomputed from the model"))
         for name, value in result.residuals.items()
     ]
-    return table([("Residual", ""), ("Value", "n"), ("Meaning", "")], rows)
+    return table(["Residual", ">Value", "Meaning"], rows)
 
 
 def assumptions(result: Result) -> str:
@@ -204,7 +203,7 @@ def assumptions(result: Result) -> str:
     if result.strength > 0.0:
         pull = f"{_range(result.contacts.strength)} Pa"
         rows.append(_assumption(result, "tension", "Joints that pull", pull, ""))
-    return table([("", ""), ("Value used", ""), ("", "")], rows)
+    return table(["", "Value used", ""], rows)
 
 
 def _assumption(result: Result, key: str, name: str, value: str, where: str) -> tuple[Cell, Cell, Cell]:
@@ -254,7 +253,7 @@ def provenance_table(result: Result) -> str:
     ]
     if result.seconds:
         rows.append(("seconds", _value(result.seconds)))
-    return table([("", ""), ("", "")], rows)
+    return table(["", ""], rows)
 
 
 def _words(name: str) -> str:
@@ -286,7 +285,7 @@ _SPARE = (
 
 def margins_section(found: Margins, result: Result) -> str:
     """What, how much, and which joint governs."""
-    content = table([("", ""), ("", ""), ("moves most when it falls", "")], _margin_rows(found, result))
+    content = table(["", "", "moves most when it falls"], _margin_rows(found, result))
     return section("What it has to spare", content, _SPARE)
 
 
@@ -327,7 +326,7 @@ _SUBSIDING = (
 def subsidence_section(found: Subsidence, result: Result) -> str:
     """The table of its steps as a part of the page."""
     names = ("share", "settlement", "found", "widest joint", "", "points that touch")
-    rows = table([(name, "") for name in names], (_step_row(step, found, result) for step in found.steps))
+    rows = table(names, (_step_row(step, found, result) for step in found.steps))
     return section("As the settlement goes on", f"<p>{escape(found.ended)}</p>{rows}", _SUBSIDING)
 
 
