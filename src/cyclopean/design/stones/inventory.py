@@ -13,6 +13,8 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
+from cyclopean.geometry.frames import unit
+from cyclopean.geometry.packed import components
 
 __all__ = ["CLASSES", "FlatFace", "Inventory", "Shape", "aspect_class", "flat_faces", "shape_of", "size_of"]
 
@@ -120,7 +122,7 @@ def flat_faces(stone: Stone, angle: float = FLAT_ANGLE, share: float = FLAT_SHAR
     corner = stone.vertices[stone.triangles]
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]) / 2.0
     area = np.linalg.norm(across, axis=1)
-    normal = across / np.where(area > 0.0, area, 1.0)[:, None]
+    normal = unit(across)
     beside = _neighbours(stone.triangles)
     limit = float(np.cos(np.radians(angle)))
     way = _directions() @ stone.axes  # turns with the stone
@@ -162,17 +164,13 @@ def _neighbours(triangles: Ints) -> tuple[Ints, Ints]:
 
 def _part(normal: Floats, area: Floats, beside: tuple[Ints, Ints], left: Bools, way: Floats, limit: float) -> Ints:
     """The largest part that hangs together of what looks the same way, about `way`."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     chosen = left
     for _ in range(5):  # the mean moves to the middle of what it gathers
         chosen = left & (normal @ way > limit)
         way = area[chosen] @ normal[chosen]
         way = way / max(float(np.linalg.norm(way)), 1e-300)
     one, two = (side[chosen[beside[0]] & chosen[beside[1]]] for side in beside)
-    n = len(area)
-    label = connected_components(coo_array((np.ones(len(one), np.int8), (one, two)), shape=(n, n)), directed=False)[1]
+    label = components(len(area), one, two)
     weight = np.bincount(label, np.where(chosen, area, 0.0))
     return np.flatnonzero((label == np.argmax(weight)) & chosen)
 

@@ -45,6 +45,7 @@ from cyclopean.design.options import not_negative, positive
 from cyclopean.design.walls.pattern import Pattern
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision
+from cyclopean.geometry.packed import components
 
 __all__ = [
     "Interlock",
@@ -252,13 +253,9 @@ def _courses(cells: Subdivision, lines: Floats, head: Ints) -> tuple[Ints, Ints]
 
 def _running(cells: Subdivision, lines: Floats, head: Ints, pair: Ints) -> tuple[RunningJoint, ...]:
     """Joints connected by aligned pairs."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     if not len(pair):
         return ()
-    graph = coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(len(head), len(head)))
-    label = connected_components(graph, directed=False)[1]
+    label = components(len(head), *pair.T)
     middle, length = cells.vertex[cells.edge[head]].mean(axis=1)[:, 1], cells.lengths()[head]
     first, last = _courses(cells, lines, head)
     found = []

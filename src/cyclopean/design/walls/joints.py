@@ -36,6 +36,7 @@ from cyclopean.design.walls.pattern import Pattern
 from cyclopean.design.walls.surfaces import Surface, Thickness
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, mesh_faults
+from cyclopean.geometry.frames import cross_2d, unit
 from cyclopean.geometry.polygon import ears
 
 __all__ = ["JointReadout", "Masonry", "Warped", "base_edges", "jointed", "stone_ids", "with_open_joints"]
@@ -210,7 +211,7 @@ def with_open_joints(
         front, back = thickness.rails(surface, rings[-1])
         levels = [front, back]
         if bevel:
-            levels = [thickness.rails(surface, rings[0])[0], front + bevel * _towards(front, back), back]
+            levels = [thickness.rails(surface, rings[0])[0], front + bevel * unit(back - front), back]
         vertices, faces = _lofted(rings[0], rings[-1], levels)
         blocks.append(Block(name, vertices, faces, group=f"course-{pattern.course[k] + 1}"))
     return tuple(blocks)
@@ -330,8 +331,7 @@ def _flat(point: Floats, tolerance: float) -> bool:
 
 def _sees_all(ring: Floats) -> bool:
     """Whether the origin sees every side of a ring from within."""
-    after = np.roll(ring, -1, axis=0)
-    twice = ring[:, 0] * after[:, 1] - ring[:, 1] * after[:, 0]
+    twice = cross_2d(ring, np.roll(ring, -1, axis=0))
     return bool(np.all(twice > 1e-9 * np.abs(twice).sum()))
 
 
@@ -410,7 +410,7 @@ def _cut(ring: Face, warped: bool, from_first: bool) -> list[Face]:
 
 def _stations(front: Floats, back: Floats, margin: float, footing: float) -> Floats:
     """(s, 6, 3): front margin, front, back, back margin, and the two feet below the margins, ends drawn out."""
-    across = _towards(front, back)
+    across = unit(back - front)
     level = np.linalg.norm(across[:, :2], axis=1)
     if not np.all(level > 0.1):
         raise InputError("surface: at its foot it faces almost straight up or down, and no wall can stand on that")
@@ -431,12 +431,6 @@ def _stations(front: Floats, back: Floats, margin: float, footing: float) -> Flo
     feet = top[:, [3, 0]].copy()
     feet[:, :, 2] = top[:, :, 2].min() - footing
     return np.concatenate([top, feet], 1)
-
-
-def _towards(front: Floats, back: Floats) -> Floats:
-    """Unit vectors from front to back."""
-    along = back - front
-    return np.asarray(along / np.linalg.norm(along, axis=1)[:, None])
 
 
 def _inset(ring: Floats, by: float) -> Floats:
