@@ -137,9 +137,7 @@ def mend(vertices: Floats, triangles: Ints, turn: bool = True) -> Piece:
     """
     came = vertices, triangles
     done: list[str] = []
-    for step in (_turned_alike, _closed):
-        if step is _turned_alike and not turn:
-            continue
+    for step in (_turned_alike, _closed) if turn else (_closed,):
         vertices, triangles, said, fault = step(vertices, triangles)
         done += said
         if fault:

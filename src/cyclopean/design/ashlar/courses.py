@@ -45,6 +45,12 @@ class _Work:
     notes: list[str] = field(default_factory=list)
     refused: str = ""  # why an opening below has no lintel
 
+    def candidates(self, wanted: Floats) -> tuple[Floats, Bools]:
+        """Sizes (p, 2, 3) of all pieces and which can be sawn to a slot (m), but for those set aside for lintels."""
+        sizes, fits = candidates(self.stock, wanted, self.band, self.plan.settings.yaw)
+        aside = [i for k, of in self.plan.held.items() if k not in self.headed for i in of]
+        return sizes, fits & ~np.isin(self.stock.slab, aside)[:, None]
+
 
 def lay(plan: Plan, stock: Stock) -> tuple[list[LaidStone], Stock, list[Gap], list[str]]:
     """Lay course upon course, until the wall is high enough or a course has a gap."""
@@ -198,9 +204,7 @@ def _fill(work: _Work, span: Span, leaf: int, segment: _Segment) -> None:
 
 def _longest(work: _Work, leaf: int) -> float:
     """Length (m) of the longest piece that is high and deep enough; 0 where there is none."""
-    slot = np.array([0.0, _depths(work.plan.settings, leaf)[1], work.band[0]])
-    sizes, fits = candidates(work.stock, slot, work.band, work.plan.settings.yaw)
-    fits &= ~_set_aside(work)[:, None]
+    sizes, fits = work.candidates(np.array([0.0, _depths(work.plan.settings, leaf)[1], work.band[0]]))
     return float(sizes[..., 0][fits].max(initial=0.0))
 
 
@@ -231,13 +235,13 @@ def _fill_as_found(work: _Work, segment: _Segment, leaf: int) -> None:
 def _found_length(work: _Work, span: Span, segment: _Segment, leaf: int) -> float | None:
     """End of the stone that the rule chooses for a slot among those that need not be cut to length; None = no one."""
     plan, settings = work.plan, work.plan.settings
-    wanted = _size(work, span, leaf)
-    sizes, fits = candidates(work.stock, wanted * [0.0, 1.0, 1.0], work.band, settings.yaw)
+    wanted = _slot(work, span, leaf).size
+    sizes, fits = work.candidates(wanted * [0.0, 1.0, 1.0])
     ends = (span.low + sizes[..., 0] + settings.head).round(9)
     last = np.abs(ends - segment.high) <= SAME
     far = np.abs(ends[..., None] - work.below[leaf]).min(axis=-1, initial=np.inf)
     fits &= last | ((ends <= segment.high - plan.least + SAME) & (far >= plan.lap - SAME))
-    fits &= (sizes[..., 0] >= settings.least) & ~_set_aside(work)[:, None]
+    fits &= sizes[..., 0] >= settings.least
     chosen = plan.rule(sizes, fits, wanted)
     if chosen is None:
         return None
@@ -246,10 +250,9 @@ def _found_length(work: _Work, span: Span, segment: _Segment, leaf: int) -> floa
 
 def _place(work: _Work, span: Span, leaf: int, segment: _Segment, *, exact: bool = False) -> bool:
     """Saw a stone for a span and lay it; False where nothing in store is large enough."""
-    settings = work.plan.settings
-    wanted = _size(work, span, leaf)
-    sizes, fits = candidates(work.stock, wanted, work.band, settings.yaw)
-    fits &= ~_set_aside(work)[:, None]
+    settings, slot = work.plan.settings, _slot(work, span, leaf)
+    wanted = slot.size
+    sizes, fits = work.candidates(wanted)
     if exact:
         fits &= np.abs(sizes[..., 0] - wanted[0]) <= SAME
     chosen = work.plan.rule(sizes, fits, wanted)
@@ -257,7 +260,6 @@ def _place(work: _Work, span: Span, leaf: int, segment: _Segment, *, exact: bool
         return False
     piece, turned = chosen
     work.stock, sawn = saw(work.stock, piece, wanted[[1, 0, 2]] if turned else wanted)
-    slot = _slot(work, span, leaf)
     half = np.array([settings.head, settings.head, settings.bed]) / 2.0
     low, high = np.array(slot.low) - half, np.array(slot.high) + half
     low[0], high[0] = max(low[0], segment.clip[0]), min(high[0], segment.clip[1])
@@ -267,12 +269,6 @@ def _place(work: _Work, span: Span, leaf: int, segment: _Segment, *, exact: bool
     return True
 
 
-def _set_aside(work: _Work) -> Bools:
-    """(p,) pieces that wait for an opening to reach its head."""
-    held = [i for k, of in work.plan.held.items() if k not in work.headed for i in of]
-    return np.isin(work.stock.slab, held)
-
-
 def _depths(settings: AshlarSettings, leaf: int) -> tuple[float, float]:
     """Where a leaf begins, and how deep it is (m)."""
     if leaf == -1:
@@ -280,17 +276,12 @@ def _depths(settings: AshlarSettings, leaf: int) -> tuple[float, float]:
     return leaf * (settings.leaf + settings.head), settings.leaf
 
 
-def _size(work: _Work, span: Span, leaf: int) -> Floats:
-    return _slot(work, span, leaf).size
-
-
 def _slot(work: _Work, span: Span, leaf: int) -> Slot:
     settings = work.plan.settings
     y, depth = _depths(settings, leaf)
     low = (span.low, round(y, 9), work.low)
     high = (round(span.high - settings.head, 9), round(y + depth, 9), round(work.low + work.band[0], 9))
-    whole = -1 if settings.leaf_count == 1 else leaf
-    return Slot(work.number, low, high, span.kind, 0 if settings.leaf_count == 1 else whole)
+    return Slot(work.number, low, high, span.kind, 0 if settings.leaf_count == 1 else leaf)
 
 
 def _lintel(work: _Work, opening: int) -> tuple[float, float] | None:

@@ -142,14 +142,8 @@ def _box(name: str, low: Floats, high: Floats, density: float | None, fixed: boo
 def _with_top(laid: Sequence[LaidStone]) -> tuple[LaidStone, ...]:
     """Stones of the last course have no bed joint on top."""
     last = max((s.slot.course for s in laid), default=0)
-    done = []
-    for stone in laid:
-        if stone.slot.course == last:
-            high = stone.cell_high.copy()
-            high[2] = stone.slot.high[2]
-            stone = replace(stone, cell_high=high)
-        done.append(stone)
-    return tuple(done)
+    top = (replace(s, cell_high=np.append(s.cell_high[:2], s.slot.high[2])) for s in laid if s.slot.course == last)
+    return (*(s for s in laid if s.slot.course < last), *top)
 
 
 def _names(laid: Sequence[LaidStone]) -> list[str]:
