@@ -121,6 +121,15 @@ def test_damaged_results_are_one_line(made, change, said):
         assert not Path("r.html").exists()
 
 
+def test_a_frame_that_is_none_is_one_line(made):
+    data = json.loads(Path("arch.result.json").read_text())
+    data["forces"][1]["frame"] = [[1.0, 0.0, 0.0]]
+    Path("bad.json").write_text(json.dumps(data))
+    status, out, err = made("view", "bad.json", "--out", "r.html", *SEE)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "forces[1]: needs one force a corner of its polygon, and a frame of three vectors" in err
+
+
 @pytest.mark.parametrize(
     ("argv", "said"),
     [

@@ -105,12 +105,10 @@ class Assembly:
             ends = np.concatenate([self.contacts.a, self.contacts.b])
             if ends.min() < 0 or ends.max() >= len(self.blocks):
                 raise InputError("contacts: a block index is out of range")
-        for load in self.loads:
-            if not 0 <= load.block < len(self.blocks):
-                raise InputError(f"loads: block index {load.block} is out of range")
-        for one in self.settlements:
-            if not 0 <= one.block < len(self.blocks):
-                raise InputError(f"settlements: block index {one.block} is out of range")
+        for name, rows in (("loads", self.loads), ("loads", self.actions), ("settlements", self.settlements)):
+            for one in rows:
+                if one.block is not None and not 0 <= one.block < len(self.blocks):
+                    raise InputError(f"{name}: block index {one.block} is out of range")
         _check_actions(self)
         _check_combinations(self)
         _check_friction(self)
@@ -131,8 +129,6 @@ class Assembly:
 def _check_actions(assembly: Assembly) -> None:
     groups = {block.group for block in assembly.blocks}
     for load in assembly.actions:
-        if load.block is not None and not 0 <= load.block < len(assembly):
-            raise InputError(f"loads: block index {load.block} is out of range")
         if isinstance(load, BodyLoad):
             if load.group is not None and load.group not in groups:
                 raise InputError(f"loads: no block belongs to group '{load.group}'")

@@ -159,10 +159,9 @@ def _duplicates(assembly: Assembly, tolerance: float) -> list[tuple[int, int]]:
     whole = np.flatnonzero(np.isfinite(low).all(axis=1))
     if len(whole) < 2:
         return []
-    key = np.hstack([assembly.mass.centroid, low, high])[whole]
-    pair = whole[cKDTree(key).query_pairs(3.0 * tolerance, output_type="ndarray")]
-    i, j = np.sort(pair, axis=1).T
     key = np.hstack([assembly.mass.centroid, low, high])
+    pair = whole[cKDTree(key[whole]).query_pairs(3.0 * tolerance, output_type="ndarray")]
+    i, j = np.sort(pair, axis=1).T
     volume = assembly.mass.volume
     face = 6.0 * np.linalg.norm(high - low, axis=1) ** 2  # no less than the surface of what the box holds, if convex
     same = np.all(np.abs(key[i] - key[j]) <= tolerance, axis=1) & (np.abs(volume[i] - volume[j]) <= tolerance * face[i])

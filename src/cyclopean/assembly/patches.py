@@ -64,18 +64,25 @@ BATCH = 1 << 18  # pairs of triangles cut at a time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Patch:
-    """What is known of one contact of rough surfaces, beside its polygon."""
+class Meeting:
+    """A patch where two blocks meet."""
 
-    contact: int  # index into the contacts; -1 = surfaces that meet in a corner or edge, which no contact can stand for
-    a: int  # blocks, a < b
-    b: int
+    polygon: Floats  # (k, 3) m; empty where surfaces meet in a corner or edge, which no contact can stand for
     kind: str  # "face", "narrow" = widened to the band, "edge" = no contact
     normal: Floats  # (3,) from a into b
-    area: float  # m2 of the polygon
     touching: float  # m2 of the surfaces that lie within the band of each other, as seen along the normal
     misfit: float  # m: farthest that either surface leaves the plane within the patch
     gap: float  # m: mean distance of the two surfaces, negative where they run into each other
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch(Meeting):
+    """What is known of one contact of rough surfaces."""
+
+    contact: int  # index into the contacts; -1 = there is none
+    a: int  # blocks, a < b
+    b: int
+    area: float  # m2 of the polygon
 
 
 def rough_contacts(
@@ -135,17 +142,23 @@ def patch_notes(assembly: Assembly, patches: Sequence[Patch]) -> tuple[str, ...]
     return tuple(notes)
 
 
-def gathered(found: Mapping[tuple[int, int], Sequence["Meeting"]]) -> tuple[Contacts, tuple[Patch, ...]]:
+def gathered(found: Mapping[tuple[int, int], Sequence[Meeting]]) -> tuple[Contacts, tuple[Patch, ...]]:
     """Make contacts, and what is known of them, of what was found between blocks a < b: as `rough_contacts` does."""
     every = [(part, a, b) for (a, b), parts in sorted(found.items(), key=lambda entry: entry[0]) for part in parts]
+    every.sort(key=lambda entry: not len(entry[0].polygon))  # those that are no contacts come last
     held = [entry for entry in every if len(entry[0].polygon)]
-    rest = [entry for entry in every if not len(entry[0].polygon)]
-    polygons = [part.polygon for part, _, _ in held]
-    contacts = Contacts.of([(a, b) for _, a, b in held], polygons, lean=[0.0] * len(held))
-    area = contacts.area
-    facts = [_fact(part, k, a, b, float(area[k])) for k, (part, a, b) in enumerate(held)]
-    facts += [_fact(part, -1, a, b, 0.0) for part, a, b in rest]
-    return contacts, tuple(facts)
+    contacts = Contacts.of([(a, b) for _, a, b in held], [part.polygon for part, *_ in held], lean=[0.0] * len(held))
+    area = [*contacts.area.tolist(), *[0.0] * (len(every) - len(held))]
+    return contacts, tuple(
+        Patch(
+            **{name: getattr(part, name) for name in Meeting.__slots__},
+            contact=k if k < len(held) else -1,
+            a=a,
+            b=b,
+            area=area[k],
+        )
+        for k, (part, a, b) in enumerate(every)
+    )
 
 
 def _width(assembly: Assembly, band: float | None) -> float:
@@ -183,22 +196,6 @@ class Surface:
         """The triangles of several blocks, one after the other."""
         none = cls(np.zeros((0, 3, 3)), *(np.zeros((0, 3)) for _ in range(3)))
         return cls(*(np.concatenate([getattr(part, name) for part in (none, *parts)]) for name in cls.__slots__))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Meeting:
-    """A patch where two blocks meet, not yet one of a model; the polygon is empty where no contact can stand for it."""
-
-    polygon: Floats  # (k, 3)
-    kind: str
-    normal: Floats
-    touching: float
-    misfit: float
-    gap: float
-
-
-def _fact(part: Meeting, contact: int, a: int, b: int, area: float) -> Patch:
-    return Patch(contact, a, b, part.kind, part.normal, area, part.touching, part.misfit, part.gap)
 
 
 def _pairs(surfaces: Sequence[Surface], band: float, pairs: Sequence[tuple[int, int]] | None) -> list[tuple[int, int]]:
