@@ -216,7 +216,7 @@ def polished(model: PreparedModel, system: EquilibriumSystem, f: Floats, schur: 
     """Forces made ready for a certificate: every block balanced to 1e-10 of the lightest one's weight, if it can be."""
     balance = exact_balance(model, system)
     share = lightest(component_labels(system), balance.weight) / balance.weight
-    return Polisher(system, balance, Schur(system) if schur is None else schur).polished(f, share)
+    return Polisher(system, balance, schur).polished(f, share)
 
 
 def _state_residuals(system: EquilibriumSystem, state: Polished) -> dict[str, float]:

@@ -66,7 +66,7 @@ def shrunk(contacts: Contacts, share: float) -> Contacts:
     return replace(contacts, point=first[contacts.patch] + middle + share * (arm - middle))
 
 
-def margins(model: PreparedModel, settings: Settings) -> Margins:
+def margins(model: PreparedModel, settings: Settings, stands: bool = False) -> Margins:
     """Find the least friction and the smallest joints with which a model stands, and how far the ground may tilt.
 
     The first two are found by bisection to a thousandth, the third by limit analysis towards eight azimuths. Both sides
@@ -79,10 +79,12 @@ def margins(model: PreparedModel, settings: Settings) -> Margins:
         As it was checked.
     settings : Settings
         The solver.
+    stands : bool
+        Whether it is proved already that it does, by either method: a coupled state, too, balances every load.
     """
     began = time.perf_counter()
     case = _Case(replace(settings, method="rbe", penalty=False), Neighbour())
-    if case.proved(model).verdict != "stable":
+    if not stands and case.proved(model).verdict != "stable":
         return Margins(None, None, None, seconds=time.perf_counter() - began)
     contacts = model.contacts
     if not model.system().p.any():  # nothing acts, so that anything will do
@@ -129,7 +131,7 @@ class _Case:
         system = model.system()
         outcome = self.neighbour.solve(system)
         if outcome.word == "balanced" and outcome.f is not None:
-            if polished(model, system, outcome.f).worst <= ACCEPTED:
+            if polished(model, system, outcome.f, self.neighbour.schur).worst <= ACCEPTED:
                 return True
             outcome = decide_rigid(model, system)
         return {"balanced": True, "collapse": False}.get(outcome.word)

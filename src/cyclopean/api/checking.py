@@ -156,17 +156,18 @@ def _on_rough_surfaces(assembly: "Assembly", rough: "float | str") -> "tuple[Ass
 
 def _tells_margins(result: "Result", wanted: bool | None) -> bool:
     """Whether a model has margins to be told of; without being asked only where that takes about a second."""
+    if wanted is False or result.verdict != "stable" or result.settled is not None:
+        return False
     from cyclopean.analysis.safety_margins import POINTS
 
-    few = len(result.contacts.point) <= POINTS
-    return result.verdict == "stable" and result.settled is None and (few if wanted is None else wanted)
+    return bool(wanted) or len(result.contacts.point) <= POINTS
 
 
 @dataclass(slots=True)
 class _Spare:
     """Finds margins when they are first asked for, once."""
 
-    model: "Assembly"  # with its contacts
+    model: "Assembly"  # with its contacts; it stands
     settings: Settings
     found: "Margins | None" = None
 
@@ -174,7 +175,7 @@ class _Spare:
         if self.found is None:
             from cyclopean import analysis
 
-            self.found = analysis.margins(analysis.prepare(self.model, self.settings), self.settings)
+            self.found = analysis.margins(analysis.prepare(self.model, self.settings), self.settings, True)
         return self.found
 
 

@@ -111,6 +111,7 @@ def decide_rigid(
     solver: str = "auto",
     cone: Cone = Cone(),  # noqa: B008  frozen
     weights: tuple[float, float] = (1.0, 1.0),
+    schur: Schur | None = None,
 ) -> Decision:
     """Decide by rigid-block equilibrium, every block measured by its own weight.
 
@@ -121,9 +122,9 @@ def decide_rigid(
     system : EquilibriumSystem
         Its equilibrium system, m free blocks and q points.
     solver, cone, weights
-        As `solve_rbe` takes them. Only "auto" with exact cones goes on to every block's own scale.
+        As `solve_rbe` takes them, and `schur`. Only "auto" with exact cones goes on to every block's own scale.
     """
-    schur = Schur(system) if system.points else None
+    schur = Schur(system) if schur is None and system.points else schur
     first = solve_rbe(system, solver, cone, weights, schur)
     whole = _Task.of(model, Part(system, np.arange(system.blocks), np.arange(system.points)), schur)
     if (y := whole.falling(first.y)) is not None:

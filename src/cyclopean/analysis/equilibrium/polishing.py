@@ -71,9 +71,8 @@ class Polisher:
 
     @cached_property
     def schur(self) -> Schur:
-        """S of it, on the ordering that is there."""
-        assert self.pattern is not None, "a system without points has nothing to polish"
-        return self.pattern.on(self.scaled)
+        """S of it, on the ordering that is there, if any is."""
+        return Schur(self.scaled) if self.pattern is None else self.pattern.on(self.scaled)
 
     def polished(self, f: Floats, share: Floats | None = None, zeros: bool = True) -> Polished:
         """The best that (q, 3) forces f come to, in the system's units; f need not balance.
@@ -110,7 +109,6 @@ class Polisher:
         size = np.where((size > 0.0) | awake, np.maximum(size, lighter), 0.0)
         columns = np.repeat(size[:, None], 3, 1)
         columns[self.straight, 1:] = 0.0
-        assert self.pattern is not None, "a system without points has nothing to polish"
         off = self._in_own_units(state.residual)
         slope = np.where(self.straight, 1.0, inner_slope(self.system.mu, self.balance.blur))
         return nearest(self.scaled, self.schur, state.f, off, columns, slope)
