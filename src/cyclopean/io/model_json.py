@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from cyclopean.arrays import Floats
 from cyclopean.assembly import (
     DEAD,
     DIRECTIONS,
@@ -278,19 +279,17 @@ def _load(
             if row.get("point") is None:
                 return BodyLoad(block, force=np.asarray(value), case=case)
             return Load(block, np.asarray(value), metres(vector(row["point"], f"{where}: point"), units), case)
-        return _surface_load(where, row, block, kind, value, units, case)
+        return SurfaceLoad(block, *_pressed(where, row, units), **{kind: value}, case=case)  # type: ignore[arg-type]
     except InputError as error:
         raise InputError(str(error) if str(error).startswith(where) else f"{where}: {error}") from None
 
 
-def _surface_load(
-    where: str, row: dict[str, Any], block: int, kind: str, value: Any, units: str, case: str
-) -> SurfaceLoad:
+def _pressed(where: str, row: dict[str, Any], units: str) -> tuple[int | None, Floats | None]:
+    """Face or polygon (k, 3) in m of a surface load."""
     face, polygon = row.get("face"), row.get("polygon")
     if face is not None and type(face) is not int:
         raise InputError(f"{where}: face must be a whole number, found {found(face)}")
-    ring = None if polygon is None else metres(points(polygon, f"{where}: polygon"), units)
-    return SurfaceLoad(block, face, ring, **{kind: value}, case=case)
+    return face, None if polygon is None else metres(points(polygon, f"{where}: polygon"), units)
 
 
 def model_dict(
