@@ -2,20 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from cyclopean.analysis.certificates import certify
-from cyclopean.analysis.coupled.search import CoupledOutcome
 from cyclopean.analysis.coupled.states import Bounds, measure
-from cyclopean.analysis.coupled.tree import tree_document
 from cyclopean.analysis.equilibrium.components import component_labels, lightest
 from cyclopean.analysis.equilibrium.deciding import Decision
 from cyclopean.analysis.equilibrium.exact_balance import exact_balance
 from cyclopean.analysis.equilibrium.polishing import Polished, Polisher
 from cyclopean.analysis.equilibrium.rbe import Outcome
-from cyclopean.analysis.equilibrium.settlement import SettledOutcome
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.reasons import counted_on, reason_for
 from cyclopean.analysis.settings import Settings
@@ -24,6 +21,10 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
 from cyclopean.proof import Report, verify
 from cyclopean.statics import EquilibriumSystem, Schur
+
+if TYPE_CHECKING:
+    from cyclopean.analysis.coupled.search import CoupledOutcome
+    from cyclopean.analysis.equilibrium.settlement import SettledOutcome
 
 __all__ = [
     "Claim",
@@ -70,7 +71,7 @@ def rigid_claim(outcome: Outcome) -> Claim:
     return Claim(kind, outcome.f, outcome.y, state=state, figures=figures, provenance=outcome.provenance)
 
 
-def coupled_claim(outcome: CoupledOutcome) -> Claim:
+def coupled_claim(outcome: "CoupledOutcome") -> Claim:
     """What coupled analysis found."""
     if outcome.word == "collapse":
         return Claim("rbe-mechanism", None, outcome.y, provenance=outcome.provenance)
@@ -141,7 +142,7 @@ def _settled(model: PreparedModel, rows: Floats) -> Settled | None:
     return Settled(model.settled, moved, gap)
 
 
-def settled_claim(outcome: SettledOutcome, settlement: float) -> Claim:
+def settled_claim(outcome: "SettledOutcome", settlement: float) -> Claim:
     """What became of a settlement, whose largest displacement of a contact point is given (m)."""
     provenance = outcome.provenance | {"settlement": outcome.word}
     figures = {"balance": outcome.balance, "bound": outcome.bound}
@@ -192,6 +193,8 @@ def _proof(
         bound = {"bound": float(min(claim.figures["bound"], 1e300))} if "bound" in claim.figures else {}
         return {"motion": _turned(system, claim.motion.reshape(-1, 6) / fastest)}, bound
     if claim.kind == "cra-tree":
+        from cyclopean.analysis.coupled.tree import tree_document
+
         names, part = [block.id for block in model.assembly.blocks], claim.part or system
         tree = {"bounds": bounds, "tree": tree_document(claim.tree, part, names, bounds.eps)}
         return tree | ({} if claim.part is None else {"component": names[part.free[0]]}), {}

@@ -101,13 +101,14 @@ def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
         Path of the model.
     """
     from cyclopean import io
-    from cyclopean.view import report_html
 
     proof = files.proof(result.certificate)
     data = io.result_dict(result, seen_from(files.to.get("json"), proof))
     there = files.to.get("report")
 
     def page() -> str:
+        from cyclopean.view import report_html
+
         return report_html(result, certificate_file=seen_from(there, proof), model_file=seen_from(there, Path(model)))
 
     files.write({"certificate": lambda: result.certificate, "report": page, "json": lambda: data})
