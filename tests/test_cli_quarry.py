@@ -62,8 +62,8 @@ def test_other_meshes_in_the_folder_are_told_of(run, tmp_path):
 @pytest.mark.parametrize(
     ("argv", "why"),
     [
-        (("--count", "0", "--out", "s.obj"), "--count: 0 stones; ask for at least 1"),
-        (("--count", "-3", "--out", "s.obj"), "--count: -3 stones"),
+        (("--count", "0", "--out", "s.obj"), "--count 0: expected a whole number >= 1"),
+        (("--count", "-3", "--out", "s.obj"), "--count -3: expected a whole number >= 1"),
         (("--count", "2.5", "--out", "s.obj"), "--count: '2.5' is not a whole number"),
         (("--count", "1000000", "--out", "s.obj"), "more than 20,000,000 vertices"),
         (("--seed", "-1", "--out", "s.obj"), "--seed: -1 is negative"),

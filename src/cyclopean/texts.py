@@ -17,7 +17,6 @@ __all__ = [
     "length_or_auto",
     "number",
     "numbers",
-    "optional_number",
     "pair",
     "point_loads",
     "reach",
@@ -246,17 +245,3 @@ def settlements(where: str, texts: Sequence[str]) -> tuple[tuple[str, Motion], .
             raise InputError(f"{where} {block}: '{values}' should be three or six numbers")
         found[block] = (*motion, 0.0, 0.0, 0.0)[:6]
     return tuple(found.items())
-
-
-def optional_number(
-    option: str, text: str | None, *, least: float = -math.inf, above: float = -math.inf
-) -> float | None:
-    """Read a finite number of at least `least` and more than `above`, or None where the option was not given."""
-    if text is None:
-        return None
-    value = number(option, text)
-    if value < least:
-        raise InputError(f"{option}: {value:g} is less than {least:g}")
-    if value <= above:
-        raise InputError(f"{option}: {value:g} is not more than {above:g}")
-    return value

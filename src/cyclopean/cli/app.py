@@ -3,7 +3,7 @@
 import os
 import sys
 import traceback
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping
 from importlib import import_module
 from typing import Annotated, Any
 
@@ -11,7 +11,7 @@ import typer
 
 from cyclopean import __version__
 from cyclopean.cli.completion import ASKED, candidates
-from cyclopean.cli.plain import PlainCommand, PlainGroup
+from cyclopean.cli.plain import PlainGroup
 from cyclopean.cli.terminal import ClosedPipeError, as_option, complain, say
 from cyclopean.errors import CyclopeanError, InputError, SolverError
 
@@ -45,25 +45,35 @@ COMMANDS = {
 }
 
 
-def _old(name: str, made: Any) -> Any:
-    """A command that is a function of texts still."""
-    one = typer.Typer(add_completion=False, rich_markup_mode=None) if not isinstance(made, typer.Typer) else made
-    if one is not made:
-        one.command(name, cls=PlainCommand)(made)
-    return typer.main.get_command(one)
+MADE = {
+    "stack": ("make", "Make blocks on top of each other."),
+    "wall": ("make", "Make a running-bond wall."),
+    "arch": ("make", "Make a circular arch."),
+    "vault": ("make", "Make a barrel vault."),
+    "dome": ("make", "Make a hemispherical dome."),
+    "polygonal": ("polygonal", "Make a wall of polygonal stones, flat or curved, or two round a corner."),
+    "stones": ("quarry", "Make synthetic stones with the shapes of real ones."),
+}
 
 
 class _Commands(MutableMapping[str, Any]):
-    """The commands by their names, each made when it is asked for."""
+    """Commands by their names, each made when it is asked for."""
 
-    def __init__(self) -> None:
+    def __init__(self, table: Mapping[str, tuple[str, str]]) -> None:
+        self.table = table
         self._made: dict[str, Any] = {}
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._made:
-            made = getattr(import_module(f"cyclopean.cli.{COMMANDS[name][0]}"), name)
-            self._made[name] = made.click(name) if hasattr(made, "click") else _old(name, made)
+            self._made[name] = self._found(name)
         return self._made[name]
+
+    def _found(self, name: str) -> Any:
+        module, says = self.table[name]
+        if name == "make":
+            return Making(name=name, help=says, rich_markup_mode=None)
+        made = getattr(import_module(f"cyclopean.cli.{module}"), name)
+        return made.click(name)
 
     def __setitem__(self, name: str, made: Any) -> None:
         self._made[name] = made
@@ -72,23 +82,31 @@ class _Commands(MutableMapping[str, Any]):
         del self._made[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(COMMANDS)
+        return iter(self.table)
 
     def __len__(self) -> int:
-        return len(COMMANDS)
+        return len(self.table)
 
 
 class Program(PlainGroup):
     """All commands; what each does is known without importing it."""
 
+    table: Mapping[str, tuple[str, str]] = COMMANDS
+
     def __init__(self, *words: Any, **options: Any) -> None:
         super().__init__(*words, **options)
-        self.commands = _Commands()
+        self.commands = _Commands(self.table)
 
     def format_commands(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]
         """One line for each command."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, says) for name, (_, says) in COMMANDS.items()])
+            formatter.write_dl([(name, says) for name, (_, says) in self.table.items()])
+
+
+class Making(Program):
+    """The commands below `make`."""
+
+    table = MADE
 
 
 app = typer.Typer(

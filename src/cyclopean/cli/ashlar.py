@@ -63,7 +63,7 @@ Written: TypeAlias = Annotated[
 ]
 
 
-@command(unit=UNIT)
+@command(fields={"opening": "openings"}, unit=UNIT)
 def ashlar(
     settings: AshlarSettings,
     stones: Stones = None,
@@ -84,7 +84,7 @@ def ashlar(
     return _end(wall, said, files, {"method": "first", "slots": "bond"}, [])
 
 
-@command(unit=UNIT, weights="is --scores now; weights are those of forces, as in check")
+@command(fields={"opening": "openings"}, unit=UNIT, weights="is --scores now; weights are those of forces, as in check")
 def pack(
     settings: AshlarSettings,
     stones: Stones = None,
@@ -149,8 +149,7 @@ def _asked(settings: AshlarSettings, course: str, openings: tuple[str, ...]) -> 
     if colon and kind == "bins":
         raise InputError(f"`course`: '{course}' should be fixed, fixed:H or bins")
     height = number("`course`", high) if colon else None
-    with wall_options.named():
-        parsed = tuple(wall_options.opening("--opening", text) for text in openings)
+    parsed = tuple(wall_options.opening("`openings`", text) for text in openings)
     return replace(settings, course=height, bins=kind == "bins", openings=parsed)
 
 

@@ -9,8 +9,7 @@ accepts, and fish's version there offers no files.
 import re
 from typing import Annotated, Any
 
-import typer
-
+from cyclopean.cli.command import argument, command
 from cyclopean.cli.terminal import say
 from cyclopean.texts import choice
 
@@ -48,9 +47,8 @@ complete --command cyclopean --arguments \
 SCRIPTS = {"bash": BASH, "fish": FISH, "zsh": ZSH}
 
 
-def completion(
-    shell: Annotated[str, typer.Argument(metavar="bash|zsh|fish", show_default=False, help="Your shell.")],
-) -> int:
+@command()
+def completion(shell: Annotated[str, argument("bash|zsh|fish", "Your shell.")]) -> int:
     """Print the script by which a shell completes commands, options and the words they accept."""
     say(SCRIPTS[choice("SHELL", shell, tuple(SCRIPTS))].rstrip())
     return 0

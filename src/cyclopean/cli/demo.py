@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from cyclopean.cli.check import write_result
+from cyclopean.cli.command import command
 from cyclopean.cli.outputs import Files, folder
 from cyclopean.cli.terminal import long_work, say, warn
+from cyclopean.options import Option
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,10 +40,9 @@ FILES = {
 }
 
 
+@command()
 def demo(
-    out: Annotated[
-        str | None, typer.Option(metavar="DIR", help="Folder to write to [demo, made if it is not there].")
-    ] = None,
+    out: Annotated[str | None, Option("Folder to write to [demo, made if it is not there].", metavar="DIR")] = None,
 ) -> int:
     """Draw a wall, find it stones, carve them, prove that it stands, and plan how it is built.
 

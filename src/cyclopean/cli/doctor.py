@@ -13,10 +13,9 @@ from json import dumps
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from cyclopean import __version__
-from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
+from cyclopean.cli.command import command, written
+from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import say
 from cyclopean.errors import CyclopeanError, InputError
 
@@ -51,23 +50,21 @@ BROKEN = (ImportError, OSError, ValueError, RuntimeError, AttributeError, TypeEr
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 
-Json = Annotated[str | None, typer.Option(metavar="F|-", help="Write it as JSON; - prints that and nothing else.")]
 
-
-def doctor(json: Json = None) -> int:
+@command()
+def doctor(files: Annotated[Files, written("json")] = Files({})) -> int:
     """Look at what is installed, what is missing, and whether the core does its work here.
 
     Exit status: 0 the core works, 1 something of it is broken (extras are never needed), 2 bad input.
     """
-    files = planned({"--json": json})
     data = _examined()
-    for path in files.values():
+    for path in files.to.values():
         try:
             from cyclopean import io
         except BROKEN:  # what writes files is part of the core
             raise InputError(f"--json {path}: cannot be written, for the core is broken; use --json -") from None
         io.write_json(path, data)
-    if json == STANDARD_OUTPUT:
+    if files.only_json:
         say(dumps(data, indent=1, allow_nan=False))
     else:
         say("\n".join(_lines(data)))

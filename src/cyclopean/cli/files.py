@@ -3,13 +3,15 @@
 import os
 import stat
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
-from cyclopean.cli.terminal import long_work, of_file, one_line, say, say_json, warn
+from cyclopean.api.inputs import Reading
+from cyclopean.cli.command import argument, command, written
+from cyclopean.cli.outputs import Files, planned
+from cyclopean.cli.terminal import long_work, of_file, one_line, say, warn
 from cyclopean.errors import InputError
+from cyclopean.options import Option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Comparison
@@ -20,27 +22,25 @@ __all__ = ["convert", "verify"]
 MESHES = (".glb", ".obj", ".ply", ".stl")
 LARGEST = 1 << 30  # bytes that a certificate may have
 
-Units = Annotated[str | None, typer.Option(metavar="U", help="Unit of the lengths that are read, such as mm.")]
-Json = Annotated[str | None, typer.Option(metavar="F|-", help="Write it as JSON; - prints that and nothing else.")]
 
-
+@command()
 def verify(
-    certificate: Annotated[str, typer.Argument(metavar="CERTIFICATE", show_default=False, help="Certificate file.")],
+    certificate: Annotated[str, argument("CERTIFICATE", "Certificate file.", source=True)],
     model: Annotated[
-        str | None, typer.Option(metavar="MODEL", help="Model file that it has to be about; says what differs.")
+        str | None, Option("Model file that it has to be about; says what differs.", metavar="MODEL")
     ] = None,
-    units: Annotated[str | None, typer.Option(metavar="U", help="Unit of the model's lengths, such as mm.")] = None,
-    json: Json = None,
+    reading: Reading = Reading(),
+    files: Annotated[Files, written("json")] = Files({}),
 ) -> int:
     """Check a certificate in exact arithmetic.
 
     Exit status: 0 it proves what it claims, 1 it does not, or not of this model, 2 it cannot be read.
     """
-    files = planned({"--json": json}, keep=certificate)
+    units = reading.units
     if model is not None:
-        planned({"--json": json}, keep=model)
+        files.within(Path(), (), (model,))
     elif units is not None:
-        raise InputError(f"--units {units}: is of the lengths of a model; give --model too")
+        raise InputError(f"`units` {units}: is of the lengths of a model; give `model` too")
 
     from cyclopean.proof import NotACertificateError, read_file, verify_file
     from cyclopean.proof import verify as checked
@@ -66,14 +66,9 @@ def verify(
     }
     if same is not None:
         data["model"] = {"same": not same.differences, "differences": list(same.differences)}
-    if files:
-        from cyclopean import io
-
-        io.write_json(files["--json"], data)
-    if json == STANDARD_OUTPUT:
-        say_json(data)
-    else:
-        say("\n".join(_told(report, model, same)))
+    if files.to:
+        files.write({"json": lambda: data})
+    files.tell(data, _told(report, model, same))
     return 0 if report.proved and not (same and same.differences) else 1
 
 
@@ -136,21 +131,19 @@ def _refuse_endless(path: str) -> None:
         raise InputError(f"{path}: holds {found.st_size / 1e9:.1f} GB, more than any certificate; is it one?")
 
 
+@command()
 def convert(
-    source: Annotated[str, typer.Argument(metavar="IN", show_default=False, help="Model file to read.")],
-    target: Annotated[
-        str, typer.Argument(metavar="OUT", show_default=False, help="File to write; its ending decides.")
-    ],
+    source: Annotated[str, argument("IN", "Model file to read.")],
+    target: Annotated[str, argument("OUT", "File to write; its ending decides.")],
     result: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--result",
+        tuple[str, ...],
+        Option(
+            "Result, match, carving or sequence of the model, to go along; may be given several times.",
+            "texts",
             metavar="F",
-            show_default=False,
-            help="Result, match, carving or sequence of the model, to go along; may be given several times.",
         ),
-    ] = None,
-    units: Units = None,
+    ] = (),
+    reading: Reading = Reading(),
 ) -> int:
     """Write a model in another format, in metres.
 
@@ -160,10 +153,10 @@ def convert(
 
     outputs = [str(path) for path in io.exchange_paths(target)]
     names = ["OUT", "OUT, contacts"][: len(outputs)]
-    for kept in (source, *(result or ())):
+    for kept in (source, *result):
         planned(dict(zip(names, outputs, strict=True)), keep=kept)
-    assembly, warnings = io.read_model(source, units)
-    assembly, findings, more = io.read_findings(result or (), assembly)
+    assembly, warnings = io.read_model(source, reading.units)
+    assembly, findings, more = io.read_findings(result, assembly)
     drawn, stale = io.read_drawing(source)
     drawing = None if drawn is None else io.drawing_dict(drawn)
     lost = io.write_exchange(target, assembly, findings, drawing)

@@ -3,16 +3,14 @@
 import os
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from cyclopean.cli.files import Json, Units
-from cyclopean.cli.outputs import STANDARD_OUTPUT, planned
-from cyclopean.cli.terminal import long_work, say, say_json, warn
+from cyclopean.api.inputs import Reading
+from cyclopean.cli.command import argument, command, written
+from cyclopean.cli.outputs import Files
+from cyclopean.cli.terminal import long_work, warn
 from cyclopean.errors import InputError
+from cyclopean.options import Option
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from cyclopean.assembly import Assembly, Contacts
 
 __all__ = ["info"]
@@ -20,51 +18,41 @@ __all__ = ["info"]
 NAMED = 5  # faults, outliers and warnings named one by one; the rest are counted
 
 
+@command()
 def info(
-    model: Annotated[
-        str, typer.Argument(metavar="MODEL", show_default=False, help="Model file, or a folder of scanned stones.")
-    ],
-    stones: Annotated[bool, typer.Option("--stones", help="The file holds found stones, not a structure.")] = False,
-    strict: Annotated[bool, typer.Option("--strict", help="Refuse all stones if one cannot be used.")] = False,
-    units: Units = None,
-    json: Json = None,
+    model: Annotated[str, argument("MODEL", "Model file, or a folder of scanned stones.", source=True)],
+    stones: Annotated[bool, Option("The file holds found stones, not a structure.", "flag")] = False,
+    strict: Annotated[bool, Option("Refuse all stones if one cannot be used.", "flag")] = False,
+    reading: Reading = Reading(),
+    files: Annotated[Files, written("json")] = Files({}),
 ) -> int:
     """Say what is in a model file, or in a folder of stones."""
-    files = planned({"--json": json}, keep=model)
     if stones or os.path.isdir(model):
-        return _info_of_stones(model, strict, units, files.get("--json"), json == STANDARD_OUTPUT)
+        return _info_of_stones(model, strict, reading.units, files)
     if strict:
-        raise InputError("--strict: is for stones; name a folder of them, or add --stones")
+        raise InputError("`strict`: is for stones; name a folder of them, or add `stones`")
 
     from cyclopean import io
 
-    assembly, warnings = io.read_model(model, units)
+    assembly, warnings = io.read_model(model, reading.units)
     data = _contents(assembly) | {"format": io.file_format(model)}
     for warning in warnings:
         warn(warning)
-    if files:
-        io.write_json(files["--json"], data)
-    if json == STANDARD_OUTPUT:
-        say_json(data)
-    else:
-        say("\n".join(_lines(data)))
+    files.write({"json": lambda: data})
+    files.tell(data, _lines(data))
     return 0
 
 
-def _info_of_stones(path: str, strict: bool, units: str | None, file: "Path | None", only_json: bool) -> int:
+def _info_of_stones(path: str, strict: bool, units: str | None, files: Files) -> int:
     from cyclopean import io
 
     with long_work(f"reading {path}"):
         inventory, warnings = io.read_stones(path, units, strict)
-        data = io.inventory_dict(inventory, warnings, every=only_json or file is not None)
+        data = io.inventory_dict(inventory, warnings, every=files.only_json or "json" in files.to)
     for warning in warnings:
         warn(warning)
-    if file is not None:
-        io.write_json(file, data)
-    if only_json:
-        say_json(data)
-    else:
-        say("\n".join(_stone_lines(data)))
+    files.write({"json": lambda: data})
+    files.tell(data, _stone_lines(data))
     return 0
 
 

@@ -5,12 +5,12 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from cyclopean.cli.command import command
 from cyclopean.cli.outputs import MESHES, folder, planned
 from cyclopean.cli.terminal import long_work, say, warn
 from cyclopean.errors import InputError
-from cyclopean.texts import number, whole
+from cyclopean.options import Option
+from cyclopean.texts import number
 
 if TYPE_CHECKING:
     from cyclopean.design.stones.stone import Stone
@@ -22,35 +22,28 @@ UNITS = {"L": 1e-3, "l": 1e-3, "m3": 1.0}  # m3
 BAND = re.compile(r"(?P<low>.+?)\.\.(?P<high>.+?)(?P<unit>L|l|m3)")
 
 
+@command()
 def stones(
-    out: Annotated[
-        str,
-        typer.Option(metavar="PLACE", show_default=False, help="Folder (a file a stone), or a mesh or model file."),
-    ],
-    count: Annotated[str, typer.Option(metavar="N", help="Number of stones.")] = "100",
-    seed: Annotated[str, typer.Option(metavar="N", help="Another seed, other stones.")] = "0",
-    volume: Annotated[str, typer.Option(metavar="LOW..HIGH", help="Band of volumes, in L or m3.")] = "30..200L",
+    out: Annotated[str, Option("Folder (a file a stone), or a mesh or model file.", metavar="PLACE")],
+    count: Annotated[int, Option("Number of stones.", "whole", metavar="N", least=1)] = 100,
+    seed: Annotated[int, Option("Another seed, other stones.", "whole", metavar="N")] = 0,
+    volume: Annotated[str, Option("Band of volumes, in L or m3.", metavar="LOW..HIGH")] = "30..200L",
     detail: Annotated[
-        str, typer.Option(metavar="N", help="Subdivisions of an icosahedron, 1 to 6: 42, 162, 642 ... vertices.")
-    ] = "3",
+        int, Option("Subdivisions of an icosahedron, 1 to 6: 42, 162, 642 ... vertices.", "whole", metavar="N")
+    ] = 3,
 ) -> int:
     """Make synthetic stones with the shapes of real ones."""
-    wanted, fineness, band = whole("--count", count), whole("--detail", detail), _band("--volume", volume)
-    number_of_seed = whole("--seed", seed)
-    place = _place(out)
-    if wanted < 1:
-        raise InputError(f"--count: {wanted} stones; ask for at least 1")
-    if wanted * 10 * 4 ** min(max(fineness, 1), 20) > MOST:
-        raise InputError(f"--count, --detail: more than {MOST:,} vertices; ask for fewer or coarser stones")
+    band, place = _band("`volume`", volume), _place(out)
+    if count * 10 * 4 ** min(max(detail, 1), 20) > MOST:
+        raise InputError(f"`count`, `detail`: more than {MOST:,} vertices; ask for fewer or coarser stones")
 
-    from cyclopean.cli.wall_options import named
     from cyclopean.design.stones.quarry import quarry
 
-    with long_work(f"making {wanted} stones"), named({n: (f"--{n}", "") for n in ("seed", "volume", "detail")}):
-        made = quarry(wanted, number_of_seed, band, detail=fineness)
+    with long_work(f"making {count} stones"):
+        made = quarry(count, seed, band, detail=detail)
         _write(place, made)
     total = sum(stone.volume for stone in made)
-    say(f"{wanted} stone{'' if wanted == 1 else 's'}, {total:.3g} m3 in all; written {place}")
+    say(f"{count} stone{'' if count == 1 else 's'}, {total:.3g} m3 in all; written {place}")
     return 0
 
 

@@ -5,12 +5,12 @@ import os
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+from cyclopean.cli.command import command
 from cyclopean.cli.terminal import say, warn
 from cyclopean.cli.workers import MOST
 from cyclopean.errors import InputError
-from cyclopean.texts import number, whole
+from cyclopean.options import Option
+from cyclopean.texts import number
 
 __all__ = ["serve"]
 
@@ -19,20 +19,24 @@ SIZES = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30}
 LARGEST = 2**31  # bytes of a body: openNURBS reads no larger archive
 
 
+@command()
 def serve(
-    hops: Annotated[bool, typer.Option("--hops", help="Serve components for Hops, in Grasshopper.")] = False,
+    hops: Annotated[bool, Option("Serve components for Hops, in Grasshopper.", "flag")] = False,
     host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Address to listen on; another one opens it to a network.")
+        str, Option("Address to listen on; another one opens it to a network.", metavar="ADDRESS")
     ] = "127.0.0.1",
-    port: Annotated[str, typer.Option(metavar="N", help="Port to listen on; 0: any that is free.")] = "5000",
-    max_body: Annotated[
-        str, typer.Option("--max-body", metavar="SIZE", help="Largest request, in bytes or as 64M.")
-    ] = "64M",
-    seconds: Annotated[str, typer.Option(metavar="S", help="Time after which a solve is ended.")] = "60",
-    workers: Annotated[str, typer.Option(metavar="N", help="Solves at the same time, each in a process.")] = "1",
+    port: Annotated[
+        int, Option("Port to listen on; 0: any that is free.", "whole", metavar="N", least=0, most=65_535)
+    ] = 5000,
+    max_body: Annotated[str, Option("Largest request, in bytes or as 64M.", metavar="SIZE")] = "64M",
+    seconds: Annotated[
+        float, Option("Time after which a solve is ended.", "number", metavar="S", least=0.1, most=86_400.0)
+    ] = 60.0,
+    workers: Annotated[
+        int, Option("Solves at the same time, each in a process.", "whole", metavar="N", least=1, most=MOST)
+    ] = 1,
     allow_folders: Annotated[
-        str | None,
-        typer.Option("--allow-folders", metavar="DIR", help="Folder from which requests may have stones read."),
+        str | None, Option("Folder from which requests may have stones read.", metavar="DIR")
     ] = None,
 ) -> int:
     """Serve this program's components to Rhino's Grasshopper until interrupted.
@@ -41,18 +45,7 @@ def serve(
     """
     if not hops:
         raise InputError("serve: say what is to be served: --hops")
-    limit, count, size, place = (
-        number("--seconds", seconds),
-        whole("--workers", workers),
-        _bytes(max_body),
-        whole("--port", port),
-    )
-    if not 0.1 <= limit <= 86_400.0:
-        raise InputError(f"--seconds: {limit:g} is not between 0.1 and 86400")
-    if not 1 <= count <= MOST:
-        raise InputError(f"--workers: {count} is not between 1 and {MOST}")
-    if not 0 <= place <= 65_535:
-        raise InputError(f"--port: {place} is not between 0 and 65535")
+    size = _bytes(max_body)
     folder = None if allow_folders is None else Path(allow_folders)
     if folder is not None and not folder.is_dir():
         raise InputError(f"--allow-folders {allow_folders}: no such folder")
@@ -64,7 +57,7 @@ def serve(
     from cyclopean.service import Options
     from cyclopean.service import serve as run
 
-    options = Options(host, place, size, limit, count, None if folder is None else folder.resolve())
+    options = Options(host, port, size, seconds, workers, None if folder is None else folder.resolve())
     if not options.local:
         warn(f"--host {host}: whoever reaches this machine may use the server; there is no authentication")
     try:

@@ -4,40 +4,37 @@ import os
 from pathlib import Path, PurePath
 from typing import Annotated
 
-import typer
-
-from cyclopean.cli.outputs import planned
+from cyclopean.api.inputs import Reading
+from cyclopean.cli.command import argument, command, written
+from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import long_work, say, warn
 from cyclopean.errors import InputError
+from cyclopean.options import Option
 
 __all__ = ["view"]
 
-Units = Annotated[str | None, typer.Option(metavar="U", help="Unit of the model's lengths, such as mm.")]
 
-
+@command()
 def view(
-    file: Annotated[str, typer.Argument(metavar="FILE", show_default=False, help="Model or result file.")],
-    out: Annotated[
-        str | None, typer.Option(metavar="F", help="Page to write [a new file in the folder for temporary ones].")
-    ] = None,
-    model: Annotated[
-        str | None, typer.Option(metavar="MODEL", help="Model of a result, where it is not found beside it.")
-    ] = None,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only write the page.")] = False,
-    units: Units = None,
+    file: Annotated[str, argument("FILE", "Model or result file.", source=True)],
+    files: Annotated[Files, written(out=("F", "Page to write [a new file in the folder for temporary ones]."))] = Files(
+        {}
+    ),
+    model: Annotated[str | None, Option("Model of a result, where it is not found beside it.", metavar="MODEL")] = None,
+    no_browser: Annotated[bool, Option("Only write the page.", "flag")] = False,
+    reading: Reading = Reading(),
 ) -> int:
     """Show a model, or the result of a check, as a page that needs no network."""
-    if out is None and no_browser:
-        raise InputError("--no-browser: needs --out F, or nobody would find the page")
-    files = planned({"--out": out}, keep=file)
+    if not files.to and no_browser:
+        raise InputError("`no_browser`: needs `out` F, or nobody would find the page")
 
     from cyclopean import io
 
     with long_work(f"drawing {file}"):
-        page, warnings = _page(file, model, units)
+        page, warnings = _page(file, model, reading.units)
     for warning in warnings:
         warn(warning)
-    path = files.get("--out") or _temporary(file)
+    path = files.to.get("out") or _temporary(file)
     io.write_text(path, page)
     say(f"written {path}")
     if not no_browser:
@@ -57,7 +54,7 @@ def _page(file: str, model: str | None, units: str | None) -> tuple[str, tuple[s
         result, warnings = read_result(file, model, units)
         return report_html(result), warnings
     if model is not None:
-        raise InputError(f"--model: {file} is itself a model, not a result")
+        raise InputError(f"`model`: {file} is itself a model, not a result")
     return _drawn(file, units)
 
 

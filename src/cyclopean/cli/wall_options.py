@@ -1,7 +1,5 @@
 """Options of `make polygonal` whose text says more than one number."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from cyclopean.errors import InputError
@@ -12,48 +10,10 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.openings import Opening
     from cyclopean.design.walls.surfaces import Surface
 
-__all__ = ["FIELDS", "base", "coping", "named", "opening", "quoins", "surface"]
+__all__ = ["base", "coping", "opening", "quoins", "surface"]
 
 AUTO = "auto"
 LEAN = 10.0  # degrees, of a cone
-ALIKE = (
-    "width", "height", "columns", "rows", "courses", "depth", "batter", "seed", "jitter", "lloyd", "coursing", "sliver",
-    "opening", "quoins", "coping", "base", "surface", "corner", "warped", "improve", "gap", "chamfer", "density", "mu",
-)  # fmt: skip
-FIELDS = {  # what refusals of the design call it: the option that was typed, and what is left to say of it
-    **{name: (f"--{name}", "") for name in ALIKE},
-    "size_grade": ("--size-grade", ""),
-    "base_radius": ("--base", "radius"),
-    "openings": ("--opening", ""),
-    "twist": ("--surface", "twist"),
-    **{f"{kind} {of}": ("--surface", f"{kind} {of}") for kind, of in (
-        ("cylinder", "radius"), ("cone", "radius"), ("cone", "lean"), ("sphere", "radius"), ("sphere", "latitude"),
-    )},
-    **{f"opening {of}": ("--opening", of) for of in (
-        "left", "sill", "width", "height", "head", "thickness", "bearing", "rise", "voussoirs"
-    )},
-    **{f"quoins {of}": ("--quoins", of) for of in ("long", "short", "height")},
-    **{f"coping {of}": ("--coping", of) for of in ("height", "length")},
-}  # fmt: skip
-
-
-@contextmanager
-def named(fields: Mapping[str, tuple[str, str]] = FIELDS) -> Iterator[None]:
-    """Let refusals of the design name the option: `size_grade: ...` becomes `--size-grade: ...`.
-
-    Raises
-    ------
-    InputError
-        In place of one that begins with the name of a field.
-    """
-    try:
-        yield
-    except InputError as error:
-        field, colon, rest = str(error).partition(":")
-        if not colon or field not in fields:
-            raise
-        option, part = fields[field]
-        raise InputError(f"{option}: {part}{rest}" if part else f"{option}:{rest}") from None
 
 
 def surface(option: str, text: str, width: float, height: float) -> "Surface":

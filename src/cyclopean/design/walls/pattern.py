@@ -40,6 +40,7 @@ from cyclopean.design.walls.openings import Kind, Opening, clear_shape, fitting,
 from cyclopean.design.walls.short_joints import without_short_joints
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, arrangement, dissolved, merged, power_diagram, subdivide
+from cyclopean.options import option
 
 __all__ = [
     "Kind",
@@ -63,17 +64,17 @@ RIM = 0.15  # of the spacing: no seed starts nearer to the end of a row than thi
 class PatternSettings:
     """What a pattern is drawn from; lengths in m."""
 
-    width: float = 3.0
-    height: float = 1.8
-    columns: int = 8  # seeds in a row
-    rows: int = 5
-    seed: int = 7
-    jitter: float = 0.25  # of the spacing, each way
-    lloyd: int = 2  # rounds of relaxation
-    coursing: float = 0.4  # 0 = irregular .. 1 = level courses
-    courses: int = 5
-    size_grade: float = 0.3  # weights are spread by this share of a mean cell's area, each way
-    sliver: float = 0.18  # 2 A / P below this share of a mean cell's size is culled
+    width: float = option(3.0, "Along the foot (m).", "number", metavar="L")
+    height: float = option(1.8, "Up the face (m).", "number", metavar="L")
+    columns: int = option(8, "Stones in a row, before culling.", "whole", metavar="N")
+    rows: int = option(5, "Rows of stones.", "whole", metavar="N")
+    seed: int = option(7, "Another seed, another wall.", "whole", metavar="N")
+    jitter: float = option(0.25, "Irregularity of the seeds, 0 to 0.5.", "number", metavar="S")
+    lloyd: int = option(2, "Rounds of evening out.", "whole", metavar="N")
+    coursing: float = option(0.4, "0 irregular to 1 level courses.", "number", metavar="C")
+    courses: int = option(5, "Number of courses [as many as rows].", "whole", metavar="N")
+    size_grade: float = option(0.3, "Spread of the stones' sizes.", "number", metavar="S")
+    sliver: float = option(0.18, "Stones thinner than this share are culled.", "number", metavar="S")
     openings: tuple[Opening, ...] = ()
     quoins: Quoins | None = None
     coping: Coping | None = None
