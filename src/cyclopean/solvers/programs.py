@@ -73,28 +73,24 @@ def distance_to_cone(cones: tuple[Cone, ...], s: Floats, dual: bool = False) -> 
     >>> round(distance_to_cone((("second-order", 3, 1),), np.array([0.0, 3.0, 4.0])), 12)
     3.535533905933
     """
-    worst, at = 0.0, 0
+    off, worst, at = s - project_to_cone(cones, s, dual), 0.0, 0
     for kind, size, count in cones:
-        part = s[at : at + size * count].reshape(count, size)
+        part = off[at : at + size * count].reshape(count, size)
         at += size * count
-        if kind == "zero":
-            off = np.zeros(1) if dual else np.abs(part)
-        elif kind == "nonnegative":
-            off = np.maximum(-part, 0.0)
-        else:
-            head, tail = part[:, 0], np.linalg.norm(part[:, 1:], axis=1)
-            off = np.where(tail <= -head, np.hypot(head, tail), np.maximum(tail - head, 0.0) / np.sqrt(2.0))
-        worst = float(np.max([worst, np.max(off, initial=0.0)]))
+        far = np.linalg.norm(part, axis=1) if kind == "second-order" else np.abs(part)
+        worst = float(np.max([worst, np.max(far, initial=0.0)]))
     return worst
 
 
-def project_to_cone(cones: tuple[Cone, ...], s: Floats) -> Floats:
-    """Nearest point of the product of cones to (m,) `s`."""
+def project_to_cone(cones: tuple[Cone, ...], s: Floats, dual: bool = False) -> Floats:
+    """Nearest point of the product of cones (or of the dual cones) to (m,) `s`."""
     out, at = np.zeros_like(s), 0
     for kind, size, count in cones:
         part = s[at : at + size * count].reshape(count, size)
         if kind == "nonnegative":
             out[at : at + size * count] = np.maximum(part, 0.0).ravel()
+        elif kind == "zero" and dual:
+            out[at : at + size * count] = part.ravel()
         elif kind == "second-order":
             head, tail = part[:, 0], np.linalg.norm(part[:, 1:], axis=1)
             share = np.clip((head + tail) / 2.0, 0.0, None)
