@@ -55,7 +55,11 @@ def polar_tilt(
 
 
 def first_least(values: Sequence[float]) -> int:
-    """Which is the first of those that are as small as any, to rounding: mirrored directions bear the same tilt."""
+    """Which is the first of those that are as small as any, to rounding: mirrored directions bear the same tilt.
+
+    >>> first_least([2.0, 1.0 + 1e-7, 1.0])
+    1
+    """
     return next(k for k, value in enumerate(values) if value <= min(values) + SAME * abs(min(values)))
 
 
