@@ -335,14 +335,16 @@ def _relaxed(settings: PatternSettings, frame: _Frame, site: Floats, weight: Flo
     import shapely
 
     cells = _diagram(settings, frame, site, weight)
-    centre, polygon = cells.centroids(), cells.polygons()
-    cut = np.flatnonzero(shapely.intersects(frame.cover, polygon))
-    piece, owner = shapely.get_parts(shapely.difference(polygon[cut], frame.cover), return_index=True)
-    order = np.lexsort((-shapely.area(piece), owner))
-    first = order[np.unique(owner[order], return_index=True)[1]]
-    middle = shapely.centroid(piece[first])
-    some = ~shapely.is_empty(middle)
-    centre[cut[owner[first][some]]] = shapely.get_coordinates(middle[some])
+    centre = cells.centroids()
+    if frame.void or frame.dressed:
+        polygon = cells.polygons()
+        cut = np.flatnonzero(shapely.intersects(frame.cover, polygon))
+        piece, owner = shapely.get_parts(shapely.difference(polygon[cut], frame.cover), return_index=True)
+        order = np.lexsort((-shapely.area(piece), owner))
+        first = order[np.unique(owner[order], return_index=True)[1]]
+        middle = shapely.centroid(piece[first])
+        some = ~shapely.is_empty(middle)
+        centre[cut[owner[first][some]]] = shapely.get_coordinates(middle[some])
     moved = site.copy()
     moved[cells.site] = (centre - frame.origin) / frame.spacing
     return moved
