@@ -38,8 +38,8 @@ def facing_regions(regions: PlanarRegions, pairs: tuple[Ints, Ints], tolerance: 
     (low, high), (body_low, body_high) = regions.boxes(), regions.body_boxes()
     radius = np.linalg.norm(np.maximum(high - regions.point, regions.point - low), axis=1)
     i, j = pairs
-    pair_a, region_a = _near(regions, low, high, i, body_low[j], body_high[j], tolerance)
-    pair_b, region_b = _near(regions, low, high, j, body_low[i], body_high[i], tolerance)
+    pair_a, region_a = _near(regions.body_start, i, (low, high), (body_low[j], body_high[j]), tolerance)
+    pair_b, region_b = _near(regions.body_start, j, (low, high), (body_low[i], body_high[i]), tolerance)
     start_b = np.searchsorted(pair_b, np.arange(len(pairs[0]) + 1))
     found: list[tuple[Ints, Ints]] = [(none, none)]
     for entry, position in ragged_batches(start_b, pair_a):
@@ -56,10 +56,11 @@ def facing_regions(regions: PlanarRegions, pairs: tuple[Ints, Ints], tolerance: 
 
 
 def _near(
-    regions: PlanarRegions, low: Floats, high: Floats, body: Ints, box_low: Floats, box_high: Floats, tolerance: float
+    start: Ints, body: Ints, boxes: tuple[Floats, Floats], other: tuple[Floats, Floats], tolerance: float
 ) -> tuple[Ints, Ints]:
-    """Pairs and regions of `body` that come within the tolerance of the other body's box, sorted by pair."""
-    pair, region = ragged(regions.body_start, body)
+    """Pairs and regions of `body`, with `boxes`, that come within the tolerance of the other body's box, in order."""
+    (low, high), (box_low, box_high) = boxes, other
+    pair, region = ragged(start, body)
     near = np.all((low[region] <= box_high[pair] + tolerance) & (box_low[pair] <= high[region] + tolerance), axis=1)
     return pair[near], region[near]
 

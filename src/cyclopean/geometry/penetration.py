@@ -180,7 +180,7 @@ def _samples(
     close = np.all((first[at] <= high[j[pair]]) & (low[j[pair]] <= last[at]), axis=1)
     pair, at = pair[close], at[close]
     heavy = np.bincount(pair, minlength=len(i)) * (regions.body_start[j + 1] - regions.body_start[j]) > PRODUCTS
-    owner, cut = _cuts(regions, j, pair, at, heavy, start, along)
+    owner, cut = _cuts(regions, j, pair, at, heavy, (start, along))
     owner = np.concatenate([np.arange(len(pair)), np.arange(len(pair)), owner])
     cut = np.concatenate([np.zeros(len(pair)), np.ones(len(pair)), cut])
     order = np.lexsort((cut, owner))
@@ -197,10 +197,10 @@ def _samples(
 
 
 def _cuts(
-    regions: PlanarRegions, j: Ints, pair: Ints, at: Ints, heavy: Bools, start: Floats, along: Floats
+    regions: PlanarRegions, j: Ints, pair: Ints, at: Ints, heavy: Bools, edges: tuple[Floats, Floats]
 ) -> tuple[Ints, Floats]:
     """Where edges pass through regions of body j (their planes, within their boxes): owner, fraction of the edge."""
-    low, high = regions.boxes()
+    (low, high), (start, along) = regions.boxes(), edges
     light = np.flatnonzero(~heavy[pair])
     owners, fractions = [np.zeros(0, np.int64)], [np.zeros(0)]
     for entry, region in ragged_batches(regions.body_start, j[pair[light]]):

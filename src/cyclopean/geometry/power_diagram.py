@@ -67,8 +67,8 @@ def power_diagram(site: ArrayLike, weight: ArrayLike, low: ArrayLike, high: Arra
     kept = np.flatnonzero(_in_play(x, w, (high - low) / (2.0 * size)) & ~_coincident(x, w))
     vertex, cell, index = _dual(x[kept], w[kept])
     vertex = vertex * size + centre
-    for axis, bound, sign in ((0, low[0], -1.0), (0, high[0], 1.0), (1, low[1], -1.0), (1, high[1], 1.0)):
-        vertex, cell, index = _clipped(vertex, cell, index, axis, bound, sign, SAME * size)
+    for side in ((0, low[0], -1.0), (0, high[0], 1.0), (1, low[1], -1.0), (1, high[1], 1.0)):
+        vertex, cell, index = _clipped(vertex, cell, index, side, SAME * size)
     touched = (vertex == low).sum(axis=1) + (vertex == high).sum(axis=1)
     cell, index = _welded(vertex, cell, index, touched, SAME * size)
     used, index = np.unique(index, return_inverse=True)
@@ -139,9 +139,10 @@ def _dual(x: Floats, w: Floats) -> tuple[Floats, Ints, Ints]:
 
 
 def _clipped(
-    vertex: Floats, cell: Ints, index: Ints, axis: int, bound: float, sign: float, tolerance: float
+    vertex: Floats, cell: Ints, index: Ints, side: tuple[int, float, float], tolerance: float
 ) -> tuple[Floats, Ints, Ints]:
-    """Cut all rings to sign * (x[axis] - bound) <= 0. Vertices within the tolerance of the line are put onto it."""
+    """Cut all rings to sign (x[axis] - bound) <= 0 on one `side`; vertices within the tolerance are put onto it."""
+    axis, bound, sign = side
     vertex = vertex.copy()
     beyond = sign * (vertex[:, axis] - bound)
     on = np.abs(beyond) <= tolerance

@@ -61,8 +61,7 @@ def least(cost: Floats, rows: Floats, room: Floats, low: Floats, high: Floats) -
     m, n = rows.shape
     at_high = cost < 0.0
     at = np.where(at_high, high, low)
-    table, reduced = rows.copy(), cost.copy()
-    value = room + rows @ at
+    table, reduced, value = rows.copy(), cost.copy(), room + rows @ at
     floor, ceiling = np.zeros(m), np.full(m, np.inf)  # bounds of what is in the rows
     least_of, most_of = low.copy(), high.copy()  # bounds of what is in the columns
     in_row, in_column = np.arange(n, n + m), np.arange(n)  # unknowns first, then inequalities
@@ -71,10 +70,9 @@ def least(cost: Floats, rows: Floats, room: Floats, low: Floats, high: Floats) -
         off = np.maximum(floor - value, value - ceiling)
         r = int(np.argmax(off)) if m else 0
         if not m or not off[r] > tolerance:
-            return _answer(n, m, in_row, in_column, value, at, reduced)
+            return _answer(in_row, in_column, value, at, reduced)
         up = bool(value[r] < floor[r])
-        target = floor[r] if up else ceiling[r]
-        pull = table[r] if up else -table[r]
+        target, pull = (floor[r], table[r]) if up else (ceiling[r], -table[r])
         helps = np.flatnonzero(np.where(at_high, pull < -PIVOT, pull > PIVOT))
         if not len(helps):
             raise SolverError("linear programme: nothing satisfies all inequalities")
@@ -93,8 +91,7 @@ def least(cost: Floats, rows: Floats, room: Floats, low: Floats, high: Floats) -
         value = value + move * table[:, j]
         entered = at[j] + move
         # the unknown of column j goes into row r, what was there into the column, at the bound that it violated
-        column, row = table[:, j].copy(), table[r] / table[r, j]
-        share = reduced[j] / column[r]
+        column, row, share = table[:, j].copy(), table[r] / table[r, j], reduced[j] / table[r, j]
         reduced = reduced - share * table[r]
         reduced[j] = share
         table = table - np.outer(column, row)
@@ -103,15 +100,13 @@ def least(cost: Floats, rows: Floats, room: Floats, low: Floats, high: Floats) -
         table[r, j] = 1.0 / column[r]
         value[r], at[j], at_high[j] = entered, target, not up
         in_row[r], in_column[j] = in_column[j], in_row[r]
-        floor[r], least_of[j] = least_of[j], floor[r]
-        ceiling[r], most_of[j] = most_of[j], ceiling[r]
+        floor[r], least_of[j], ceiling[r], most_of[j] = least_of[j], floor[r], most_of[j], ceiling[r]
     raise SolverError(f"linear programme: no end after {MOST * n} pivots")
 
 
-def _answer(
-    n: int, m: int, in_row: Ints, in_column: Ints, value: Floats, at: Floats, reduced: Floats
-) -> tuple[Floats, Floats]:
+def _answer(in_row: Ints, in_column: Ints, value: Floats, at: Floats, reduced: Floats) -> tuple[Floats, Floats]:
     """Put unknowns and multipliers in their order."""
+    n, m = len(in_column), len(in_row)
     whole = np.zeros(n + m)
     whole[in_row], whole[in_column] = value, at
     price = np.zeros(n + m)

@@ -133,13 +133,10 @@ def bedded(number: int, stone: Stone, yaws: int, cell: float, beds: Sequence[int
             flat = _upright(down, stone.axes[0])
             turns = [_yaw(2.0 * np.pi * k / yaws) @ flat for k in range(half)]
             made = rasters(np.stack([point @ turn.T for turn in turns]), stone.triangles, edges, cell)
-            found += [Bedded.of(number, turn, raster, bed) for turn, raster in zip(turns, made, strict=True)]
             if half < yaws:
-                back = _yaw(np.pi)
-                found += [
-                    Bedded.of(number, back @ turn, _backwards(raster, cell), bed)
-                    for turn, raster in zip(turns, made, strict=True)
-                ]
+                turns += [_yaw(np.pi) @ turn for turn in turns]
+                made += [_backwards(raster, cell) for raster in made]
+            found += [Bedded.of(number, turn, raster, bed) for turn, raster in zip(turns, made, strict=True)]
     return found
 
 

@@ -148,7 +148,10 @@ def seat(
     unit = float(np.cbrt(body.volume))
     frame = _heading(spin)
     centre = spin @ body.centroid + start
-    stone, scene, which, level = _scene(body, spin, centre, frame, unit, placed, ground, limit)
+    to = frame @ spin
+    stone = body.features.scaled(1.0 / unit, to, -to @ body.centroid / unit)
+    scene, which = _scene(stone, (centre, frame, unit), placed, limit)
+    level = None if ground is None else (ground - float(centre[2])) / unit
     rest = _rest(stone, scene, level, limit, grip)
     spin = frame.T @ rest.rotation @ frame @ spin
     settled = centre + unit * (frame.T @ rest.shift)
@@ -189,18 +192,10 @@ def _heading(turn: Floats) -> Floats:
 
 
 def _scene(
-    body: Body,
-    turn: Floats,
-    centre: Floats,
-    frame: Floats,
-    unit: float,
-    placed: Sequence[Body],
-    ground: float | None,
-    limit: Floats,
-) -> tuple[Features, Features, list[int], float | None]:
-    """The stone about its centroid and what it may come to touch, both in units of the stone, in the turned frame."""
-    to = frame @ turn
-    stone = body.features.scaled(1.0 / unit, to, -to @ body.centroid / unit)
+    stone: Features, to: tuple[Floats, Floats, float], placed: Sequence[Body], limit: Floats
+) -> tuple[Features, list[int]]:
+    """What the stone may come to touch, in its frame about `to` (its centre, axes, and unit), and of which bodies."""
+    centre, frame, unit = to
     low, high, radius = stone.point.min(axis=0), stone.point.max(axis=0), _radius(stone)
     turned = limit[3] * np.sqrt(3.0) * radius
     spare = limit[:3] + turned + REACH * WIDEST
@@ -213,8 +208,7 @@ def _scene(
             near = other.features.cropped(middle - half, middle + half, len(which))
             there.append(near.scaled(1.0 / unit, frame, -frame @ centre / unit))
             which.append(k)
-    level = None if ground is None else (ground - float(centre[2])) / unit
-    return stone, Features.joined(there), which, level
+    return Features.joined(there), which
 
 
 def _radius(stone: Features) -> float:
