@@ -22,7 +22,7 @@ from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
 from cyclopean.analysis.coupled.central_path import _Kinds, _settled, follow_path
 from cyclopean.analysis.coupled.halves import Halves
 from cyclopean.analysis.coupled.kkt import Doubled
-from cyclopean.analysis.coupled.proximal import Prices, prox, prox_jacobian, proximal_newton
+from cyclopean.analysis.coupled.proximal import Pace, Prices, prox, prox_jacobian, proximal_newton
 from cyclopean.analysis.coupled.sliding_interior import sliding_interior
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.assembly import Assembly
@@ -171,7 +171,7 @@ def test_programme_a_agrees_with_clarabel(name: str, tilt: float) -> None:
     inner = sliding_interior(system, schur, prices)
     assert inner.word == "solved"
     fine = sliding_interior(system, schur, prices, gap=1e-8)
-    exact = proximal_newton(system, schur, prices, inner.f, inner.q, enough=1e-9)
+    exact = proximal_newton(system, schur, prices, inner.f, inner.q, Pace(enough=1e-9))
     assert exact.word == "solved"
     other = Halves(system, BOUNDS).priced(prices)
     assert prices.of(exact.f) == pytest.approx(prices.of(other.f), rel=1e-7)

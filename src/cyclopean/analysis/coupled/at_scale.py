@@ -36,7 +36,7 @@ import numpy as np
 from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
 from cyclopean.analysis.coupled.central_path import follow_path
 from cyclopean.analysis.coupled.kkt import Doubled
-from cyclopean.analysis.coupled.proximal import Prices, proximal_newton
+from cyclopean.analysis.coupled.proximal import Pace, Prices, proximal_newton
 from cyclopean.analysis.coupled.sliding_interior import sliding_interior
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
 from cyclopean.arrays import Bools, Floats
@@ -266,9 +266,8 @@ class _Search:
         """Programme A at the present prices, from the last answer if that is near; whether it has one."""
         prices, system, schur = self.prices(), self.system, self.schur
         if self.warm or enough == TIGHT:
-            warm = proximal_newton(
-                system, schur, prices, self.f, self.dq, sigma=10.0, growth=10.0, cap=12, enough=enough
-            )
+            pace = Pace(sigma=10.0, growth=10.0, enough=enough, cap=12)  # the start is good: few steps
+            warm = proximal_newton(system, schur, prices, self.f, self.dq, pace)
             self.solves += 1
             if warm.word == "solved" or enough == TIGHT:
                 self.f, self.dq = warm.f, warm.q
@@ -281,7 +280,7 @@ class _Search:
         if inner.word == "collapse":
             self.reason = "no forces balance the loads"
             return False
-        exact = proximal_newton(system, schur, prices, inner.f, inner.q, enough=enough, cap=30)
+        exact = proximal_newton(system, schur, prices, inner.f, inner.q, Pace(enough=enough, cap=30))
         self.f, self.dq = exact.f, exact.q
         return True
 

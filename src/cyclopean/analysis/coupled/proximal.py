@@ -26,8 +26,10 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats
 from cyclopean.statics import EquilibriumSystem, Schur
 
-__all__ = ["Prices", "Prox", "ProximalAnswer", "prox", "prox_jacobian", "proximal_newton"]
+__all__ = ["Pace", "Prices", "Prox", "ProximalAnswer", "prox", "prox_jacobian", "proximal_newton"]
 
+CEILING = 1e6  # of sigma: beyond that, S is too stiff for its factorisation
+OUTER = 30  # most updates of (f0, q0)
 TAU = 1e-4  # weight of the proximal term in q against the one in f
 
 
@@ -95,6 +97,16 @@ def prox_jacobian(V: Floats, at: Prox, prices: Prices, sigma: float, mu: Floats)
     return J
 
 
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How the method of multipliers goes on, and when it stops."""
+
+    sigma: float = 100.0  # first step size
+    growth: float = 5.0  # of sigma
+    enough: float = 1e-6  # balance, relative to the largest force, and stationarity at which to stop
+    cap: int = 40  # most factorisations
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ProximalAnswer:
     """Where the method stopped."""
@@ -102,10 +114,6 @@ class ProximalAnswer:
     word: str  # "solved" | "unfinished"
     f: Floats  # (q, 3), exactly zero where inactive
     q: Floats  # (6 m,) multiplier of equilibrium = displacement
-    balance: float  # max |A f + p|
-    stationarity: float  # max |prox_h(f - A'q) - f|
-    factorisations: int
-    sigma: float
 
 
 def proximal_newton(
@@ -114,13 +122,7 @@ def proximal_newton(
     prices: Prices,
     f: Floats,
     q: Floats,
-    *,
-    sigma: float = 100.0,
-    growth: float = 5.0,
-    ceiling: float = 1e6,
-    enough: float = 1e-6,
-    cap: int = 40,
-    outer: int = 30,
+    pace: Pace = Pace(),
 ) -> ProximalAnswer:
     """Programme A from a start (f, q) near its solution, to exact zeros.
 
@@ -132,20 +134,14 @@ def proximal_newton(
         The objective.
     f, q : (q, 3), (6 m,)
         Start; a poor one costs factorisations.
-    sigma, growth, ceiling : float
-        First step size of the method of multipliers, its growth and limit.
-    enough : float
-        Stop when balance (relative to the largest force) and stationarity are below it.
-    cap : int
-        Most factorisations.
-    outer : int
-        Most updates of (f0, q0).
+    pace : Pace
+        How fast, how far and how exactly.
     """
-    began, word = schur.factorisations, "unfinished"
-    mu, balance, stationarity = system.mu, np.inf, np.inf
+    began, word, sigma, enough = schur.factorisations, "unfinished", pace.sigma, pace.enough
+    mu = system.mu
     slide = system.gap(q)
     size = max(1.0, float(np.max(np.abs(f), initial=0.0)))
-    for _ in range(outer):
+    for _ in range(OUTER):
         f0, q0 = f, q
         inner = _Inner(system, prices, sigma, f0, q0)
         now = inner.at(q, slide)
@@ -153,7 +149,7 @@ def proximal_newton(
             moved = float(np.max(np.abs(now.prox.f - f0), initial=0.0)) / sigma
             if now.worst <= max(0.3 * enough * size, min(1e-2, 0.05 * moved)):
                 break
-            if schur.factorisations - began >= cap:
+            if schur.factorisations - began >= pace.cap:
                 break
             J = prox_jacobian(now.V, now.prox, prices, sigma, mu)
             d = schur.factor(sigma * J, max(TAU / sigma, 1e-13)).solve(now.gradient)
@@ -169,10 +165,10 @@ def proximal_newton(
         if max(balance / size, stationarity) <= enough:
             word = "solved"
             break
-        if schur.factorisations - began >= cap:
+        if schur.factorisations - began >= pace.cap:
             break
-        sigma = min(sigma * growth, ceiling)
-    return ProximalAnswer(word, f, q, balance, stationarity, schur.factorisations - began, sigma)
+        sigma = min(sigma * pace.growth, CEILING)
+    return ProximalAnswer(word, f, q)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

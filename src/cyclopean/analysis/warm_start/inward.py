@@ -112,7 +112,7 @@ def inward(
         d = given + part.gap(motion)
         walls = _walls(part, bounds, sets, force, d)
         try:
-            worst, df, step = _step(at, doubled, sets, walls, c, force, d)
+            worst, df, step = _step(part, doubled, sets, _metrics(sets, at.rim, walls, c), force, d)
         except (SolverError, np.linalg.LinAlgError):
             break
         dd = part.gap(step)
@@ -186,21 +186,19 @@ def _rows(normal: Floats | float, tangential: Floats) -> Floats:
 
 
 def _step(
-    at: Region,
+    system: EquilibriumSystem,
     doubled: Doubled,
     sets: _Sets,
-    walls: tuple[list[_Wall], list[_Wall]],
-    c: float,
+    metrics: tuple[Floats, Floats, Floats, Floats],
     f: Floats,
     d: Floats,
 ) -> tuple[float, Floats, Floats]:
     """The largest residual of the equations, and the step (df, dq) that solves them at the least cost."""
-    system = at.part
+    W, slope, M, bend = metrics
     off, rows = system.residual(f), PointRows.empty(len(f), 2)
     rows.shut(sets.pressed, d)
     rows.sine(sets.rubbing, f, d)
     worst = max(float(np.max(np.abs(off), initial=0.0)), float(np.max(np.abs(rows.r), initial=0.0)))
-    W, slope, M, bend = _metrics(sets, at.rim, walls, c)
     step = Eliminated(doubled, system, (W, M), rows, rows.slack(SLACK)).step(off, rows.r, slope, bend)
     return worst, step.df, step.dq
 
