@@ -53,7 +53,7 @@ def looks():
 
 def beside(face, point, room):
     """How far beside a facet a point is, squared, by the short way and the general one; None where it is not on it."""
-    if not face.reaches(point, room, looks()):
+    if not face.reaches(point, room):
         return [None, None]
     return [(0, 1) if face.covers(point) else None, face.beside2(point, room, looks())]
 

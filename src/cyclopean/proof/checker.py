@@ -1104,7 +1104,7 @@ class _Shape:
     contacts: int = 0
     index: "_Index | None" = None
     seats: dict[tuple[object, ...], "_Seat"] = field(default_factory=dict)
-    axes: tuple[list[Point], list[Point]] | None = None  # see `_axes`
+    axes: dict[bool, list[Point]] = field(default_factory=dict)  # see `_axes`
 
     def near(self, patch: "_Patch") -> tuple[Sequence["_Facet"], int]:
         """Facets that may be near a contact, and how many were looked at to find them."""
@@ -2045,12 +2045,11 @@ class _Facet:
         apart = max(ax - hx, lx - bx, ay - hy, ly - by, az - hz, lz - bz, 0)
         return apart * apart * u <= t
 
-    def reaches(self, point: Vec, tolerance2: Ratio2, looks: "_Budget") -> bool:
+    def reaches(self, point: Vec, tolerance2: Ratio2) -> bool:
         """Whether a point is within tolerance of the plane."""
         t, u = tolerance2
         (x, y, z), (nx, ny, nz), count = point, self.normal, len(self.ring)
         rise = count * (x * nx + y * ny + z * nz) - self.height
-        looks.spend(1)
         return not rise or rise * rise * u <= count * count * t * self.normal2
 
     def covers(self, point: Vec) -> bool:
@@ -2077,7 +2076,7 @@ class _Facet:
         if self.is_inside(edges, point):
             return 0, 1
         found = [d for edge in edges if (d := edge.distance2(point))[0] * u <= t * d[1]]
-        return min(found, key=lambda d: Fraction(*d), default=None)
+        return min(found, key=lambda d: _as_float(*d), default=None)
 
     def edges_near(self, point: Vec, tolerance2: Ratio2) -> list[_Edge]:
         """Edges that are as high as a point along the sweep, but for the tolerance."""
@@ -2147,8 +2146,9 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
     near, lean = _facets_along(facets, patch, sign)
     heights: dict[int, float] = {}
     normals: list[list[Vec]] = []
+    looks.spend(len(near) * len(patch.points))
     for number, point in enumerate(patch.points):
-        reaching = [facet for facet in near if facet.reaches(point, patch.tolerance2, looks)]
+        reaching = [facet for facet in near if facet.reaches(point, patch.tolerance2)]
         if not bent and (plain := next((facet for facet in reaching if facet.covers(point)), None)):
             heights[number] = plain.height_of(point, k)
             continue
@@ -2285,28 +2285,30 @@ def _box_pairs(
 
 def _is_measured(one: _Shape, two: _Shape) -> bool:
     """Whether the axes between two blocks, see `_axes_between`, tell how deep they run into each other."""
+    if not (one.convex and two.convex):
+        return False
     each = len(one.corners) + len(two.corners)
-    return one.convex and two.convex and len(_axes(one)[1]) * len(_axes(two)[1]) * each <= MAX_PROJECTED // 10
+    return len(_axes(one, True)) * len(_axes(two, True)) * each <= MAX_PROJECTED // 10
 
 
 def _axes_between(one: _Shape, two: _Shape, normals: Iterable[Vec]) -> Iterator[Point]:
     """Normals of contacts and faces, and of an edge of each where that tells how deep blocks run into each other."""
     yield from filter(None, map(_unit, normals))
-    yield from _axes(one)[0]
-    yield from _axes(two)[0]
+    yield from _axes(one, False)
+    yield from _axes(two, False)
     if _is_measured(one, two):
-        for (ax, ay, az), (bx, by, bz) in product(_axes(one)[1], _axes(two)[1]):
+        for (ax, ay, az), (bx, by, bz) in product(_axes(one, True), _axes(two, True)):
             if axis := _unit((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)):
                 yield axis
 
 
-def _axes(shape: _Shape) -> tuple[list[Point], list[Point]]:
-    """Directions of a block's normals and, if it is convex, edges, each once; of a few faces where there are many."""
-    if shape.axes is None:
+def _axes(shape: _Shape, edges: bool) -> list[Point]:
+    """Directions of a convex block's edges, or of the normals of any (a few where faces are many), each once."""
+    if edges not in shape.axes:
         facets = shape.facets if shape.convex else shape.facets[:: len(shape.facets) // 64 + 1]
-        runs = (_minus(b, a) for facet in facets if shape.convex for a, b in _around(facet.ring))
-        shape.axes = _directions(facet.normal for facet in facets), _directions(runs)
-    return shape.axes
+        runs = (_minus(b, a) for facet in facets for a, b in _around(facet.ring))
+        shape.axes[edges] = _directions(runs if edges else (facet.normal for facet in facets))
+    return shape.axes[edges]
 
 
 def _directions(vectors: Iterable[Vec]) -> list[Point]:
@@ -2320,11 +2322,13 @@ def _directions(vectors: Iterable[Vec]) -> list[Point]:
 
 def _unit(vector: tuple[T, T, T]) -> Point | None:
     """A vector of length one; None where it has no direction."""
-    if not (most := max(map(abs, vector))) > 1e-30:
+    x, y, z = vector
+    most = max(abs(x), abs(y), abs(z))
+    if not most > 1e-30:
         return None
-    x, y, z = (part / most for part in vector)
-    length = math.hypot(x, y, z)
-    return x / length, y / length, z / length
+    u, v, w = x / most, y / most, z / most
+    length = math.hypot(u, v, w)
+    return u / length, v / length, w / length
 
 
 def _overlap_along(axis: Point, a: Sequence[Point], b: Sequence[Point]) -> float:
