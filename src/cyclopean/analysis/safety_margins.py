@@ -14,7 +14,7 @@ from cyclopean.analysis.equilibrium.deciding import ACCEPTED, decide_rigid
 from cyclopean.analysis.equilibrium.neighbour import Neighbour
 from cyclopean.analysis.limit_analysis.limit import Found, find_limit, proved_limit
 from cyclopean.analysis.limit_analysis.live_load import Live
-from cyclopean.analysis.limit_analysis.polar import first_least
+from cyclopean.analysis.limit_analysis.polar import last_least
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.proving import polished, prove, rigid_claim
 from cyclopean.analysis.settings import Settings
@@ -113,7 +113,7 @@ def _least_tilt(model: PreparedModel) -> tuple[Bracket | None, float | None]:
     bounded = [(one.outcome.upper, azimuth) for azimuth, one in found.items() if one.outcome.word == "limit"]
     if not bounded:
         return None, None
-    azimuth = bounded[first_least([upper for upper, _ in bounded])][1]
+    azimuth = bounded[last_least([upper for upper, _ in bounded])][1]
     result = proved_limit(model, Live(tilt=azimuth), found[azimuth])
     lower, upper = result.angle or (None, None)
     return (None, None) if lower is None else (Bracket(lower, upper, result.governing), azimuth)

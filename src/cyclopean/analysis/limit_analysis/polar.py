@@ -12,7 +12,7 @@ from cyclopean.analysis.limit_analysis.result import LimitResult
 from cyclopean.analysis.settings import Settings
 from cyclopean.assembly import Assembly
 
-__all__ = ["Polar", "first_least", "polar_tilt"]
+__all__ = ["Polar", "last_least", "polar_tilt"]
 
 SAME = 1e-5  # relative: ten times as far as both bounds of a limit lie apart
 
@@ -51,16 +51,16 @@ def polar_tilt(
         if assembly.contacts is None:  # found once
             assembly = replace(assembly, contacts=result.contacts)
         results.append(result)
-    return Polar(tuple(results), results[first_least([_height(result) for result in results])])
+    return Polar(tuple(results), results[last_least([_height(result) for result in results])])
 
 
-def first_least(values: Sequence[float]) -> int:
-    """Which is the first of those that are as small as any, to rounding: mirrored directions bear the same tilt.
+def last_least(values: Sequence[float]) -> int:
+    """Which is the last of those that are as small as any, to rounding: mirrored directions bear the same tilt.
 
-    >>> first_least([2.0, 1.0 + 1e-7, 1.0])
-    1
+    >>> last_least([2.0, 1.0, 1.0 + 1e-7])
+    2
     """
-    return next(k for k, value in enumerate(values) if value <= min(values) + SAME * abs(min(values)))
+    return max(k for k, value in enumerate(values) if value <= min(values) + SAME * abs(min(values)))
 
 
 def _height(result: LimitResult) -> float:
