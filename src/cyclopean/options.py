@@ -147,4 +147,5 @@ def _inside(described: Option, value: Any) -> bool:
         return False
     if described.kind == "whole" and not hasattr(value, "__index__"):
         return False
-    return math.isfinite(value) and described.least <= value <= described.most and value > described.above
+    finite = isinstance(value, int) or math.isfinite(value)  # a whole number may be beyond any float
+    return finite and described.least <= value <= described.most and value > described.above
