@@ -191,7 +191,7 @@ def ramp(title: str, low: str, high: str) -> str:
     ends = zip(("left", "center", "right"), (low, "0.5", high), strict=True)
     words = "".join(f'<span style="flex:1;text-align:{side}">{end}</span>' for side, end in ends)
     return (
-        f'<div class="ramp" style="width:25rem;max-width:100%"><b style="font-weight:600">{title}</b>'
+        f'<div class="ramp" style="width:25rem;max-width:100%;margin-top:.3em"><b style="font-weight:600">{title}</b>'
         f'<div style="display:flex;margin:.25em 0 .1em;border:1px solid #8b867b" aria-hidden="true">{steps}</div>'
         f'<div style="display:flex;font-size:.9em">{words}</div></div>'
     )

@@ -19,7 +19,7 @@ from cyclopean.view.access import AccessControl
 from cyclopean.view.colours import ACCENT
 from cyclopean.view.figures import force_text, number, resultants
 from cyclopean.view.layers import server, silent
-from cyclopean.view.markup import scale_of, told
+from cyclopean.view.markup import ramp, told
 from cyclopean.view.messages import takes
 from cyclopean.view.rate_limit import RateLimit
 from cyclopean.view.studio.live_scene import LABELS, LiveScene, Look
@@ -277,8 +277,9 @@ def _verdict_html(snapshot: Snapshot | None) -> str:
     colour = ACCENT[snapshot.word]
     word = {"searching": "undecided so far", "failed": "no answer"}.get(snapshot.stage, snapshot.word)
     border = "solid" if snapshot.proved else "dashed"
-    used = "" if snapshot.result.utilisation is None else "utilisation"
-    quantity = used if snapshot.result.mechanism is None else "movement"
+    scale = "" if snapshot.result.utilisation is None else ramp("friction used at the worst contact", "0", "1")
+    if snapshot.result.mechanism is not None:
+        scale = ramp("movement of a block, largest = 1", "0", "1")
     return (
         f'<div id="verdict" data-stage="{snapshot.stage}" data-ticket="{snapshot.ticket}"'
         f' style="margin:.3em .6em;padding:.5em .8em;min-height:18em;border-left:.5em {border} {colour}">'
@@ -286,7 +287,7 @@ def _verdict_html(snapshot: Snapshot | None) -> str:
         f' <span id="worth" style="font-weight:600">{_WORTH[snapshot.stage]}</span>'
         f'<p style="margin:.35em 0;min-height:5.6em;overflow-wrap:anywhere">{escape(snapshot.sentence)}</p>'
         f'<p id="for" style="margin:.35em 0;min-height:4.2em;font-size:.85em">{escape(_for(snapshot))}</p>'
-        f"{scale_of(quantity)}</div>"
+        f'<div style="font-size:.85em">{scale}</div></div>'
     )
 
 
