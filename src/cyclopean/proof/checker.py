@@ -1711,12 +1711,13 @@ def _outer_shells(where: str, surface: _Surface, vertices: Sequence[Vec]) -> int
     for number, shell in enumerate(shells):
         near = [shells[other] for other in index.near(shell.low, shell.high) if other != number]
         budget.spend(len(near))
+        near = [other for other in near if _do_meet(shell.low, shell.high, other)]
         found: set[int] = set()
         some = shell.triangles[:: -(-len(shell.triangles) // SAMPLES)]
         corners = [t.a for t in some]
         middles = [_plus(_plus(t.a, t.b), t.c) for t in some]
         for point in (*corners, *((x // 3, y // 3, z // 3) for x, y, z in middles)):
-            around = [other for other in near if _is_in_box(point, other)]
+            around = [other for other in near if _do_meet(point, point, other)]
             budget.spend(sum(len(other.triangles) for other in around))
             turns = [_winding(other.triangles, point) for other in around]
             if None not in turns:
@@ -1770,8 +1771,10 @@ def _shell(where: str, surface: _Surface, numbers: Sequence[int], vertices: Sequ
     return _Shell(numbers, triangles, volume6, low, high)
 
 
-def _is_in_box(point: Vec, shell: _Shell) -> bool:
-    return all(low <= x <= high for low, x, high in zip(shell.low, point, shell.high, strict=True))
+def _do_meet(low: Vec, high: Vec, shell: _Shell) -> bool:
+    """Whether the box around a shell meets another one, or a point."""
+    (ax, ay, az), (bx, by, bz) = shell.low, shell.high
+    return ax <= high[0] and low[0] <= bx and ay <= high[1] and low[1] <= by and az <= high[2] and low[2] <= bz
 
 
 def _winding(triangles: Iterable[_Triangle], point: Vec) -> int | None:
