@@ -23,7 +23,7 @@ def test_a_wall_its_figures_and_its_picture(run, quarry, tmp_path):
     assert (status, err) == (0, "")
     assert out.startswith("settled 4 of 4 stones in ")
     assert "2.00 m long" in out
-    assert out.endswith("written  w.json, s.json, w.svg\n")
+    assert out.endswith("written   w.json, s.json, w.svg\n")
     model, _ = read_model("w.json")
     data = json.loads((tmp_path / "s.json").read_text())
     assert data["schema"] == "cyclopean.settle/1"

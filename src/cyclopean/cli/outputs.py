@@ -76,10 +76,10 @@ class Files:
         else:
             say("\n".join(lines))
 
-    def line(self, but: Collection[str] = ()) -> list[str]:
-        """The line that names the files written."""
+    def line(self, but: Collection[str] = (), wide: int = 7) -> list[str]:
+        """The line that names the files written, its first word so many columns wide."""
         names = [str(path) for name, path in self.to.items() if name not in but]
-        return [f"  written  {', '.join(names)}"] if names else []
+        return [f"  {'written':{wide}}  {', '.join(names)}"] if names else []
 
 
 def planned(

@@ -106,7 +106,7 @@ def _lines(wall: "RubbleWall", inventory: "Inventory", files: Files) -> list[str
         lines.append(f"  wedges    {wall.wedges}")
     if left:
         lines.append(f"  put aside {_some(left)}")
-    return lines + files.line()
+    return lines + files.line(wide=8)
 
 
 def _some(names: list[str]) -> str:
