@@ -155,7 +155,7 @@ def settled_claim(outcome: "SettledOutcome", settlement: float) -> Claim:
 
 
 def spread(system: EquilibriumSystem, contacts: Contacts, values: Floats) -> Floats:
-    """Put values of the used points back among all contact points; points between fixed blocks carry nothing."""
+    """Put values of the used points, a row each, back among all points; those between fixed blocks carry nothing."""
     full = np.zeros((len(contacts.point), *values.shape[1:]))
     full[system.used] = values
     return full

@@ -64,7 +64,7 @@ def nesterov_todd(x: Floats, z: Floats) -> tuple[Floats, Floats]:
 
 
 def scaled(w: Floats, r: Floats, x: Floats) -> Floats:
-    """W x; with REFLECT * w and 1 / r, W^-1 x.
+    """W x, a row (q, 3) each; with REFLECT * w and 1 / r, W^-1 x.
 
     W / r = [ w0  w_t' ; w_t  I + w_t w_t' / (1 + w0) ].
     """
@@ -101,12 +101,12 @@ def condensed(w: Floats, r: Floats, normal: Floats | float, tangential: Floats |
 
 
 def product(a: Floats, b: Floats) -> Floats:
-    """Jordan product on Q3."""
+    """Jordan product on Q3, of each row (q, 3)."""
     return np.concatenate([np.sum(a * b, 1, keepdims=True), a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:]], 1)
 
 
 def quotient(a: Floats, b: Floats) -> Floats:
-    """Solve a o x = b for x."""
+    """Solve a o x = b for x, in each row (q, 3)."""
     head = (a[:, 0] * b[:, 0] - np.sum(a[:, 1:] * b[:, 1:], 1)) / determinant(a)
     return np.concatenate([head[:, None], (b[:, 1:] - head[:, None] * a[:, 1:]) / a[:, :1]], 1)
 

@@ -19,7 +19,7 @@ __all__ = ["LIMITED", "LimitOptions", "limit", "limited"]
 
 # Options of `Settings` that limit analysis has; of `method`, `solver` and `seconds` it has its own.
 LIMITED = "mu density supports gravity tolerance combination factors tension cohesion"
-STEPS = 20
+STEPS = 20  # points of a pushover curve: enough to draw it
 
 
 def _silent(_: str) -> None:

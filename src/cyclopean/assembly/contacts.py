@@ -109,7 +109,7 @@ class Contacts:
         return self.point[self.start[k] : self.start[k + 1]]
 
     def only(self, which: Ints) -> "Contacts":
-        """Some of the patches, in this order."""
+        """Patches of these numbers, in this order."""
         point = self.point[ragged(self.start, which)[1]]
         mu, strength, lean = self.mu[which], self.strength_given[which], self.leaning[which]
         return Contacts(self.a[which], self.b[which], offsets(np.diff(self.start)[which]), point, mu, strength, lean)

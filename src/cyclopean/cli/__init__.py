@@ -9,7 +9,7 @@ import typing
 
 __all__ = ["main"]
 
-_INTERRUPTED = 130
+_INTERRUPTED = 130  # 128 + SIGINT, as a shell has it
 
 
 def main(argv: list[str] | None = None) -> int:

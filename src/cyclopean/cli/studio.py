@@ -17,7 +17,7 @@ from cyclopean.options import Option
 
 __all__ = ["studio"]
 
-HIGHEST = 65535
+HIGHEST = 65535  # port of TCP
 GLANCE = 0.2  # s
 LOCAL = ("localhost", "::1")
 

@@ -9,7 +9,7 @@ from cyclopean.errors import InputError
 
 __all__ = ["MOST", "beside", "workers"]
 
-MOST = 256
+MOST = 256  # processes; more is a slip of the hand
 PATIENCE = "10s"  # for a cluster to answer
 
 

@@ -21,7 +21,7 @@ SPARE = 16  # bits below the grid that are kept where a number is divided
 
 
 def on_grid(values: Floats) -> tuple[Any, int]:
-    """(...) integers (objects) and k, with values = integers / 2^k exactly."""
+    """Integers (objects), one for each number, and k, with values = integers / 2^k exactly."""
     mantissa, exponent = np.frexp(values)
     some = mantissa != 0.0
     k = int(np.max(53 - exponent, where=some, initial=0))

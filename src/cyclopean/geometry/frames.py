@@ -51,12 +51,12 @@ def crossed(a: Floats, b: Floats) -> Floats:
 
 
 def cross_2d(a: Floats, b: Floats) -> Floats:
-    """(...) cross products of (..., 2) vectors: twice the area of the triangle between them."""
+    """Cross products of vectors (..., 2): twice the area of the triangle between them."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def unit(vector: Floats) -> Floats:
-    """(..., 3) vectors of length 1; of length 0 where they have none."""
+    """Vectors (..., 3) of length 1; of length 0 where they have none."""
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.asarray(vector / np.where(length > 0.0, length, 1.0))
 

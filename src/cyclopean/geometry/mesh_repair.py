@@ -130,7 +130,7 @@ def connected(vertices: Floats, triangles: Ints) -> Ints:
 
 
 def mend(vertices: Floats, triangles: Ints, turn: bool = True) -> Piece:
-    """Orient one connected piece, close its tiny holes, and say whether it is a solid then.
+    """Orient one connected piece (vertices in m), close its tiny holes, and say whether it is a solid then.
 
     `turn` False leaves faces that run the wrong way as they are: where pieces were told apart by which side is out,
     that side cannot be changed afterwards.

@@ -34,7 +34,7 @@ SHARE = 0.4  # of the time left that one seed may take
 def alternate(
     halves: Halves, f: Floats, best: Attempt, rounds: int = 40, deadline: float = np.inf
 ) -> tuple[Attempt, int]:
-    """Descend from the forces f until the polish accepts a state, the merit stalls or time is up.
+    """Descend from the (q, 3) scaled forces f until the polish accepts a state, the merit stalls or time is up.
 
     Returns
     -------

@@ -24,7 +24,7 @@ from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["BlockNewton", "Sets"]
 
-STEPS = 20
+STEPS = 20  # Newton steps; what has not converged by then goes round in circles
 FACTORISATIONS = 8  # two or three are usual; sets that contradict each other take more and gain nothing
 SLACK = 1e-11  # of rows without forces, in units where displacements are about 1
 EXACT = 1e-14  # residual at which to stop
@@ -50,7 +50,7 @@ class Sets:
 
     @classmethod
     def of(cls, pressed: Bools, rubbing: Bools, edge: Bools | None = None) -> "Sets":
-        """Points that press and rub as told, some of them at their bound."""
+        """(q,) each: points that press and rub as told, some of them at their bound."""
         none = np.zeros_like(pressed)
         return cls(pressed, pressed, rubbing, none if edge is None else edge & rubbing, none)
 

@@ -40,7 +40,7 @@ from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["PathAnswer", "follow_path"]
 
-STEPS = 160
+STEPS = 160  # factorisations of one path; folds take the most
 DULL = 24  # steps in which nu halves at least
 CUT = ((0.5, 0.3), (0.2, 0.6), (0.0, 0.9))  # of nu after a step longer than ...
 LEVEL = ((1e-2, 1e-3), (1e-3, 1e-2), (0.0, 0.1))  # least nu in terms of the largest, where that is above ...
@@ -63,7 +63,7 @@ SLACK = 1e-14  # on fixed sets, and of directions
 RELATIVE = 1e-2  # slack in terms of C W C' on the path
 LEAST = 1e-14  # slack on the path where fn > g: below that, rows are stiffer than rounding allows
 SHIFT = 1e-11  # of A P A', relative to its diagonal
-TINY = 1e-300
+TINY = 1e-300  # divides zero by itself without a fault
 
 
 @dataclass(frozen=True, slots=True, eq=False)

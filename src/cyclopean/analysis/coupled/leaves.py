@@ -76,7 +76,7 @@ class Cell:
         return self.marked(k, UNLOADED)
 
     def within(self, k: int, ray_a: Floats, ray_b: Floats) -> "Cell":
-        """The part where point k slides between two rays."""
+        """The part where point k slides between two rays, (2,) each."""
         sector, a, b = self.sector.copy(), self.ray_a.copy(), self.ray_b.copy()
         sector[k], a[k], b[k] = True, ray_a, ray_b
         return replace(self, sector=sector, ray_a=a, ray_b=b)
@@ -201,7 +201,7 @@ def work_limits(system: EquilibriumSystem, bounds: Bounds, cell: Cell, gap: Floa
 
 
 def least_work(system: EquilibriumSystem, bounds: Bounds, cell: Cell, gap: Floats) -> Floats:
-    """(...) the largest multiple t of y, given (..., q, 3) its gaps dd^y, that still proves t p.y <= p.dq."""
+    """(...) the largest multiple t of y, given its scaled gaps (..., q, 3), dd^y, that still proves t p.y <= p.dq."""
     return np.asarray(np.min(work_limits(system, bounds, cell, gap), axis=-1, initial=np.inf))
 
 
@@ -213,7 +213,7 @@ def work_parts(bounds: Bounds, cell: Cell, w: Floats) -> tuple[Floats, Floats]:
 
 
 def most_work(bounds: Bounds, cell: Cell, w: Floats) -> Floats:
-    """(...) U: the most work that (..., q, 3) vectors w can do on motions of the cell."""
+    """The most scaled work that vectors w, (..., q, 3), can do on motions of the cell."""
     normal, tangential = work_parts(bounds, cell, w)
     return np.asarray(np.sum(normal + tangential, axis=-1))
 

@@ -42,7 +42,7 @@ class Attempt:
 
 
 def attempt(system: EquilibriumSystem, bounds: Bounds, f: Floats, dq: Floats) -> Attempt:
-    """The triple as it stands, measured."""
+    """The triple of (q, 3) forces and (6n,) motion as it stands, measured."""
     residuals = measure(system, bounds, f, dq)
     r = residuals
     sound = np.max([r.equilibrium, r.cone, r.gap, r.reach]) <= SOUND
@@ -55,7 +55,7 @@ def nothing(system: EquilibriumSystem, bounds: Bounds) -> Attempt:
 
 
 def total_merit(system: EquilibriumSystem, bounds: Bounds, f: Floats, dq: Floats) -> float:
-    """Sum of the merit over all points."""
+    """Sum of the merit of (q, 3) forces and a (6n,) motion over all points."""
     normal, tangential = merit(system, bounds, f, dq)
     return float(normal.sum() + tangential.sum())
 

@@ -42,7 +42,7 @@ class Prices:
     stiff: Floats  # (q,) alpha: how much further for a unit of friction
 
     def of(self, f: Floats) -> float:
-        """h(f)."""
+        """H of (q, 3) forces."""
         t = np.hypot(f[:, 1], f[:, 2])
         return float(np.sum(self.normal * f[:, 0] + (self.slide + 0.5 * self.stiff * t) * t))
 

@@ -32,14 +32,14 @@ _SPLIT = 134217729.0  # 2^27 + 1
 
 
 def total(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Sum without error (Knuth): a + b = high + low, high rounded."""
+    """Sum without error (Knuth), each number by itself: a + b = high + low, high rounded."""
     high = a + b
     there = high - a
     return high, (a - (high - there)) + (b - there)
 
 
 def product(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Product without error (Dekker): a b = high + low, high rounded, unless something over- or underflows."""
+    """Product of each number without error (Dekker): a b = high + low, high rounded, if nothing over- or underflows."""
     high = a * b
     x, y = _SPLIT * a, _SPLIT * b
     a1, b1 = x - (x - a), y - (y - b)

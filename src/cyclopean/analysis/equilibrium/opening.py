@@ -124,7 +124,7 @@ def opened(system: EquilibriumSystem, balance: Balance, y: Floats, shares: Seque
 def moving_groups(
     system: EquilibriumSystem, weight: Floats, diagonal: Floats, y: Floats, shares: Sequence[float] = SHARES
 ) -> Iterator[Bools]:
-    """Blocks that move fast, then with their neighbours; slower and slower."""
+    """Blocks (n,) that move fast in y, (6n,), then with their neighbours; slower and slower."""
     rows = y.reshape(-1, 6) / max(float(np.max(np.abs(y), initial=0.0)), 1e-300)
     speed = np.linalg.norm(rows[:, :3], axis=1) + diagonal * np.linalg.norm(rows[:, 3:], axis=1)
     both = (system.row_a >= 0) & (system.row_b >= 0)

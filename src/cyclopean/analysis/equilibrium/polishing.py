@@ -154,7 +154,7 @@ class Polisher:
         return apply(D, self.scaled.gap(y))
 
     def room(self, f: Floats, step: Floats) -> float:
-        """Largest t with f + t step in all cones."""
+        """Largest t with f + t step, (q, 3) each, in all cones."""
         x, d = self.stretch * f, self.stretch * step
         moves = np.abs(d).max(1) > 0.0
         return longest(x[moves], d[moves])

@@ -292,7 +292,7 @@ def _mended(system: EquilibriumSystem, cone: Cone, x: Floats, provenance: dict[s
 
 
 def balanced(system: EquilibriumSystem, x: Floats, repair: bool = True) -> tuple[Floats, float]:
-    """Forces of a solver put into the exact cones and, where that is needed, back into balance; and how good."""
+    """Scaled forces (3q,) put into the exact cones and, where that is needed, back into balance; and how good."""
     f = project_cones(x.reshape(-1, 3), system.mu)
     balance = _balance(system, f)
     return _repaired(system, Schur(system), f, balance) if repair and not (balance <= 1e-2 * BALANCE) else (f, balance)

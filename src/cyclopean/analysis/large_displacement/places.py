@@ -70,7 +70,7 @@ class Displaced:
         return np.asarray(np.sum((pb - pa) * n, 1) / self.unit)
 
     def system(self, place: Place, touching: Ints) -> EquilibriumSystem:
-        """The equilibrium system over some points; its loads are those of the model at rest."""
+        """The equilibrium system over some points, by index; its loads are those of the model at rest."""
         pa, pb, n = (x[touching] for x in self.ends(place))
         base, unit = self.base, self.unit
         point, frame = (pa + pb) / 2.0, frames_from_normals(n)
@@ -116,7 +116,7 @@ class Displaced:
         return motion
 
     def kept(self, place: Place, active: Ints, sticks: Bools, offset: Floats) -> Place:
-        """Least motions that close the active points again, and bring those that stick back together."""
+        """Least motions (m, rad) that close the active points again, and bring those that stick back together."""
         from scipy.sparse.linalg import lsmr
 
         unit = self.unit
@@ -140,6 +140,6 @@ class Displaced:
 
 
 def degrees(turn: Floats) -> float:
-    """Angle of a rotation."""
+    """Angle of a rotation (3, 3) in degrees."""
     off = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     return float(np.rad2deg(np.arctan2(np.linalg.norm(off), np.trace(turn) - 1.0)))

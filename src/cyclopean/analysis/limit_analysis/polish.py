@@ -15,7 +15,7 @@ __all__ = ["Bracket", "opened", "polished", "rebalanced"]
 
 BALANCE = 2e-10  # of the total load: five times below what a certificate allows
 EXACT = 1e-13  # likewise: better need not be
-SHIFT = 1e-9
+SHIFT = 1e-9  # of the diagonal, so that the matrix of active sets factorises; grows tenfold where it does not
 
 
 @dataclass(slots=True)
@@ -43,7 +43,7 @@ class Bracket:
         return False
 
     def cut_upper(self, loads: Pencil, y: Floats) -> None:
-        """Take a motion, if it proves more."""
+        """Take a motion (6n,), scaled, if it proves more."""
         found = proving_multiplier(loads, y)
         if found < self.upper:
             self.upper, self.y = found, y
@@ -226,7 +226,7 @@ def rebalanced(loads: Pencil, schur: Schur, f: Floats, s: float, rounds: int = 4
 
 
 def opened(loads: Pencil, y: Floats, wide: Floats) -> Floats:
-    """A motion that is nearly a mechanism, made one by as much of the `opening` as it needs.
+    """A motion (6n,) that is nearly a mechanism, made one by as much of the `opening` as it needs.
 
     With P_K(-A'y) = f, A'y + f is in K*; and -f + delta (1/2, 0, 0) is once delta >= 2 (fn + mu |f_t|).
     """

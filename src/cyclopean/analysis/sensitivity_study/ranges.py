@@ -88,7 +88,7 @@ def drawn(ranges: tuple[Range, ...], model: PreparedModel, seed: int, sample: in
 
 
 def varied(model: PreparedModel, values: dict[str, Floats]) -> PreparedModel:
-    """Put values in the place of what the model and the options say."""
+    """Put values, one for each block or joint, in the place of what the model and the options say."""
     contacts, assembly, gravity = model.contacts, model.assembly, model.gravity
     for name in ("mu", "mu-each"):
         if name in values:

@@ -22,8 +22,8 @@ from cyclopean.errors import InputError
 
 __all__ = ["CONFIDENCE", "Sensitivity", "sensitivity", "share_between"]
 
-CONFIDENCE = 0.95
-MOST = 1_000_000
+CONFIDENCE = 0.95  # of the interval of Clopper and Pearson, as is usual
+MOST = 1_000_000  # samples: the share is known to 0.1 % then
 CHUNK = 16  # samples a process takes at a time
 
 

@@ -38,7 +38,7 @@ def region(system: EquilibriumSystem, blocks: Ints) -> Region:
 
 
 def around(system: EquilibriumSystem, blocks: Ints, radius: int) -> Ints:
-    """Free blocks at most so many joints away from the given ones, sorted."""
+    """Free blocks at most so many joints away from those of the given numbers, sorted."""
     inside = np.zeros(system.blocks, bool)
     inside[blocks] = True
     a, b = system.row_a, system.row_b

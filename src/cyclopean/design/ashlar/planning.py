@@ -179,8 +179,9 @@ class Plan:
 
 
 def first_fit(sizes: Floats, fits: Bools, slot: Floats) -> tuple[int, bool] | None:
-    """Choose the first piece that can be sawn to the slot; pieces come by volume, so it is the smallest. It lies the
-    way that takes fewer cuts.
+    """Choose the first piece (sizes in m) that can be sawn to the slot; pieces come by volume, so it is the smallest.
+
+    It lies the way that takes fewer cuts.
     """
     if not fits.any():
         return None

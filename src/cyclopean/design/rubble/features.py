@@ -50,7 +50,7 @@ class Features:
     edge_body: Ints  # (e,)
 
     def scaled(self, scale: float, rotation: Floats, shift: Floats) -> "Features":
-        """The same at scale rotation x + shift."""
+        """The same at scale rotation x + shift (m)."""
         old = {name: getattr(self, name) for name in self.__slots__}
         new = {name: scale * old[name] @ rotation.T + shift for name in PLACES}
         new |= {name: scale * old[name] @ rotation.T for name in RUNS}

@@ -62,7 +62,7 @@ class Surroundings:
         )
 
     def turned(self, rotation: Floats, shift: Floats) -> "Surroundings":
-        """The same at rotation x + shift."""
+        """The same at rotation x + shift (m)."""
         return replace(self, middle=self.middle @ rotation.T + shift, outward=self.outward @ rotation.T)
 
     def beside(self, other: "Surroundings", zone: float) -> "tuple[Surroundings, Ints]":

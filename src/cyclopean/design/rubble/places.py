@@ -72,7 +72,7 @@ class Bedded:
 
     @classmethod
     def of(cls, stone: int, rotation: Floats, raster: Raster, bed: int) -> "Bedded":
-        """A stone with what its raster tells."""
+        """A stone, turned by (3, 3), with what its raster tells."""
         top = float(raster.high.max())
         return cls(stone, rotation, raster, bed, top, top - float(raster.low.min()))
 

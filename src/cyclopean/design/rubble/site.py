@@ -132,7 +132,7 @@ class Site:
         return INSIDE * float(np.cbrt(body.volume)) if wanted is None else wanted
 
     def near(self, point: Floats, reach: float) -> list[int]:
-        """Stones of the wall whose boxes come near the box of some points."""
+        """Stones of the wall whose boxes come nearer than reach (m) to the box of some points."""
         low, high = point.min(axis=0) - reach, point.max(axis=0) + reach
         near: Bools = ((self.boxes[:, 0] <= high) & (self.boxes[:, 1] >= low)).all(axis=1)
         if not near.any():

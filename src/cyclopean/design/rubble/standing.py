@@ -32,7 +32,7 @@ from cyclopean.statics import EquilibriumSystem, Schur, contact_matrix, project_
 __all__ = ["FRICTION", "GRAVITY", "Fresh", "Joint", "Mass", "State", "Structure"]
 
 FRICTION = 0.6  # counted on: 31 degrees
-GRAVITY = 9.80665
+GRAVITY = 9.80665  # m/s2, standard
 BEARING = 0.25  # least upward component of the normal of a contact that bears a stone
 BALANCED = 1e-9  # of the weight: what forces may leave over
 CAP = 30  # factorisations: most need six to ten, and few of those that stand more than twenty

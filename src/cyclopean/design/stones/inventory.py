@@ -67,7 +67,7 @@ def shape_of(stone: Stone) -> Shape:
 
 
 def aspect_class(half: Sequence[float] | Floats) -> str:
-    """Name the class of Zingg (1935) of semi-axes a >= b >= c, with his limits of two thirds.
+    """Name the class of Zingg (1935) of semi-axes a >= b >= c (m), with his limits of two thirds.
 
     "block" where b/a and c/b are both above (his spheres), "slab" where only b/a is (discs), "bar" where only c/b is
     (rods), "blade" where neither is.

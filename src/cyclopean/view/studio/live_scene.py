@@ -91,7 +91,7 @@ class LiveScene:
         self._scene.on_click()(self._clicked)
 
     def place(self, point: Floats) -> Any:
-        """Metres to the units of the drawing."""
+        """A place in metres, in units of the drawing."""
         return ((point - self._centre) * self._scale).astype(np.float32)
 
     def show(self, snapshot: Snapshot) -> None:

@@ -15,9 +15,7 @@ __all__ = ["Painter"]
 TURN = 1.6  # s that the mechanism takes there and back
 FRAMES = 12.0  # a second, of small models
 BUSY = 4e5  # triangles a second that are sent while a mechanism moves
-STILL = (
-    0.4  # s after a snapshot in which the mechanism does not move: while a slider does, frames go to what it changes
-)
+STILL = 0.4  # s after a snapshot in which the mechanism rests: while a slider moves, frames go to what it changes
 GLANCE = 0.2  # s between looks at whether a mechanism is to move
 AHEAD = 0.03  # s by which the words go before the drawing: two frames of the browser, in which it shows them
 

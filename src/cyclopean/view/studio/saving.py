@@ -12,7 +12,7 @@ from cyclopean.view.studio.session import Snapshot
 __all__ = ["KINDS", "claimed", "save", "written"]
 
 KINDS: Mapping[str, str] = {"model": ".json", "report": ".html", "certificate": ".certificate.json"}
-MOST = 9999
+MOST = 9999  # files of one name, as long as numbers of four digits last
 
 
 def written(kind: str, snapshot: Snapshot) -> str:
