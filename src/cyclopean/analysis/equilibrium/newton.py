@@ -28,7 +28,7 @@ class DualAnswer:
 
 
 def collapse_bound(system: EquilibriumSystem, y: Floats) -> float:
-    """Least size of admissible forces by the motion y, (6n,) scaled: p'y / ||P_K(-A'y)|| in total loads; <= 0 proves nothing.
+    """Least size of admissible forces by a motion (6n,): p'y / ||P_K(-A'y)|| in total loads; <= 0 proves nothing.
 
     For every f in K: p'y = -f'A'y <= ||f|| ||P_K(-A'y)||. Infinite for an exact mechanism.
     """
