@@ -76,7 +76,8 @@ class Option:
             said = f"a positive {noun}"
         elif self.least > -math.inf:
             said = f"a {noun} >= {self.least:g}"
-        return f"expected {said}{f' of {self.unit}' if self.unit else ''}"
+        unit = "" if not self.unit else f" of {self.unit}" if said.endswith("number") else f" ({self.unit})"
+        return f"expected {said}{unit}"
 
 
 def option(default: Any, help: str, kind: Kind = "text", **more: Any) -> Any:

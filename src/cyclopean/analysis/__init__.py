@@ -5,7 +5,7 @@ Names are imported when they are first asked for: no command needs all of them.
 
 import typing
 
-from cyclopean.doorway import doorway as _doorway
+from cyclopean.lazy_exports import lazy_exports as _lazy_exports
 
 if typing.TYPE_CHECKING:
     from cyclopean.analysis.checking import check
@@ -106,7 +106,7 @@ __all__ = [
     "tension",
 ]
 
-__getattr__, __dir__ = _doorway(
+__getattr__, __dir__ = _lazy_exports(
     __name__,
     {
         "checking": "check",

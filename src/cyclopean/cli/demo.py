@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from cyclopean.analysis import Result
+    from cyclopean.design.matching.cells import Cells
+    from cyclopean.design.matching.negotiation import Negotiation
+    from cyclopean.design.stones.stone import Stone
     from cyclopean.design.walls.polygonal import PolygonalWall
 
 __all__ = ["demo"]
@@ -61,10 +64,8 @@ def demo(
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.quarry import quarry
     from cyclopean.io.cutlist import carved_meshes, cutlist_csv, cuts_csv
-    from cyclopean.io.matches import match_dict
     from cyclopean.proof import verify_file
     from cyclopean.view.carving_drawing import carving_svg
-    from cyclopean.view.match_page import match_html
     from cyclopean.view.overview import overview_html
 
     with long_work("demo") as stage:
@@ -88,12 +89,7 @@ def demo(
             io.write_model(at["model.json"], wall, drawing=io.drawing_dict(talk.wall))
             _write(result, place, "", "check.html")
             io.write_stones(at["stones.obj"], Inventory(stones))
-            rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in talk.rounds]
-            io.write_json(
-                at["match.json"],
-                match_dict(talk.match, stones, cells, stones_path="stones.obj", wall_path="model.json", rounds=rounds),
-            )
-            io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))
+            _write_match(talk, stones, cells, at)
             io.write_model(at["carved.json"], built.assembly)
             _write(final, place, "carved.", None)
             io.write_text(at["cutlist.csv"], cutlist_csv(carved))
@@ -120,6 +116,18 @@ def demo(
     say(f"open {place / 'report.html'} in a browser; check again with: cyclopean check {place / 'carved.json'}")
     stands = result.verdict == final.verdict == "stable" and all(step.propped == "stable" for step in held)
     return 0 if stands and all(proofs.values()) else 1
+
+
+def _write_match(talk: "Negotiation", stones: "tuple[Stone, ...]", cells: "Cells", at: "dict[str, Path]") -> None:
+    """What became of the cells' talk with the stones: the match and its page."""
+    from cyclopean import io
+    from cyclopean.io.matches import match_dict
+    from cyclopean.view.match_page import match_html
+
+    rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in talk.rounds]
+    data = match_dict(talk.match, stones, cells, stones_path="stones.obj", wall_path="model.json", rounds=rounds)
+    io.write_json(at["match.json"], data)
+    io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))
 
 
 def _write(result: "Result", place: "Path", prefix: str, report: str | None) -> None:

@@ -1,14 +1,14 @@
-"""Doorways of rooms whose names are imported when they are first asked for (PEP 562)."""
+"""Names of a room that are imported when they are first asked for (PEP 562)."""
 
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-__all__ = ["doorway"]
+__all__ = ["lazy_exports"]
 
 
-def doorway(room: str, home: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+def lazy_exports(room: str, home: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` of a package, from its modules and the names, between spaces, that each gives."""
     module_of = {name: module for module, names in home.items() for name in names.split()}
 
