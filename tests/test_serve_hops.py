@@ -501,10 +501,10 @@ def contextless(client):
     ("options", "said"),
     [
         ((), "--hops"),
-        (("--hops", "--port", "99999"), "--port: 99999"),
+        (("--hops", "--port", "99999"), "--port 99999"),
         (("--hops", "--port", "x"), "--port: 'x'"),
-        (("--hops", "--workers", "0"), "--workers: 0"),
-        (("--hops", "--seconds", "0"), "--seconds: 0"),
+        (("--hops", "--workers", "0"), "--workers 0"),
+        (("--hops", "--seconds", "0"), "--seconds 0"),
         (("--hops", "--max-body", "64X"), "--max-body: '64X'"),
         (("--hops", "--max-body", "10"), "--max-body: 10"),
         (("--hops", "--max-body", ""), "--max-body: ''"),

@@ -384,8 +384,8 @@ def test_a_block_is_clicked_removed_and_put_back(page):
     assert re.search(r"friction used: \d+ %", about)
     page.press("Remove")
     waited(page, word="Unstable")
-    assert "1 taken out" in page.holds_for
-    assert "is taken out" in page.text
+    page.wait("document.getElementById('for').innerText.includes('1 taken out')", LONG)
+    page.wait("document.body.innerText.includes('is taken out')", LONG)
     page.press("Put back")
     waited(page, word="Stable")
     page.press("Undo")

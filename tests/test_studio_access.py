@@ -273,6 +273,7 @@ def test_values_that_an_element_cannot_have_are_left_out(served, client, label, 
 )
 def test_places_that_are_none_are_left_out(served, client, capfd, message):
     client.set("Name", "v05")
+    client.nodes.discard("/handle")  # of the test before
     client.set("drag it by a handle", True)
     client.wait(lambda: "/handle" in client.nodes, "a handle")
     drag = {"type": "TransformControlsDragStartMessage", "name": "/handle"}
