@@ -21,7 +21,7 @@ def in_wheel(path: Path) -> list[str]:
     faults = [f"lacks {name}" for name in wanted if name not in names]
     faults += [f"holds {name}" for name in names if not name.startswith(("cyclopean/", f"{info}/"))]
     faults += [f"holds {name}" for name in names if Path(name).suffix not in ("", ".py", ".typed", ".txt")]
-    if "cyclopean = cyclopean.cli:main" not in entry:
+    if "cyclopean = cyclopean.cli:process" not in entry:
         faults.append("has no command cyclopean")
     if said["License-Expression"] != "MIT" or said["Requires-Python"] != ">=3.11":
         faults.append(f"says licence {said['License-Expression']}, Python {said['Requires-Python']}")

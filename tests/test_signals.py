@@ -8,6 +8,7 @@ after others ended by one; workers that do not look whether their parent lives.
 import os
 import signal
 import subprocess
+import sys
 import time
 from contextlib import contextmanager
 
@@ -97,6 +98,21 @@ def test_a_worker_that_somebody_ends_is_told_of_in_one_line(yard):
         out, err = process.communicate(timeout=LONG)
     assert (process.returncode, out, err.count("\n")) == (2, "", 1)
     assert "--workers: a process that did part of the work was ended" in err
+
+
+def test_a_thread_that_waits_for_ever_holds_nobody_up():
+    """An interrupt that comes while a lock is taken leaves it taken; who waits for it is not waited for."""
+    program = (
+        "import threading, cyclopean.cli as cli, cyclopean.cli.app as app\n"
+        "def run(_):\n"
+        "    threading.Thread(target=threading.Event().wait).start()\n"
+        "    raise KeyboardInterrupt\n"
+        "app.run = run\n"
+        "cli.process()\n"
+    )
+    argv = [sys.executable, "-c", program]
+    done = subprocess.run(argv, capture_output=True, text=True, timeout=LONG, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "cyclopean: error: interrupted\n")
 
 
 def test_a_terminal_that_is_closed_leaves_nobody_to_be_told(yard):

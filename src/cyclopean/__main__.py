@@ -1,6 +1,6 @@
 """`python -m cyclopean` is the same as `cyclopean`."""
 
-from cyclopean.cli import main
+from cyclopean.cli import process
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    process()

@@ -1,15 +1,31 @@
 """The command line: the only room that prints or exits. Heavy libraries are imported inside the commands."""
 
 import contextlib
+import os
 import signal
 import sys
 import threading
 import types
 import typing
 
-__all__ = ["main"]
+__all__ = ["main", "process"]
 
 _INTERRUPTED = 130  # 128 + SIGINT, as a shell has it
+_SIGNALLED = (_INTERRUPTED, 128 + 1, 128 + 15)  # SIGINT, SIGHUP, SIGTERM
+_PATIENCE = 5.0  # s for threads to end after a signal; they take a tenth of one
+
+
+def process() -> typing.NoReturn:
+    """Run the command of this process and end it with the status.
+
+    After a signal it waits for threads, but not for ever: one that an interrupt has cut off from its lock never ends.
+    """
+    status = main()
+    if status in _SIGNALLED:
+        end = threading.Timer(_PATIENCE, os._exit, (status,))
+        end.daemon = True
+        end.start()
+    raise SystemExit(status)
 
 
 def main(argv: list[str] | None = None) -> int:
