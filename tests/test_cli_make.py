@@ -276,3 +276,17 @@ def test_improve_raises_the_interlock_score(run):
     assert run("check", "wall.json")[0] == 0
     status, _, err = run("make", "polygonal", "--out", "other.json", "--improve", "K")
     assert (status, err) == (2, "cyclopean: error: --improve: 'K' is not one of J\n")
+
+
+def test_a_wall_is_drawn_where_that_is_asked_for(run):
+    """One ring a stone, and of two walls at a corner one a stone a face."""
+    assert run("make", "polygonal", "--columns", 4, "--rows", 3, "--out", "a.json", "--svg", "a.svg")[0] == 0
+    assert (
+        run("make", "polygonal", "--columns", 4, "--rows", 3, "--corner", 1.5, "--out", "b.json", "--svg", "b.svg")[0]
+        == 0
+    )
+    stones = {name: len(read_model(f"{name}.json")[0].blocks) - 1 for name in "ab"}
+    rings = {name: Path(f"{name}.svg").read_text().count('Z" fill="#') for name in "ab"}
+    assert rings["a"] == stones["a"]
+    assert rings["b"] > stones["b"]  # the quoins show two faces
+    assert run("make", "polygonal", "--out", "a.json", "--svg", "a.json")[0] == 2

@@ -104,6 +104,7 @@ def polygonal(
             models="out display",
             out=("MODEL", "Required: Model file to write."),
             display=("MODEL", "Also write the stones with open joints, for pictures."),
+            svg=("F", "Draw the face, with the joints that run through."),
         ),
     ],
     pattern: Annotated[PatternSettings, some(DRAWN)] = PatternSettings(),
@@ -189,7 +190,16 @@ def _write(made: "PolygonalWall | CornerWall", apart: "Callable[[], tuple[Block,
         stones = Assembly(apart(), Contacts.of([], []), name=f"{model.name}, open joints")
         return lambda file: io.write_model(file, stones)
 
-    files.write({"out": lambda: lambda file: io.write_model(file, model, drawing=drawing), "display": shown})
+    def drawn() -> str:
+        from cyclopean.design.walls.interlock import interlock
+        from cyclopean.view.wall_drawing import corner_svg, wall_svg
+
+        if not isinstance(made, PolygonalWall):
+            return corner_svg(made, model.name)
+        return wall_svg(made.pattern, interlock(made.pattern, depth=made.thickness.depth), model.name)
+
+    written = {"out": lambda: lambda file: io.write_model(file, model, drawing=drawing), "display": shown, "svg": drawn}
+    files.write(written)
 
 
 def _say_made(model: "Assembly") -> None:
