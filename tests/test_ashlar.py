@@ -339,7 +339,7 @@ def test_a_wedge_is_no_sawn_stone():
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        ({"length": -1.0}, "length -1: expected a positive number"),
+        ({"length": -1.0}, "length -1: expected a positive length"),
         ({"depth": np.nan}, "depth: expected a finite number"),
         ({"bond": "dutch"}, "bond dutch: expected one of"),
         ({"bond": "english", "leaves": 1}, "leaves: english bond has headers"),
@@ -348,7 +348,7 @@ def test_a_wedge_is_no_sawn_stone():
         ({"leaves": 2, "depth": 0.3, "through": 2}, "through: no slab of 0.3 x 0.3 m"),
         ({"bins": True, "course": 0.1}, "course: either one height"),
         ({"stagger": 1.0}, "stagger 1: expected a number from 0 to 0.9"),
-        ({"least": 0.0}, "least 0: expected a positive number"),
+        ({"least": 0.0}, "least 0: expected a positive length"),
         ({"openings": (Opening(1.0, 0.6, 0.4),)}, "openings: number 1 reaches outside the wall of 1.5 x 1 m"),
         ({"openings": (Opening(0.5, 0.4, 1.0),)}, "openings: number 1 reaches outside"),
         ({"openings": (Opening(0.5, 0.4, 0.4, head="arch"),)}, "openings: number 1 has an arch"),

@@ -145,12 +145,12 @@ BAD = [
     ((*BOXES, "--bond", "dutch"), "--bond: 'dutch' is not one of"),
     ((*BOXES, "--courses", "bins:0.1"), "--courses: 'bins:0.1' should be fixed, fixed:H or bins"),
     ((*BOXES, "--courses", "fixed:0.2"), "--courses: no slab is 0.2 m high within 0.002 m"),
-    ((*BOXES, "--bed", "-0.01"), "--bed -0.01: expected a number >= 0"),
+    ((*BOXES, "--bed", "-0.01"), "--bed -0.01: expected a length >= 0"),
     ((*BOXES, "--opening", "0,0,0.4"), "--opening: '0,0,0.4' should be X,Z,W,H"),
     ((*BOXES, "--opening", "0.5,0,0.4,2"), "--opening: number 1 reaches outside the wall"),
     ((*BOXES, "--opening", "0.4,0,0.4,0.45"), "--opening: number 1 is 0.4 m wide and takes a lintel"),
     ((*BOXES, "--height-tolerance", "x"), "--height-tolerance: 'x' is not a number"),
-    ((*BOXES, "--least", "0"), "--least 0: expected a positive number"),
+    ((*BOXES, "--least", "0"), "--least 0: expected a positive length"),
 ]
 
 

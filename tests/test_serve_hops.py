@@ -32,7 +32,7 @@ from cyclopean.design.stones.inventory import Inventory  # noqa: E402
 from cyclopean.design.stones.quarry import quarry  # noqa: E402
 from cyclopean.service.components.catalogue import COMPONENTS  # noqa: E402
 from cyclopean.service.parameters import Context  # noqa: E402
-from cyclopean.service.worker_pool import Crew  # noqa: E402
+from cyclopean.service.worker_pool import WorkerPool  # noqa: E402
 from hops_cases import Geometry, box, mesh, one, outputs, points, request, serving, tower, two_stones, vector  # noqa: E402
 
 ENDLESS = {"Relaxation": 10**9}  # of a wall: rounds that nobody waits for
@@ -424,15 +424,15 @@ def places(node):
 
 def test_a_solve_that_takes_too_long_is_ended() -> None:
     async def story():
-        crew = Crew(1, Context(seconds=1.0))
+        pool = WorkerPool(1, Context(seconds=1.0))
         try:
-            (first,) = crew._all
-            answer = await crew.answer("", json.dumps(request("polygonal-wall", ENDLESS)).encode())
+            (first,) = pool._all
+            answer = await pool.answer("", json.dumps(request("polygonal-wall", ENDLESS)).encode())
             assert not first._process.is_alive()
-            assert first not in crew._all
+            assert first not in pool._all
             return answer
         finally:
-            crew.close()
+            pool.close()
 
     status, said = asyncio.run(story())
     assert status == 504
@@ -443,26 +443,26 @@ def test_a_dead_process_is_replaced_and_one_that_nobody_waits_for_is_ended() -> 
     endless = json.dumps(request("polygonal-wall", ENDLESS)).encode()
 
     async def story():
-        crew = Crew(1, Context(seconds=3600.0))
+        pool = WorkerPool(1, Context(seconds=3600.0))
         try:
-            (first,) = crew._all
-            solving = asyncio.ensure_future(crew.answer("", endless))
+            (first,) = pool._all
+            solving = asyncio.ensure_future(pool.answer("", endless))
             await asyncio.sleep(0.1)
             first._process.kill()
             died = await solving
-            (second,) = crew._all
-            left = asyncio.ensure_future(crew.answer("", endless))
+            (second,) = pool._all
+            left = asyncio.ensure_future(pool.answer("", endless))
             await asyncio.sleep(0.1)
             left.cancel()  # as when a client goes
             async with asyncio.timeout(30.0):
-                while second in crew._all:
+                while second in pool._all:
                     await asyncio.sleep(0.02)
-            (third,) = crew._all
+            (third,) = pool._all
             assert third._process.is_alive()
             assert not second._process.is_alive()
             return died, third
         finally:
-            crew.close()
+            pool.close()
 
     (status, said), last = asyncio.run(story())
     assert status == 500

@@ -8,6 +8,8 @@ needed first: Assembly, read_model, check, limit, polygonal_wall, match, carve, 
 import sys
 import typing
 
+from cyclopean.lazy_exports import lazy_exports as _lazy_exports
+
 if typing.TYPE_CHECKING:
     from cyclopean.analysis import LimitResult, Result, Settings
     from cyclopean.api import (
@@ -73,34 +75,21 @@ __all__ = [
 
 __version__ = "0.1.0"
 
-_HOME = {
-    "analysis": "LimitResult Result Settings",
-    "api": "StoneCarving StoneMatch build_sequence card carve check limit match polygonal_wall save settle verify"
-    " verify_file",
-    "api.notebook": "load_ipython_extension",
-    "assembly": "Assembly Block Contacts Load detect",
-    "design": "arch dome stack vault wall",
-    "design.walls.pattern": "PatternSettings",
-    "errors": "CyclopeanError InputError",
-    "io": "read_model read_stones result_dict write_json write_model write_text",
-    "view": "report_html",
-}
-
-
-def __getattr__(name: str) -> typing.Any:
-    import importlib
-
-    room = next((room for room, names in _HOME.items() if name in names.split()), None)
-    if room is None:
-        raise AttributeError(f"module 'cyclopean' has no attribute '{name}'")
-    value = getattr(importlib.import_module(f"cyclopean.{room}"), name)
-    if name in __all__:
-        globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = _lazy_exports(
+    __name__,
+    {
+        "analysis": "LimitResult Result Settings",
+        "api": "StoneCarving StoneMatch build_sequence card carve check limit match polygonal_wall save settle verify"
+        " verify_file",
+        "api.notebook": "load_ipython_extension",
+        "assembly": "Assembly Block Contacts Load detect",
+        "design": "arch dome stack vault wall",
+        "design.walls.pattern": "PatternSettings",
+        "errors": "CyclopeanError InputError",
+        "io": "read_model read_stones result_dict write_json write_model write_text",
+        "view": "report_html",
+    },
+)
 
 
 def _show_in_notebooks() -> None:

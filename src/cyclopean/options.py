@@ -68,7 +68,7 @@ class Option:
 
     def expected(self) -> str:
         """The range in words."""
-        noun = "whole number" if self.kind == "whole" else "number"
+        noun = "whole number" if self.kind == "whole" else "length" if self.unit == "m" else "number"
         said = f"a {noun}"
         if self.least > -math.inf and self.most < math.inf:
             said = f"a {noun} from {self.least:g} to {self.most:g}"
@@ -76,7 +76,7 @@ class Option:
             said = f"a positive {noun}"
         elif self.least > -math.inf:
             said = f"a {noun} >= {self.least:g}"
-        unit = "" if not self.unit else f" of {self.unit}" if said.endswith("number") else f" ({self.unit})"
+        unit = " in metres" if noun == "length" else f" of {self.unit}" if self.unit else ""
         return f"expected {said}{unit}"
 
 

@@ -6,6 +6,8 @@ take a settings object. What comes back is what the rooms give, so the two can b
 
 import typing
 
+from cyclopean.lazy_exports import lazy_exports as _lazy_exports
+
 if typing.TYPE_CHECKING:
     from cyclopean.api.checking import build_sequence, check
     from cyclopean.api.inputs import HasAssembly, Model, Stones
@@ -36,24 +38,17 @@ __all__ = [
     "verify_file",
 ]
 
-_HOME = {  # loaded when first asked for: a command that reads a file needs no analysis
-    "checking": "build_sequence check",
-    "inputs": "HasAssembly Model Stones",
-    "limiting": "limit",
-    "notebook": "card load_ipython_extension",
-    "saving": "save",
-    "stones": "StoneCarving StoneMatch carve match settle",
-    "verifying": "verify verify_file",
-    "walls": "polygonal_wall",
-}
-
-
-def __getattr__(name: str) -> typing.Any:
-    import importlib
-
-    module = next((module for module, names in _HOME.items() if name in names.split()), None)
-    if module is None:
-        raise AttributeError(f"module 'cyclopean.api' has no attribute '{name}'")
-    value = getattr(importlib.import_module(f"cyclopean.api.{module}"), name)
-    globals()[name] = value
-    return value
+# Loaded when first asked for: a command that reads a file needs no analysis
+__getattr__, __dir__ = _lazy_exports(
+    __name__,
+    {
+        "checking": "build_sequence check",
+        "inputs": "HasAssembly Model Stones",
+        "limiting": "limit",
+        "notebook": "card load_ipython_extension",
+        "saving": "save",
+        "stones": "StoneCarving StoneMatch carve match settle",
+        "verifying": "verify verify_file",
+        "walls": "polygonal_wall",
+    },
+)

@@ -7,6 +7,7 @@ from cyclopean.io.formats import MESH_SUFFIXES
 from cyclopean.io.models import file_format, read_model, write_mesh, write_model
 from cyclopean.io.results import limit_dict, margins_dict, result_dict, sensitivity_dict, subsidence_dict
 from cyclopean.io.sequences import sequence_dict
+from cyclopean.lazy_exports import lazy_exports as _lazy_exports
 
 if typing.TYPE_CHECKING:
     from cyclopean.io.drawings import drawing_dict, read_drawing
@@ -40,24 +41,13 @@ __all__ = [
     "write_text",
 ]
 
-_HOME = {  # only asked for by commands that design: what they load would double the start of `check`
-    "drawings": "drawing_dict read_drawing",
-    "exchange": "exchange_paths write_exchange",
-    "findings": "read_findings",
-    "stones": "inventory_dict read_stones write_stones",
-}
-
-
-def __getattr__(name: str) -> typing.Any:
-    import importlib
-
-    module = next((module for module, names in _HOME.items() if name in names.split()), None)
-    if module is None:
-        raise AttributeError(f"module 'cyclopean.io' has no attribute '{name}'")
-    value = getattr(importlib.import_module(f"cyclopean.io.{module}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+# Only asked for by commands that design: what they load would double the start of `check`
+__getattr__, __dir__ = _lazy_exports(
+    __name__,
+    {
+        "drawings": "drawing_dict read_drawing",
+        "exchange": "exchange_paths write_exchange",
+        "findings": "read_findings",
+        "stones": "inventory_dict read_stones write_stones",
+    },
+)

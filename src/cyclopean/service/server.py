@@ -1,4 +1,4 @@
-"""HTTP: what is asked, by whom, how much of it, and the answer. Everything else happens in the processes of a `Crew`.
+"""HTTP: what is asked, by whom, how much of it, and the answer. All else happens in processes of a `WorkerPool`.
 
 It has no authentication. It listens on this machine only, unless told otherwise, and then refuses requests that were
 made for another name (a web page that has its own name point here) and those that a web page of another origin makes.
@@ -29,7 +29,7 @@ from cyclopean.service.connections import ARRIVAL, connection_limit, protocol
 from cyclopean.service.parameters import Component, Context
 from cyclopean.service.protocol import described, refusal
 from cyclopean.service.solving import encoded
-from cyclopean.service.worker_pool import Crew
+from cyclopean.service.worker_pool import WorkerPool
 from cyclopean.view.markup import STILL, document, section
 
 __all__ = ["Options", "application", "serve"]
@@ -128,16 +128,16 @@ def application(options: Options) -> Starlette:
     told = {name: encoded(described(component)) for name, component in COMPONENTS.items()}
     listed = b"[" + b",".join(told.values()) + b"]"
     page = _page(COMPONENTS)
-    crews: list[Crew] = []
+    pools: list[WorkerPool] = []
     bodies = _Bodies((BODIES + options.workers) * options.largest)
 
     @contextlib.asynccontextmanager
     async def running(_: Starlette) -> AsyncIterator[None]:
-        crews.append(Crew(options.workers, Context(options.seconds, options.folder)))
+        pools.append(WorkerPool(options.workers, Context(options.seconds, options.folder)))
         try:
             yield
         finally:
-            await asyncio.to_thread(crews[-1].close)
+            await asyncio.to_thread(pools[-1].close)
 
     async def root(request: Request) -> Response:
         _refuse_strangers(request, options)
@@ -156,7 +156,7 @@ def application(options: Options) -> Starlette:
         _refuse_strangers(request, options)
         with bodies.held() as hold:
             body = await _body(request, options, hold)
-            return await _answer(request, crews[-1], request.path_params.get("name", ""), body)
+            return await _answer(request, pools[-1], request.path_params.get("name", ""), body)
 
     async def plain(request: Request) -> Response:
         _refuse_strangers(request, options)
@@ -264,9 +264,9 @@ async def _body(request: Request, options: Options, hold: Callable[[int], None])
     return b"".join(parts)
 
 
-async def _answer(request: Request, crew: Crew, name: str, body: bytes) -> Response:
+async def _answer(request: Request, pool: WorkerPool, name: str, body: bytes) -> Response:
     """The answer, unless the client goes: then its solve is ended, for Hops asks anew at every turn of a slider."""
-    solving = asyncio.ensure_future(crew.answer(name, body))
+    solving = asyncio.ensure_future(pool.answer(name, body))
     going = asyncio.ensure_future(_gone(request))
     try:
         await asyncio.wait((solving, going), return_when=asyncio.FIRST_COMPLETED)

@@ -1,7 +1,7 @@
 """One request, answered: bytes in, status and bytes out. Nothing that a client sends gets out of here as an exception.
 
-Runs in a process of its own (`crew`), because the geometry of a request is read by a library in C++, and because a
-solve may have to be ended.
+Runs in a process of its own (`worker_pool`), because the geometry of a request is read by a library in C++, and because
+a solve may have to be ended.
 """
 
 import json

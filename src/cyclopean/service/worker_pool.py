@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from cyclopean.processes import ChildProcess
 from cyclopean.service.parameters import Context
 
-__all__ = ["Crew", "Reply"]
+__all__ = ["Reply", "WorkerPool"]
 
 MOST_WAITING = 16  # requests whose bodies are held while every process is at work
 TICK = 0.05  # s between looks at whether the client is still there
@@ -22,7 +22,7 @@ BUSY, LATE, DIED = 503, 504, 500
 Reply = tuple[int, bytes]  # status of HTTP, and JSON
 
 
-class Crew:
+class WorkerPool:
     """A fixed number of processes, and who waits for one.
 
     Parameters
