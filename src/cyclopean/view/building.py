@@ -304,7 +304,7 @@ def _cycles(sequence: BuildSequence) -> str:
 
 def _stages(sequence: BuildSequence) -> str:
     names = [escape(block.id) for block in sequence.assembly.blocks]
-    head = ["Stone", ">Step", ">Layer", "Rests on", "Comes in", "Stage", "Props"]
+    head = [">Step", "Stone", ">Layer", "Rests on", "Comes in", "Stage", "Props"]
     rows = (_row(k, step, names, sequence) for k, step in enumerate(sequence.steps, 1))
     return table(head, rows, ROWS)
 
@@ -316,8 +316,8 @@ def _row(k: int, step: Step, names: list[str], sequence: BuildSequence) -> tuple
     elif step.verdict != "stable":
         props = "none found"
     return (
-        names[step.block],
         str(k),
+        names[step.block],
         str(step.layer),
         ", ".join(names[i] for i in step.rests_on),
         _direction(step, names, sequence),

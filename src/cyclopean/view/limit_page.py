@@ -1,12 +1,14 @@
 """The page of limit analysis: both bounds, the mechanism in motion, the joints that move, and the curves."""
 
 from html import escape
+from typing import Any
 
 import numpy as np
 
 from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, moving_joints
 from cyclopean.view.colours import ACCENT, INK, LINE, SOFT
 from cyclopean.view.drawing import picture_at_limit
+from cyclopean.view.figures import number
 from cyclopean.view.markup import (
     POLICY,
     document,
@@ -114,8 +116,16 @@ def _bounds(result: LimitResult) -> str:
     if result.window is not None:
         rows.append(("stands only between", f"{result.window[0]:.8g} and {result.window[1]:.8g}"))
     if result.assumed:
-        rows += [(f"{name} (assumed)", escape(str(value))) for name, value in result.assumed.items()]
+        rows += [(f"{name} (assumed)", _assumed(name, value)) for name, value in result.assumed.items()]
     return table(["", ""], rows)
+
+
+def _assumed(name: str, value: Any) -> str:
+    """What stood in for what nobody said, with its unit."""
+    parts = value if isinstance(value, list | tuple) else [value]
+    told = ", ".join(escape(part) if isinstance(part, str) else number(float(part), 6) for part in parts)
+    unit = {"density": " kg/m³", "gravity": " m/s²"}.get(name, "")
+    return f"({told}){unit}" if len(parts) > 1 else f"{told}{unit}"
 
 
 def _number(value: float | None) -> str:
