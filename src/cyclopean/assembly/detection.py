@@ -25,7 +25,7 @@ from cyclopean.geometry import (
 
 __all__ = ["Detection", "detect", "length_tolerance", "local_mesh"]
 
-RELATIVE_TOLERANCE = 1e-6  # of the size of the smaller block: what drawings in single precision lose
+RELATIVE_TOLERANCE = 1e-6  # of the size that `length_tolerance` takes: six digits of a drawing
 OWN_SHARE = 1e-3  # of the smaller of two blocks: no gap between them may be wider, whatever the tolerance
 LISTED = 10  # faults named one by one before they are only counted
 GRID = 1000.0  # tolerances: cell of the grid on which contacts are put in order

@@ -23,7 +23,7 @@ TINT = {
 }  # fmt: skip
 ASKED = f'fill="none" stroke="{GHOST}" stroke-width="1.5" stroke-dasharray="5 4"'  # clear width and height of openings
 GAP = f'fill="none" stroke="{ACCENT["unstable"]}" stroke-width="2" stroke-dasharray="3 4"'
-PLANS = 2  # courses drawn from above: the bond repeats after two
+PLANS = 2  # courses drawn from above
 
 
 def ashlar_svg(wall: AshlarWall, title: str) -> str:

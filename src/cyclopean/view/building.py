@@ -24,7 +24,7 @@ from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, rect, 
 
 __all__ = ["building_html", "building_svg", "outcome"]
 
-MARGIN = 30.0  # pixels round a drawing
+MARGIN = 30.0  # drawing units, on every side
 TALLEST = 900.0  # drawing units
 BAR = 34.0  # height of the bar of verdicts below
 SLANT = 0.5 * np.cos(np.pi / 4.0)  # where a metre of depth goes, m: so far to the right and as far up

@@ -37,7 +37,7 @@ __all__ = ["DATUM", "carving_html", "carving_svg"]
 
 DATUM = 0.27  # Lambda of the Cyclopean Cannibalism wall: 73 % of the scanned stock was used
 MARGIN, LEGEND = 24.0, 104.0  # drawing units
-TALLEST = 900.0  # pixels: a screen
+TALLEST = 900.0  # drawing units
 FULL = 0.5  # lambda at which the colours end
 FINE = 0.3  # drawing units: what is narrower is not seen
 APART = 0.8  # drawing units between the corners of an outline

@@ -28,7 +28,7 @@ __all__ = [
 
 FACE_LIMIT = 200_000  # triangles; beyond it blocks with many faces are drawn as their convex outlines
 EDGE_LIMIT = 60_000  # line segments of one kind
-ARROW_LIMIT = 2_000  # more take a browser seconds to turn
+ARROW_LIMIT = 2_000  # drawn in three dimensions; of more the largest, and it is said
 SPECK = 0.04  # of the longest friction arrow: shorter ones would be all head
 POINT_LIMIT = 20_000  # dots of one kind
 BLOCK_LIMIT = 3_000  # beyond it neither arrows nor ghosts: they would be smaller than anyone can see

@@ -24,7 +24,7 @@ from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["BlockNewton", "Sets"]
 
-STEPS = 20  # Newton steps; what has not converged by then goes round in circles
+STEPS = 20  # of Newton at most
 FACTORISATIONS = 8  # two or three are usual; sets that contradict each other take more and gain nothing
 SLACK = 1e-11  # of rows without forces, in units where displacements are about 1
 EXACT = 1e-14  # residual at which to stop

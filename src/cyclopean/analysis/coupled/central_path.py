@@ -40,7 +40,7 @@ from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["PathAnswer", "follow_path"]
 
-STEPS = 160  # factorisations of one path; folds take the most
+STEPS = 160  # along one path at most, a factorisation each
 DULL = 24  # steps in which nu halves at least
 CUT = ((0.5, 0.3), (0.2, 0.6), (0.0, 0.9))  # of nu after a step longer than ...
 LEVEL = ((1e-2, 1e-3), (1e-3, 1e-2), (0.0, 0.1))  # least nu in terms of the largest, where that is above ...

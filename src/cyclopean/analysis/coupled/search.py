@@ -35,7 +35,7 @@ FEW = 4  # free blocks up to which conic programmes are the quickest from the st
 SMOOTH = 1e-6  # friction coefficient that the stiffening route needs at least
 STIFFENINGS = 10  # rounds of it; most models need one to seven
 LARGE = 1000  # contact points beyond which "A at scale" takes nearly all the time: the others do not get that far
-NEARLY = 0.95  # of the time, for a route that the others of a large model would not do better than
+NEARLY = 0.95  # of the time left, for "A at scale" of a large model
 SHARES = {"A at scale": 0.6, "A": 0.4, "B": 0.6}  # of the time left
 
 Route = tuple[str, str, Callable[[float], Attempt]]  # name, solver, and what to run until a deadline

@@ -17,7 +17,7 @@ from cyclopean.statics import EquilibriumSystem, Schur, cone_jacobian, project_c
 __all__ = ["nearest"]
 
 ROUNDS = 15  # most steps; quadratic where it ends at all
-HALVINGS = 12  # of a step that does not descend: less than that is rounding
+HALVINGS = 12  # of a step; where 1/4096 of it gains nothing, none does
 ENOUGH = 1e-14  # own weights: what rounding leaves is for the polish
 IDLE = 3  # steps that do not halve what is left, after which nothing is to be hoped for
 SHIFT = 1e-9  # of the diagonal of S to begin with

@@ -15,7 +15,7 @@ __all__ = ["Bracket", "opened", "polished", "rebalanced"]
 
 BALANCE = 2e-10  # of the total load: five times below what a certificate allows
 EXACT = 1e-13  # likewise: better need not be
-SHIFT = 1e-9  # of the diagonal, so that the matrix of active sets factorises; grows tenfold where it does not
+SHIFT = 1e-9  # of the diagonal at first; ten times as much after each short step
 
 
 @dataclass(slots=True)

@@ -18,7 +18,7 @@ ROUNDS = 12  # of Newton's method for each of them
 LOST = 10.0  # collapse bound in total loads at which there is none
 OPENS = 0.25  # of what is aimed at: enough of an opening
 SHIFT = 1e-4  # larger ones take fewer steps: S is singular where few points close
-STEPS = 60  # halvings and doublings: all that doubles can tell apart
+STEPS = 60  # of Newton at most, a factorisation each
 
 
 def opening(loads: Pencil, schur: Schur, budget: Budget = UNLIMITED) -> Floats | None:

@@ -15,7 +15,7 @@ from cyclopean.statics import turned_gravity
 
 __all__ = ["Turn", "solve_turning"]
 
-ROUNDS = 20  # tilts one after the other; three to five are usual
+ROUNDS = 20  # angles at most, a limit each
 LAST_ROUND = 0.4  # of the time: is kept for the forces just below the angle found
 NEAR = 2e-7  # rad: how far below the mechanism's angle forces are looked for
 LAST = np.pi / 2 - 1e-6  # rad: tilts beyond a right angle are another question

@@ -54,7 +54,7 @@ __all__ = ["Seat", "body_of", "heyman_margin", "overlap_share", "seat"]
 # Lengths in units of the cube root of the stone's volume.
 SLIDE = 1e-3  # price of moving sideways or turning, against that of height: slopes below it do not carry a stone off
 CLEARANCE = 1e-5  # left between the stone and what it lies on: a few micrometres, a hundred times what solids lose
-GRIP = 0.6  # friction that is counted on: tan 31 degrees, below that of any dry stone
+GRIP = 0.6  # friction counted on while a stone comes to rest: tan 31 degrees
 TWIST = 0.3  # lever at which turning about the vertical slides
 TOUCH = 5e-4  # gap up to which two points count as touching
 FIRST = 0.05  # trust region at the start: 1.5 cm for a stone of half a metre
@@ -67,7 +67,7 @@ REACH = 1.5  # trust regions within which gaps are looked at: what a point moves
 ZONE, TURNED = 0.3, 0.25  # distance and radians within which pairs are gathered, so that they serve for several steps
 FALL = 4.0  # times `travel`: how far a stone may sink
 ALL_WAYS = np.array([1.0, 1.0, 1.0, 1.0 / ARM, 1.0 / ARM, 1.0 / ARM])
-STEPS = 80  # moves of a stone towards its rest
+STEPS = 80  # towards its rest; a stone that needs more counts as sliding on
 TRAVEL = 0.1  # sideways: 5 cm for a stone of half a metre
 TURN = 0.35  # radians
 AGREED = 0.1  # share of the predicted descent that a step must bring
@@ -75,7 +75,7 @@ WELL = 0.7  # share from which the trust region grows
 ELASTIC = 1e3  # price of a gap that cannot be kept open, against that of height
 BEARING = 0.25  # least upward component of the normal of a contact that bears; steeper ones only steady the stone
 SHARED = 1e-9  # share of the stone's volume below which an overlap is rounding
-LIFTS = 24  # halvings of a lift: to 1e-7 of it
+LIFTS = 24  # doublings of the first height at most
 
 
 @dataclass(frozen=True, slots=True, eq=False)
