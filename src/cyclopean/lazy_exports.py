@@ -16,7 +16,8 @@ def lazy_exports(room: str, home: Mapping[str, str]) -> tuple[Callable[[str], An
         if name not in module_of:
             raise AttributeError(f"module '{room}' has no attribute '{name}'")
         value = getattr(import_module(f"{room}.{module_of[name]}"), name)
-        setattr(sys.modules[room], name, value)
+        if name in sys.modules[room].__all__:  # what is not, such as a hook of another program, stays out of sight
+            setattr(sys.modules[room], name, value)
         return value
 
     return found, lambda: sorted({*vars(sys.modules[room]), *module_of})
