@@ -54,7 +54,7 @@ def public_names(package: Path) -> list[str]:
     return []
 
 
-def lazy_exportss(room: str) -> Iterator[tuple[str, list[str]]]:
+def packages_of(room: str) -> Iterator[tuple[str, list[str]]]:
     """Every package of a room that shows names, itself first: dotted name under `cyclopean`, and the names."""
     top = SOURCE / room
     below = [] if room == "" else sorted(path.parent for path in top.rglob("__init__.py") if path.parent != top)
@@ -66,7 +66,7 @@ def lazy_exportss(room: str) -> Iterator[tuple[str, list[str]]]:
 def reference_page(room: str, title: str) -> str:
     """Markdown of the reference of one room; mkdocstrings fills in what `:::` names."""
     parts = [f"# {'.'.join(filter(None, ('cyclopean', room)))}: {title[0].lower()}{title[1:]}\n"]
-    for package, names in lazy_exportss(room):
+    for package, names in packages_of(room):
         parts.append(f"From `{package}`:\n")
         parts += [f"::: {package}.{name}\n" for name in names]
     return "\n".join(parts)

@@ -122,6 +122,6 @@ def test_formatting_of_the_file_does_not_break_the_seal(written):
     assert verify_file(written(content)).proved
 
 
-def test_lazy_exports():
+def test_public_names_of_the_room():
     assert proof.__all__ == sorted(proof.__all__)
     assert all(hasattr(proof, name) for name in proof.__all__)

@@ -1,4 +1,4 @@
-"""Every lazy_exports's `__all__` is sorted and is exactly what stands there."""
+"""Every room's `__all__` is sorted and is exactly what stands there."""
 
 import importlib
 import types
@@ -12,7 +12,7 @@ ROOMS = sorted(f"cyclopean.{p.parent.name}" for p in Path(cyclopean.__file__).pa
 
 
 @pytest.mark.parametrize("room", ["cyclopean", *ROOMS])
-def test_lazy_exports(room: str) -> None:
+def test_public_names(room: str) -> None:
     module = importlib.import_module(room)
     names = list(module.__all__)
     assert names == sorted(names, key=lambda n: (not n.isupper(), n.islower() or n[0].islower(), n)), "not sorted"
