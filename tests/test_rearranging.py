@@ -123,7 +123,8 @@ def test_notes_name_what_a_block_runs_into_and_go_when_it_leaves():
     assert any("'b' and 'c' run into each other" in note for note in into.notes)
     assert home.moved(2, Pose(STILL, np.array([0.0, 0.0, 5.0]))).notes == ("block 'c' touches no other block",)
     assert into.put_back(2).notes == ()
-    assert into.without(1).notes == ("block 'c' touches no other block",)
+    (note,) = into.without(1).notes
+    assert note.startswith("block 'c' touches no other block")
 
 
 @pytest.mark.parametrize(

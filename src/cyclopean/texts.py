@@ -23,6 +23,7 @@ __all__ = [
     "scores",
     "settlements",
     "tilt",
+    "tolerance",
     "vector",
     "whole",
 ]
@@ -131,6 +132,27 @@ def pair(where: str, text: str) -> tuple[float, float]:
 def length_or_auto(where: str, text: str) -> "float | str":
     """Read a length (m), or the word auto."""
     return text if text == AUTO else number(where, text)
+
+
+def tolerance(where: str, text: str) -> "float | tuple[float, float] | str":
+    """Read GAP, GAP,DEGREES (m and degrees), or the word auto.
+
+    Raises
+    ------
+    InputError
+        Something else.
+
+    Examples
+    --------
+    >>> tolerance("`tolerance`", "0.002,0.5")
+    (0.002, 0.5)
+    """
+    if text == AUTO:
+        return text
+    values = numbers(where, text)
+    if len(values) > 2:
+        raise InputError(f"{where}: '{text}' should be GAP (m), GAP,DEGREES or auto")
+    return values[0] if len(values) == 1 else (values[0], values[1])
 
 
 def reach(where: str, text: str) -> tuple[float, str]:

@@ -13,13 +13,16 @@ from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import (
     Assembly,
     Contacts,
+    Forgiven,
     Load,
     Loading,
     bearing,
     check_contacts,
     detect,
+    grounded,
     length_tolerance,
     loading,
+    meant,
     paired_friction,
     resolved_loads,
     supports,
@@ -27,6 +30,7 @@ from cyclopean.assembly import (
 from cyclopean.errors import InputError
 from cyclopean.geometry import detached_pieces, mesh_faults
 from cyclopean.statics import EquilibriumSystem, equilibrium_system, turned_gravity
+from cyclopean.texts import AUTO
 
 __all__ = ["PreparedModel", "prepare"]
 
@@ -48,6 +52,7 @@ class PreparedModel:
     idle: tuple[int, ...]  # free blocks that touch nothing
     loading: Loading | None = None  # which loads act; those of `assembly` have their factors already
     settled: Floats | None = None  # (n, 6) m, rad: what the ground does to supports; None = nothing
+    forgiven: Forgiven | None = None  # of the drawing, as it was said or found
 
     @property
     def mass(self) -> Floats:
@@ -94,7 +99,7 @@ def prepare(
     if faults:
         more = f" (and {len(faults) - 1} more blocks with faults)" if len(faults) > 1 else ""
         raise InputError(f"block '{assembly.blocks[faults[0][0]].id}' {faults[0][1]}{more}; mend its mesh")
-    fixed, rule = supports(assembly, settings.supports, settings.tolerance)
+    fixed, rule = supports(assembly, settings.supports)
     density = DENSITY if settings.density is None else settings.density
     chosen = loading(assembly, settings.combination, settings.factors)
     acting = resolved_loads(assembly, chosen, density)
@@ -102,11 +107,9 @@ def prepare(
     for library in LIBRARIES if assembly.contacts is None else ():
         import_module(library)
     clock["margin"] = time.perf_counter()
-    if assembly.contacts is None:
-        found = detect(assembly, settings.tolerance)
-        contacts, warnings, margin = found.contacts, found.warnings, found.tolerance
-    else:
-        contacts, margin, warnings = check_contacts(assembly, assembly.contacts, settings.tolerance)
+    contacts, margin, warnings, forgiven = _joined(assembly, settings, fixed)
+    if forgiven is not None and rule == "lowest":
+        fixed = grounded(assembly, contacts, fixed, forgiven.gap)
     tolerance = _stated(assembly, margin)
     contacts, narrow = bearing(assembly, contacts, tolerance)
     clock["contacts"] = time.perf_counter()
@@ -119,6 +122,8 @@ def prepare(
         assumed["density"] = DENSITY
     if rule == "lowest":
         assumed["supports"] = "lowest"
+    if settings.tolerance == AUTO and forgiven is not None:
+        assumed["tolerance"] = forgiven.words()
     if settings.gravity is None:
         assumed["gravity"] = list(GRAVITY)
     gravity = np.array(settings.gravity or GRAVITY, float)
@@ -140,7 +145,25 @@ def prepare(
         tuple(int(i) for i in np.flatnonzero(~touched & ~fixed)),
         chosen,
         _settled(assembly, fixed, settings),
+        forgiven,
     )
+
+
+def _joined(
+    assembly: Assembly, settings: Settings, fixed: Bools
+) -> tuple[Contacts, float, tuple[str, ...], Forgiven | None]:
+    """Contacts found or checked, how far the furthest lies off its faces (m), warnings, and what was forgiven."""
+    forgiven = settings.forgiven()
+    if assembly.contacts is not None:
+        contacts, margin, warnings = check_contacts(
+            assembly, assembly.contacts, None if forgiven is None else forgiven.gap
+        )
+        return contacts, margin, warnings, forgiven
+    found = detect(assembly, forgiven)
+    if settings.tolerance == AUTO:
+        forgiven = meant(assembly, found.contacts, found.near, fixed)
+        found = found if forgiven is None else detect(assembly, forgiven)
+    return found.contacts, found.tolerance, found.warnings, forgiven
 
 
 def _detached(assembly: Assembly) -> tuple[str, ...]:

@@ -6,15 +6,18 @@ from typing import TYPE_CHECKING
 
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
+from cyclopean.texts import AUTO
 
 if TYPE_CHECKING:
     from cyclopean.analysis.coupled.states import Bounds
+    from cyclopean.assembly import Forgiven
 
 __all__ = ["CRA_SOLVERS", "DENSITY", "GRAVITY", "METHODS", "MU", "RBE_SOLVERS", "Settings"]
 
 MU = 0.84  # tan 40 degrees, as both reference systems
 DENSITY = 2400.0  # kg/m3
 GRAVITY = (0.0, 0.0, -9.80665)  # m/s2
+ASKEW = 6.0  # degrees that faces may lean where only a gap is said
 METHODS = ("cra", "rbe")
 RBE_SOLVERS = ("auto", "newton", "interior", "clarabel", "osqp")
 CRA_SOLVERS = ("auto", "clarabel", "osqp")
@@ -35,9 +38,10 @@ class Settings:
     tilt: tuple[float, float] | None = option(
         None, "Turn gravity towards azimuth AZ (degrees from +x to +y).", "tilt", metavar="DEG[,AZ]"
     )
-    tolerance: float | None = option(
-        None, "Length (m) within which faces touch.", "number", metavar="L", above=0.0, unit="metres"
-    )
+    tolerance: float | tuple[float, float] | str | None = option(
+        None, "Gap (m) within which faces touch, and how far they may lean, or auto.", "tolerance",
+        metavar="GAP[,DEGREES]|auto",
+    )  # fmt: skip
     cone: str = option("exact", "rbe: friction cone: exact, inscribed:K or circumscribed:K.", metavar="C")
     solver: str = option("auto", "auto, clarabel or osqp; rbe also newton or interior.", metavar="NAME")
     weights: tuple[float, float] = option(
@@ -82,6 +86,7 @@ class Settings:
         if self.method == "cra" and (only := self.asks_for_rbe()):
             raise InputError(f"{only}: only rigid-block equilibrium has it; use `method` rbe")
         self._check_pull()
+        self.forgiven()
         self.bounds()
 
     def _check_pull(self) -> None:
@@ -119,6 +124,28 @@ class Settings:
     def chosen_method(self) -> str:
         """The method said, or the default: coupled analysis unless an option asks for rigid-block equilibrium."""
         return self.method or ("rbe" if self.asks_for_rbe() else "cra")
+
+    def forgiven(self) -> "Forgiven | None":
+        """What the drawing is forgiven, as far as it was said; None also where it is to be found.
+
+        Raises
+        ------
+        InputError
+            Not a positive length and angle, nor the word auto.
+        """
+        from cyclopean.assembly import Forgiven
+
+        said = self.tolerance
+        if said is None or said == AUTO:
+            return None
+        gap, degrees = said if isinstance(said, tuple | list) and len(said) == 2 else (said, ASKEW)
+        try:
+            found = Forgiven(float(gap), math.radians(float(degrees)))
+        except (TypeError, ValueError):
+            found = Forgiven(math.nan, math.nan)
+        if isinstance(said, bool) or not (0.0 < found.gap < math.inf and 0.0 < found.angle < math.pi / 2.0):
+            raise InputError.of("tolerance", said, "expected a positive gap in metres, GAP,DEGREES, or auto")
+        return found
 
     def bounds(self) -> "Bounds":
         """Bounds of the virtual displacement.

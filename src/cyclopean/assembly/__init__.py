@@ -11,13 +11,15 @@ from cyclopean.assembly.blocks import (
 )
 from cyclopean.assembly.checking import bearing, bearing_cones, check_contacts
 from cyclopean.assembly.contacts import Contacts
-from cyclopean.assembly.detection import Detection, detect, length_tolerance
+from cyclopean.assembly.detection import Detection, detect
 from cyclopean.assembly.joint_wear import worn
 from cyclopean.assembly.loading import Loading, load_cases, loading, resolved_loads, surface_loads_at_points
 from cyclopean.assembly.loads import DEAD, SELF, BodyLoad, Combination, Load, SurfaceLoad
 from cyclopean.assembly.materials import paired_friction
+from cyclopean.assembly.near_misses import Forgiven, NearMisses, grounded, meant
 from cyclopean.assembly.parts import part
 from cyclopean.assembly.patches import Patch, rough_contacts
+from cyclopean.assembly.precision import length_tolerance
 from cyclopean.assembly.survey import Survey, Volumes, survey
 
 __all__ = [
@@ -30,9 +32,11 @@ __all__ = [
     "Combination",
     "Contacts",
     "Detection",
+    "Forgiven",
     "FrictionPair",
     "Load",
     "Loading",
+    "NearMisses",
     "Patch",
     "Settlement",
     "SurfaceLoad",
@@ -42,10 +46,12 @@ __all__ = [
     "bearing_cones",
     "check_contacts",
     "detect",
+    "grounded",
     "held_directions",
     "length_tolerance",
     "load_cases",
     "loading",
+    "meant",
     "paired_friction",
     "part",
     "resolved_loads",

@@ -176,7 +176,7 @@ def held_directions(assembly: Assembly) -> Bools:
     return held
 
 
-def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None) -> tuple[Bools, str]:
+def supports(assembly: Assembly, rule: str = "") -> tuple[Bools, str]:
     """Which blocks are held, and by which rule.
 
     Blocks of which the model's partial supports hold all six directions are held whatever the rule says. Where it has
@@ -187,10 +187,8 @@ def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None)
     assembly : Assembly
         The model.
     rule : str
-        "" = the `fixed` flags, and if no block has one, every block that touches the lowest point within the
-        length tolerance; "below=Z" = every block with a vertex at or below height Z (m); "ids=a,b" = these blocks.
-    tolerance : float, optional
-        Length (m) within which a block counts as touching; default 1e-6 of the model's size.
+        "" = the `fixed` flags, and if no block has one, every block that touches the lowest point within 1e-6 of the
+        model's size; "below=Z" = every block with a vertex at or below height Z (m); "ids=a,b" = these blocks.
 
     Returns
     -------
@@ -205,7 +203,7 @@ def supports(assembly: Assembly, rule: str = "", tolerance: float | None = None)
         The rule is not one of these, names an unknown block, or picks no block.
     """
     n = len(assembly)
-    tol = 1e-6 * assembly.size if tolerance is None else tolerance
+    tol = 1e-6 * assembly.size  # the precision of its numbers
     lowest = np.full(n, np.inf)
     np.minimum.at(lowest, assembly.mesh.vertex_body, assembly.mesh.vertex[:, 2])
     whole = np.array([len(b.held) == len(DIRECTIONS) for b in assembly.blocks], bool)

@@ -1,14 +1,14 @@
 """Contacts that a file gives, held against the blocks: flat, on both blocks, and wound the right way."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.contacts import Contacts
-from cyclopean.assembly.detection import length_tolerance, local_mesh
+from cyclopean.assembly.precision import FLAT_SHARE, LEANS, ROUGH_SHARE, length_tolerance, local_mesh
 from cyclopean.errors import InputError
 from cyclopean.geometry import (
     PlanarRegions,
@@ -19,14 +19,11 @@ from cyclopean.geometry import (
     ragged_batches,
 )
 
-__all__ = ["ALIGNED", "REFUSED", "bearing", "bearing_cones", "check_contacts", "face_distances"]
+__all__ = ["ALIGNED", "bearing", "bearing_cones", "check_contacts", "face_distances", "seated"]
 
 ALIGNED = 0.95  # cosine between a contact's normal and that of a face it may lie on, as the certificate checker has it
-REFUSED = 0.005  # of the smaller block's size: further from the blocks a contact is a mistake
-ROUGH = 0.025  # likewise where the surface is said to be rough or curved
 NARROW = 4  # tolerances: contacts no wider carry nothing
 TANGENT = 1e-9  # rad: a cone that touches another from inside must not leave it by rounding
-LEANS = 1e-3  # sine of the angle beyond which a contact's normal leans from its faces
 FLAT = 1e-6  # of a polygon's own size: rounding that a file may carry
 NEEDLE = 1e-9  # width / perimeter of a polygon that has no area
 CLEARLY = 0.1  # a contact is turned when that brings it ten times nearer
@@ -70,14 +67,62 @@ def check_contacts(
     if not len(contacts):
         return contacts, 0.0, ()
     tol = length_tolerance(assembly) if tolerance is None else float(tolerance)
+    names = [f"{assembly.blocks[a].id}-{assembly.blocks[b].id}" for a, b in zip(contacts.a, contacts.b, strict=True)]
+    on = _seats(assembly, contacts, names, tol)
+    distance = on.sides.max(axis=1)
+    if not (distance <= on.limit).all():
+        raise InputError(_floating(assembly, names, on))
+    said = ~np.isnan(contacts.leaning)
+    warnings = (
+        *_turned_line(names, np.flatnonzero(on.turned)),
+        *_distant_line(names, distance, tol),
+        *_leaning_line(names, np.where(on.bent & ~said, on.lean, 0.0)),
+    )
+    return on.labelled(), float(distance.max()), warnings
+
+
+def seated(assembly: Assembly, contacts: Contacts) -> tuple[Contacts, float]:
+    """Hold contacts that were found against the blocks: those that no proof could use are left out, without a word.
+
+    Returns
+    -------
+    contacts : Contacts
+        With `lean` where faces lean from the contact, or are further off it than flat ones may be.
+    distance : float
+        How far the furthest point lies from its faces (m).
+    """
+    if not len(contacts):
+        return contacts, 0.0
+    on = _seats(assembly, contacts, [""] * len(contacts), length_tolerance(assembly))
+    distance, size = on.sides.max(axis=1), _sizes(assembly, contacts)
+    on = replace(on, bent=on.bent | (distance > FLAT_SHARE * size))
+    kept = np.flatnonzero(distance <= ROUGH_SHARE * size)
+    return on.labelled().only(kept), float(distance[kept].max(initial=0.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seats:
+    """How contacts (c) lie on the faces of their blocks."""
+
+    contacts: Contacts  # wound so that normals point from a into b
+    turned: Bools  # (c,) which were not
+    sides: Floats  # (c, 2) m: how far the furthest point lies from block a and from block b
+    lean: Floats  # (c,) rad
+    bent: Bools  # (c,) whether it is a joint between rough, curved or leaning faces
+    limit: Floats  # (c,) m that a point may be off
+
+    def labelled(self) -> Contacts:
+        """The contacts, with the lean of those that are bent."""
+        return replace(self.contacts, lean=np.where(self.bent, self.lean, np.nan))
+
+
+def _seats(assembly: Assembly, contacts: Contacts, names: Sequence[str], tol: float) -> _Seats:
     mesh, origin = local_mesh(assembly)
     regions = planar_regions(mesh, tol)
     point = contacts.point - origin
-    names = [f"{assembly.blocks[a].id}-{assembly.blocks[b].id}" for a, b in zip(contacts.a, contacts.b, strict=True)]
     normal = _unit_normals(contacts, point, names, tol)
-    limit = REFUSED * _sizes(assembly, contacts)
-    everything = np.arange(len(contacts))
-    sides = _side_distances(regions, contacts, point, normal, everything)
+    limit = FLAT_SHARE * _sizes(assembly, contacts)
+    sides = _side_distances(regions, contacts, point, normal, np.arange(len(contacts)))
     far = np.flatnonzero(~(sides.max(axis=1) <= tol))
     other = _side_distances(regions, contacts, point, -normal, far)
     given, reverse = sides[far].max(axis=1), other.max(axis=1)
@@ -86,17 +131,11 @@ def check_contacts(
     turned = np.zeros(len(contacts), bool)
     turned[far[turn]] = True
     sides[far[turn]] = other[turn]
-    distance = sides.max(axis=1)
     contacts = _reversed(contacts, turned)
-    lean = _leans(regions, contacts, contacts.point - origin, np.where(turned[:, None], -normal, normal), distance, tol)
+    distance, normal = sides.max(axis=1), np.where(turned[:, None], -normal, normal)
+    lean = _leans(regions, contacts, contacts.point - origin, normal, distance, tol)
     bent = ~np.isnan(contacts.leaning) | (np.sin(lean) > LEANS)
-    _refuse_floating(assembly, contacts, names, sides, np.where(bent, ROUGH / REFUSED, 1.0) * limit)
-    warnings = (
-        *_turned_line(names, np.flatnonzero(turned)),
-        *_distant_line(names, distance, tol),
-        *_leaning_line(names, np.where(bent & np.isnan(contacts.leaning), lean, 0.0)),
-    )
-    return replace(contacts, lean=np.where(bent, lean, np.nan)), float(distance.max()), warnings
+    return _Seats(contacts, turned, sides, lean, bent, np.where(bent, ROUGH_SHARE / FLAT_SHARE, 1.0) * limit)
 
 
 def bearing(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[Contacts, tuple[str, ...]]:
@@ -122,7 +161,7 @@ def bearing(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[C
     if not len(contacts):
         return contacts, ()
     width = 2.0 * contacts.area / contacts.perimeter
-    least = NARROW * np.minimum(tolerance, REFUSED * _sizes(assembly, contacts)) * (1.0 + 1e-9)
+    least = NARROW * np.minimum(tolerance, FLAT_SHARE * _sizes(assembly, contacts)) * (1.0 + 1e-9)
     kept = ~np.isnan(contacts.leaning) | (width > least)
     if kept.all():
         return contacts, ()
@@ -304,22 +343,17 @@ def _plane_distance(regions: PlanarRegions, drawn: Floats, region: Ints, xy: Flo
     return np.asarray(np.where(winding != 0, 0.0, np.sqrt(nearest)))
 
 
-def _refuse_floating(
-    assembly: Assembly, contacts: Contacts, names: Sequence[str], sides: Floats, limit: Floats
-) -> None:
-    """Raise for the contact that lies furthest from its blocks, if that is too far."""
-    far = np.flatnonzero(~(sides.max(axis=1) <= limit))
-    if not len(far):
-        return
-    k = int(far[np.argmax((sides[far].max(axis=1)) / limit[far])])
-    side = int(np.argmax(sides[k]))
-    block = assembly.blocks[(contacts.a, contacts.b)[side][k]].id
-    if np.isfinite(sides[k, side]):
-        what = f"its polygon lies {sides[k, side]:.2g} m off the faces of block '{block}' that look its way"
+def _floating(assembly: Assembly, names: Sequence[str], on: _Seats) -> str:
+    """What is wrong with the contact that lies furthest from its blocks."""
+    k = int(np.argmax(np.where(on.sides.max(axis=1) <= on.limit, 0.0, on.sides.max(axis=1) / on.limit)))
+    side = int(np.argmax(on.sides[k]))
+    block = assembly.blocks[(on.contacts.a, on.contacts.b)[side][k]].id
+    if np.isfinite(on.sides[k, side]):
+        what = f"its polygon lies {on.sides[k, side]:.2g} m off the faces of block '{block}' that look its way"
     else:
         what = f"no face of block '{block}' looks its way"
-    raise InputError(
-        f"contact {k} ({names[k]}): {what}; at most {limit[k]:.2g} m is allowed, 0.5 % of the smaller block's size"
+    return (
+        f"contact {k} ({names[k]}): {what}; at most {on.limit[k]:.2g} m is allowed, 0.5 % of the smaller block's size"
         " (2.5 % where it is rough or curved): move it onto the faces of both blocks"
     )
 

@@ -7,7 +7,10 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly.blocks import Assembly
+from cyclopean.assembly.checking import seated
 from cyclopean.assembly.contacts import Contacts
+from cyclopean.assembly.near_misses import Forgiven, NearMisses, near_misses
+from cyclopean.assembly.precision import LEANS, ROUGH_SHARE, length_tolerance, local_mesh
 from cyclopean.errors import InputError
 from cyclopean.geometry import (
     Overlaps,
@@ -16,18 +19,16 @@ from cyclopean.geometry import (
     box_pairs,
     convex_bodies,
     facing_regions,
-    offsets,
     penetration_depths,
     planar_regions,
-    ragged,
     region_overlaps,
 )
+from cyclopean.geometry.overlap import MAX_ANGLE
 
-__all__ = ["Detection", "detect", "length_tolerance", "local_mesh"]
+__all__ = ["Detection", "detect"]
 
-RELATIVE_TOLERANCE = 1e-6  # of the size that `length_tolerance` takes: six digits of a drawing
-OWN_SHARE = 1e-3  # of the smaller of two blocks: no gap between them may be wider, whatever the tolerance
-LISTED = 10  # faults named one by one before they are only counted
+OWN_SHARE = 1e-3  # of the smaller of two blocks: no gap between them may be wider, if none is forgiven
+LISTED = 3  # faults named one by one before they are only counted
 GRID = 1000.0  # tolerances: cell of the grid on which contacts are put in order
 
 
@@ -38,25 +39,11 @@ class Detection:
     contacts: Contacts  # mu NaN; sorted by a, then b, then by place
     touching_nothing: tuple[int, ...]  # blocks without any contact
     warnings: tuple[str, ...]  # one line each, naming the blocks
-    tolerance: float  # m
+    tolerance: float  # m: how far contacts may lie off the faces of their blocks
+    near: NearMisses  # what nearly touches and does not count
 
 
-def length_tolerance(assembly: Assembly) -> float:
-    """Length (m) below which two faces count as touching: 1e-6 of the model's size.
-
-    Size is the diagonal of the model's bounding box, but no more than a hundred times that of the median block (of
-    two in the middle the smaller), so that a wide ground slab does not coarsen it; where the model lies does not
-    matter, unless so far off that eight units of rounding of its coordinates are larger still.
-    """
-    mesh = assembly.mesh
-    if not len(mesh.vertex):
-        return 0.0
-    diagonal = np.sort(mesh.diagonal)
-    size = min(assembly.size, 100.0 * float(diagonal[(len(diagonal) - 1) // 2]) or np.inf)
-    return max(RELATIVE_TOLERANCE * size, 8.0 * float(np.spacing(np.abs(mesh.vertex).max())))
-
-
-def detect(assembly: Assembly, tolerance: float | None = None) -> Detection:
+def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Detection:
     """Find every patch in which two blocks touch face to face.
 
     Coplanar neighbouring faces of a block are merged into planar regions with holes; regions of different blocks
@@ -66,70 +53,123 @@ def detect(assembly: Assembly, tolerance: float | None = None) -> Detection:
     without. Parts whose mean width (2 area / perimeter) is at most the tolerance are dropped, and so is touching along
     an edge or in a point. Fixed blocks are treated like any other.
 
+    A gap that is forgiven may be up to 2.5 % of the smaller block's size. Faces that are not flat within it count as
+    flat; contacts whose faces lean from them say so, and bear less friction.
+
     In every contact a < b and the points run counter-clockwise about the normal from a into b, on the plane midway
     between the two faces, starting at the point of least x (then y, z). Contacts are sorted by a, b, and the x, y, z
     of their middles.
 
-    Warnings name blocks that touch nothing, blocks that stand in the same place, and blocks that run into each other:
-    exactly for pairs of convex blocks, by sampled edges for others (limits: `geometry.penetration_depths`).
+    Warnings name blocks that touch nothing, blocks that nearly touch, that stand in the same place, and that run into
+    each other: exactly for pairs of convex blocks, by sampled edges for others (`geometry.penetration_depths`).
 
     Parameters
     ----------
     assembly : Assembly
         Blocks as closed meshes; its own `contacts` are not looked at.
-    tolerance : float, optional
-        Length (m); default `length_tolerance`.
+    tolerance : float or Forgiven, optional
+        Gap (m) that is forgiven, with the angle that it allows, or the one given. By default `length_tolerance`, and
+        faces that lean from each other by no more than a thousandth of a radian.
 
     Raises
     ------
     InputError
         The tolerance is not a positive number.
     """
-    if tolerance is not None and not 0.0 < tolerance < np.inf:
+    forgiven = tolerance if isinstance(tolerance, Forgiven) else Forgiven(tolerance, MAX_ANGLE) if tolerance else None
+    if tolerance is not None and (forgiven is None or not 0.0 < forgiven.gap < np.inf):
         raise InputError(f"tolerance {tolerance:g} m must be a positive number of metres")
-    tol = length_tolerance(assembly) if tolerance is None else float(tolerance)
+    digits = length_tolerance(assembly)
     mesh, origin = local_mesh(assembly)
-    regions = planar_regions(mesh, tol)
-    pairs = box_pairs(*mesh.boxes(), tol)
-    a, b = facing_regions(regions, pairs, tol)
-    found = _near(regions, a, b, region_overlaps(regions, a, b, tol), mesh)
-    contacts = _ordered(regions, a, b, found, origin, tol)
+    asked = _Asked.of(mesh, digits, forgiven)
+    pairs = box_pairs(*mesh.boxes(), asked.gap)
+    regions, a, b, found = asked.found(mesh, pairs)
+    contacts = _ordered(regions, a, b, found, origin, digits)
+    off = digits
+    if forgiven is not None:
+        contacts, off = seated(assembly, asked.wide(contacts, mesh.diagonal))
+    near = near_misses(mesh, regions, (a[found.pair], b[found.pair]), digits)
     touched = np.zeros(len(assembly), bool)
     touched[contacts.a] = touched[contacts.b] = True
     alone = tuple(np.flatnonzero(~touched).tolist())
     names = [block.id for block in assembly.blocks]
-    same = _duplicates(assembly, tol)
+    same = _duplicates(assembly, asked.gap)
+    apart = _loose(pairs, contacts, same, near, len(names))
     warnings = (
-        *_listed([f"block '{names[i]}' touches no other block" for i in alone], "blocks that touch nothing"),
-        *_listed([f"blocks '{names[i]}' and '{names[j]}' stand in the same place" for i, j in same], "duplicates"),
-        *_listed(_collisions(names, mesh, regions, pairs, contacts, same, tol), "pairs that run into each other"),
+        *_listed([_lonely(names, mesh, near, i) for i in alone[: LISTED + 1]], len(alone), "blocks that touch nothing"),
+        *([] if forgiven is None else _forgiven(regions, a, b, found, digits)),
+        *near.told(names),
+        *_listed([f"blocks '{names[i]}' and '{names[j]}' stand in the same place" for i, j in same], 0, "duplicates"),
+        *_listed(_collisions(names, mesh, regions, apart, asked.gap, origin), 0, "pairs that run into each other"),
     )
-    return Detection(contacts, alone, warnings, tol)
+    return Detection(contacts, alone, warnings, max(off, digits), near)
 
 
-def local_mesh(assembly: Assembly) -> tuple[Polyhedra, Floats]:
-    """All meshes about the middle of their common bounding box, and where that is (m)."""
-    mesh = assembly.mesh
-    if not len(mesh.vertex):
-        return mesh, np.zeros(3)
-    origin = (mesh.vertex.min(axis=0) + mesh.vertex.max(axis=0)) / 2.0
-    moved = Polyhedra(mesh.vertex - origin, mesh.vertex_start, mesh.corner, mesh.corner_start, mesh.face_start)
-    return moved, origin
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """What counts as touching."""
+
+    digits: float  # m: precision of the drawing
+    gap: float  # m
+    angle: float  # rad
+    share: float  # of the smaller of two blocks: no gap between them may be wider
+    flat: Floats  # (n,) m: within twice which faces of each block count as flat
+
+    @classmethod
+    def of(cls, mesh: Polyhedra, digits: float, forgiven: Forgiven | None) -> "_Asked":
+        if forgiven is None:
+            return cls(digits, digits, LEANS, OWN_SHARE, np.full(len(mesh), digits))
+        gap = max(digits, forgiven.gap)
+        return cls(digits, gap, forgiven.angle, ROUGH_SHARE, np.minimum(gap, ROUGH_SHARE * mesh.diagonal))
+
+    def most(self, size: Floats, a: Ints, b: Ints) -> Floats:
+        """(k,) m: how far faces of blocks a and b may be apart; size is that of all blocks."""
+        return np.minimum(self.gap, self.share * np.minimum(size[a], size[b]))
+
+    def wide(self, contacts: Contacts, size: Floats) -> Contacts:
+        """The contacts that are wider than what is forgiven."""
+        width = 2.0 * contacts.area / np.maximum(contacts.perimeter, 1e-300)
+        return contacts.only(np.flatnonzero(width > self.most(size, contacts.a, contacts.b)))
+
+    def found(self, mesh: Polyhedra, pairs: tuple[Ints, Ints]) -> tuple[PlanarRegions, Ints, Ints, Overlaps]:
+        """Planar regions of all blocks, pairs of them, and where these touch."""
+        regions = planar_regions(mesh, self.flat)
+        a, b = facing_regions(regions, pairs, self.gap, self.angle)
+        most = self.most(mesh.diagonal, regions.body[a], regions.body[b])
+        return regions, a, b, region_overlaps(regions, a, b, self.digits, most)
 
 
-def _near(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, mesh: Polyhedra) -> Overlaps:
-    """The overlaps whose two faces are no further apart than the smaller of the blocks allows."""
-    if not len(found.pair):
-        return found
-    size = mesh.diagonal
-    i, j = a[found.pair], b[found.pair]
-    patch = np.repeat(np.arange(len(found.pair)), np.diff(found.start))
-    height = np.einsum("pi,pi->p", found.point - regions.point[i][patch], regions.normal[i][patch])
-    gap = 2.0 * np.maximum.reduceat(np.abs(height), found.start[:-1])  # points are midway between the faces
-    kept = np.flatnonzero(gap <= OWN_SHARE * np.minimum(size[regions.body[i]], size[regions.body[j]]))
-    if len(kept) == len(found.pair):
-        return found
-    return Overlaps(found.pair[kept], offsets(np.diff(found.start)[kept]), found.point[ragged(found.start, kept)[1]])
+def _forgiven(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, digits: float) -> list[str]:
+    """Say how many contacts there are only because something was forgiven, and how much that was."""
+    distance = np.abs(found.apart).max(axis=1, initial=0.0)
+    askew = np.linalg.norm(regions.normal[a[found.pair]] + regions.normal[b[found.pair]], axis=1)
+    which = (distance > digits) | (askew > LEANS)
+    if not which.any():
+        return []
+    gap, overlap = max(float(found.apart[which, 1].max()), 0.0), max(-float(found.apart[which, 0].min()), 0.0)
+    return [
+        f"{np.count_nonzero(which)} of {len(which)} contacts count although they are drawn up to {gap:.2g} m apart,"
+        f" {overlap:.2g} m into each other and {np.degrees(askew[which].max()):.2g} degrees askew"
+    ]
+
+
+def _lonely(names: Sequence[str], mesh: Polyhedra, near: NearMisses, block: int) -> str:
+    """Say that a block touches nothing, what it is nearest to, and which option would join them."""
+    if (k := near.nearest(block)) >= 0:
+        other = int(near.a[k] + near.b[k]) - block
+        option = near.forgiving(np.array([k])).words()
+        what = f"'{names[other]}' is {near.sizes(k)} (`tolerance` {option} would count it)"
+    else:
+        low, high = mesh.boxes()
+        clear = np.maximum(np.maximum(low - high[block], low[block] - high), 0.0)
+        away = np.linalg.norm(clear, axis=1)
+        away[block] = np.inf
+        other = int(np.argmin(away))
+        if not np.isfinite(away[other]):
+            return f"block '{names[block]}' touches no other block"
+        what = f"'{names[other]}' is nearest, {away[other]:.2g} m away or more, with no face that fits"
+        what = what if away[other] > 0.0 else f"no face of '{names[other]}', which is nearest, fits"
+    return f"block '{names[block]}' touches no other block: {what}"
 
 
 def _ordered(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, origin: Floats, tolerance: float) -> Contacts:
@@ -172,29 +212,38 @@ def _collisions(
     names: Sequence[str],
     mesh: Polyhedra,
     regions: PlanarRegions,
-    pairs: tuple[Ints, Ints],
-    contacts: Contacts,
-    same: list[tuple[int, int]],
+    pairs: tuple[Ints, Ints, Ints],
     tolerance: float,
+    origin: Floats,
 ) -> list[str]:
-    """One line for every pair of blocks that run into each other, duplicates apart."""
-    n = len(names)
+    """One line for every pair of blocks that run into each other, of pairs (i, j, whether faces of theirs touch)."""
     convex = convex_bodies(regions)
-    key = pairs[0] * n + pairs[1]
     # convex blocks that touch face to face are kept apart by that very plane
-    settled = np.isin(key, contacts.a * n + contacts.b) & convex[pairs[0]] & convex[pairs[1]]
-    settled |= np.isin(key, np.array([i * n + j for i, j in same], np.int64))
-    i, j = pairs[0][~settled], pairs[1][~settled]
+    doubtful = ~(pairs[2].astype(bool) & convex[pairs[0]] & convex[pairs[1]])
+    i, j = pairs[0][doubtful], pairs[1][doubtful]
     depth = penetration_depths(mesh, regions, convex, (i, j), tolerance)
-    return [
-        f"blocks '{names[i[k]]}' and '{names[j[k]]}' run into each other"
-        + (f" by about {depth[k]:.2g} m" if np.isfinite(depth[k]) else "")
-        for k in np.flatnonzero(depth > 0.0)
-    ]
+    low, high = mesh.boxes()
+    lines = []
+    for k in np.flatnonzero(depth > 0.0).tolist():
+        middle = (np.maximum(low[i[k]], low[j[k]]) + np.minimum(high[i[k]], high[j[k]])) / 2.0 + origin
+        where = ", ".join(f"{x:.4g}" for x in (np.round(middle / tolerance) * tolerance).tolist())
+        deep = f" by about {depth[k]:.2g} m" if np.isfinite(depth[k]) else ""
+        lines.append(f"blocks '{names[i[k]]}' and '{names[j[k]]}' run into each other{deep} near ({where})")
+    return lines
 
 
-def _listed(lines: Sequence[str], what: str) -> Sequence[str]:
-    """The lines, or the first few and how many more there are."""
+def _loose(
+    pairs: tuple[Ints, Ints], contacts: Contacts, same: list[tuple[int, int]], near: NearMisses, n: int
+) -> tuple[Ints, Ints, Ints]:
+    """Pairs of blocks of which nothing is told yet, and whether they touch: no duplicates, none that nearly touch."""
+    key = pairs[0] * n + pairs[1]
+    said = np.array([i * n + j for i, j in same], np.int64)
+    untold = ~np.isin(key, np.concatenate([said, np.minimum(near.a, near.b) * n + np.maximum(near.a, near.b)]))
+    return pairs[0][untold], pairs[1][untold], np.isin(key[untold], contacts.a * n + contacts.b).astype(np.int64)
+
+
+def _listed(lines: Sequence[str], count: int, what: str) -> Sequence[str]:
+    """The lines, or the first few and how many more there are (of `count`, where that is more)."""
     if len(lines) <= LISTED:
         return lines
-    return [*lines[:LISTED], f"... and {len(lines) - LISTED} more {what}"]
+    return [*lines[:LISTED], f"... and {max(count, len(lines)) - LISTED} more {what}"]

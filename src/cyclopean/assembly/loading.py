@@ -13,9 +13,9 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.assembly.blocks import Assembly
-from cyclopean.assembly.checking import ALIGNED, REFUSED, face_distances
-from cyclopean.assembly.detection import length_tolerance, local_mesh
+from cyclopean.assembly.checking import ALIGNED, face_distances
 from cyclopean.assembly.loads import SELF, BodyLoad, Load, SurfaceLoad
+from cyclopean.assembly.precision import FLAT_SHARE, length_tolerance, local_mesh
 from cyclopean.errors import InputError
 from cyclopean.geometry import planar_regions
 
@@ -202,7 +202,7 @@ def _outward(assembly: Assembly, load: SurfaceLoad, where: str) -> Floats:
     normal = area / np.linalg.norm(area)
     middle = load.polygon.mean(0)
     away = load.polygon - middle
-    limit, own = REFUSED * assembly.size, float(np.linalg.norm(away, axis=1).max())
+    limit, own = FLAT_SHARE * float(assembly.mesh.diagonal[load.block]), float(np.linalg.norm(away, axis=1).max())
     if not (float(np.abs(away @ normal).max()) <= max(limit, FLAT * own)):
         raise InputError(f"{where}: its polygon is not flat; split it into flat pieces")
     mesh, origin = local_mesh(assembly)

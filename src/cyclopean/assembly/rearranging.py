@@ -115,7 +115,7 @@ class Arrangement:
         """Put one block's contacts in the place of those that it had."""
         name = f"'{self.model.blocks[block].id}'"
         parts = [self.joints.only(np.flatnonzero((self.joints.a != block) & (self.joints.b != block)))]
-        notes = tuple(note for note in self.notes if name not in note)
+        notes = tuple(note for note in self.notes if name not in note.partition(":")[0])
         if block not in removed:
             if block not in poses:
                 away = np.array(sorted({*poses, *removed}), np.int64)
@@ -142,7 +142,7 @@ class Arrangement:
         found = detect(Assembly(tuple(blocks)), self.tolerance)
         rows = found.contacts.only(np.flatnonzero((found.contacts.a == at) | (found.contacts.b == at)))
         name = f"'{here.id}'"
-        said = tuple(line for line in found.warnings if name in line and block in poses)
+        said = tuple(line for line in found.warnings if name in line.partition(":")[0] and block in poses)
         ends = np.array(order, np.int64)
         return paired_friction(self.model, replace(rows, a=ends[rows.a], b=ends[rows.b]))[0], said
 

@@ -85,16 +85,17 @@ class _Faces:
         return cls(mesh, normal, unit(normal), _centres(mesh), twin_edges(mesh))
 
 
-def planar_regions(mesh: Polyhedra, tolerance: float) -> PlanarRegions:
-    """Merge neighbouring faces of each body that lie in one plane within half the tolerance (m).
+def planar_regions(mesh: Polyhedra, tolerance: float | Floats) -> PlanarRegions:
+    """Merge neighbouring faces of each body that lie in one plane within half the tolerance (m; or (n,), its own).
 
     Faces that are not flat are fan-triangulated first, as for volumes. Two neighbours merge when the corners of the
     smaller lie in the plane of the larger; a sliver, which has no plane worth the name, joins its largest neighbour.
     A chain of merges that has crept out of its mean plane (a finely faceted curve) is undone face by face. Edges that
     run inside a region vanish, also the seam of a face that is drawn round a hole.
     """
-    faces = _Faces.of(flattened(mesh, tolerance)[0])
-    label = _merged(faces, tolerance)
+    own = np.broadcast_to(np.asarray(tolerance, float), len(mesh))
+    faces = _Faces.of(flattened(mesh, own)[0])
+    label = _merged(faces, own[faces.mesh.face_body])
     body = np.zeros(label.max(initial=-1) + 1, np.int64)
     body[label] = faces.mesh.face_body
     normal, point = _planes(faces, label)
@@ -129,8 +130,8 @@ def _centres(mesh: Polyhedra) -> Floats:
     return np.asarray(total / np.diff(mesh.corner_start)[:, None])
 
 
-def flattened(mesh: Polyhedra, tolerance: float) -> tuple[Polyhedra, Ints]:
-    """The mesh with every face that is not flat within half the tolerance (m) replaced by its fan of triangles.
+def flattened(mesh: Polyhedra, tolerance: float | Floats) -> tuple[Polyhedra, Ints]:
+    """The mesh with every face that is not flat within half the tolerance (m; or (n,)) cut into its fan of triangles.
 
     Returns
     -------
@@ -143,7 +144,8 @@ def flattened(mesh: Polyhedra, tolerance: float) -> tuple[Polyhedra, Ints]:
         return mesh, np.arange(len(mesh.corner_start) - 1)
     face = mesh.corner_face
     height = np.einsum("ki,ki->k", mesh.vertex[mesh.corner] - _centres(mesh)[face], unit(face_normals(mesh))[face])
-    bent = ~(np.maximum.reduceat(np.abs(height), mesh.corner_start[:-1]) <= tolerance / 2.0)
+    own = np.broadcast_to(np.asarray(tolerance, float), len(mesh))[mesh.face_body]
+    bent = ~(np.maximum.reduceat(np.abs(height), mesh.corner_start[:-1]) <= own / 2.0)
     if not bent.any():
         return mesh, np.arange(len(bent))
     fan, fan_face = triangles(mesh)
@@ -180,8 +182,8 @@ def twin_edges(mesh: Polyhedra) -> Ints:
     return np.where(mutual, twin, -1)
 
 
-def _merged(faces: _Faces, tolerance: float) -> Ints:
-    """(F,) region of each face, numbered by first face."""
+def _merged(faces: _Faces, tolerance: Floats) -> Ints:
+    """(F,) region of each face, numbered by first face; tolerance (F,)."""
     count = len(faces.normal)
     one, other = _joins(faces, tolerance)
     if not len(one):
@@ -191,11 +193,11 @@ def _merged(faces: _Faces, tolerance: float) -> Ints:
     region = label[faces.mesh.corner_face]
     height = np.einsum("ki,ki->k", faces.mesh.vertex[faces.mesh.corner] - point[region], unit(normal)[region])
     crept = np.zeros(len(normal), bool)
-    crept[region[~(np.abs(height) <= tolerance / 2.0)]] = True
+    crept[region[~(np.abs(height) <= tolerance[faces.mesh.corner_face] / 2.0)]] = True
     return numbered(np.where(crept[label], len(normal) + np.arange(count), label))
 
 
-def _joins(faces: _Faces, tolerance: float) -> tuple[Ints, Ints]:
+def _joins(faces: _Faces, tolerance: Floats) -> tuple[Ints, Ints]:
     """Pairs of neighbouring faces to be merged."""
     mesh = faces.mesh
     edge = np.flatnonzero(faces.twin > np.arange(len(faces.twin)))
@@ -213,7 +215,7 @@ def _joins(faces: _Faces, tolerance: float) -> tuple[Ints, Ints]:
     offset = mesh.vertex[mesh.corner[position]] - faces.centre[large][entry]
     height = np.abs(np.einsum("ki,ki->k", offset, faces.unit[large][entry]))
     first = np.searchsorted(entry, np.arange(len(small)))
-    flat = np.maximum.reduceat(height, first) <= tolerance / 2.0
+    flat = np.maximum.reduceat(height, first) <= tolerance[small] / 2.0
     small, large = small[flat], large[flat]
     # a sliver on the edge between two planes would fuse them: it joins one neighbour only, the largest
     order = np.lexsort((large, -double[large], small))
@@ -223,7 +225,7 @@ def _joins(faces: _Faces, tolerance: float) -> tuple[Ints, Ints]:
     return small[keep], large[keep]
 
 
-def _slivers(faces: _Faces, double: Floats, tolerance: float) -> Bools:
+def _slivers(faces: _Faces, double: Floats, tolerance: Floats) -> Bools:
     """(F,) faces thinner than the tolerance."""
     mesh = faces.mesh
     if not len(mesh.corner):

@@ -14,7 +14,7 @@ from cyclopean.geometry.packed import following, offsets, ragged, ragged_batches
 __all__ = ["Overlaps", "facing_regions", "region_overlaps"]
 
 GRID = 1e-3  # tolerances: of the grid that decides where they differ
-MAX_ANGLE = 0.1  # rad; beyond it even an overlap ten tolerances wide gapes by more than the tolerance
+MAX_ANGLE = 0.1  # rad: faces that lean more from each other are not meant to touch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,13 +24,16 @@ class Overlaps:
     pair: Ints  # (m,) which pair of regions
     start: Ints  # (m + 1,) offsets into point
     point: Floats  # (P, 3) m, on the mid-plane, counter-clockwise about the first region's normal
+    apart: Floats  # (m, 2) m: least and greatest distance from the first region to the second; negative = they overlap
 
 
-def facing_regions(regions: PlanarRegions, pairs: tuple[Ints, Ints], tolerance: float) -> tuple[Ints, Ints]:
+def facing_regions(
+    regions: PlanarRegions, pairs: tuple[Ints, Ints], reach: float | Floats, angle: float = MAX_ANGLE
+) -> tuple[Ints, Ints]:
     """Regions (one of body i, one of body j, for the given pairs of bodies) that could touch.
 
-    Kept are those whose boxes come within the tolerance, whose normals are opposed, and whose planes come within the
-    tolerance of each other somewhere in the regions.
+    Kept are those whose boxes come within reach (m; or (m,), one for each pair), whose normals are opposed to within
+    the angle (rad), and whose planes come within reach of each other somewhere in the regions.
     """
     none = np.zeros(0, np.int64)
     if not len(regions) or not len(pairs[0]):
@@ -38,58 +41,64 @@ def facing_regions(regions: PlanarRegions, pairs: tuple[Ints, Ints], tolerance: 
     (low, high), (body_low, body_high) = regions.boxes(), regions.body_boxes()
     radius = np.linalg.norm(np.maximum(high - regions.point, regions.point - low), axis=1)
     i, j = pairs
-    pair_a, region_a = _near(regions.body_start, i, (low, high), (body_low[j], body_high[j]), tolerance)
-    pair_b, region_b = _near(regions.body_start, j, (low, high), (body_low[i], body_high[i]), tolerance)
+    reach = np.broadcast_to(np.asarray(reach, float), len(i))
+    pair_a, region_a = _near(regions.body_start, i, (low, high), (body_low[j], body_high[j]), reach)
+    pair_b, region_b = _near(regions.body_start, j, (low, high), (body_low[i], body_high[i]), reach)
     start_b = np.searchsorted(pair_b, np.arange(len(pairs[0]) + 1))
     found: list[tuple[Ints, Ints]] = [(none, none)]
     for entry, position in ragged_batches(start_b, pair_a):
-        a, b = region_a[entry], region_b[position]
-        opposed = np.einsum("ki,ki->k", regions.normal[a], regions.normal[b]) < -np.cos(MAX_ANGLE)
-        a, b = a[opposed], b[opposed]
-        near_box = np.all((low[a] <= high[b] + tolerance) & (low[b] <= high[a] + tolerance), axis=1)
-        a, b = a[near_box], b[near_box]
+        a, b, within = region_a[entry], region_b[position], reach[pair_a[entry]][:, None]
+        opposed = np.einsum("ki,ki->k", regions.normal[a], regions.normal[b]) < -np.cos(angle)
+        a, b, within = a[opposed], b[opposed], within[opposed]
+        near_box = np.all((low[a] <= high[b] + within) & (low[b] <= high[a] + within), axis=1)
+        a, b, within = a[near_box], b[near_box], within[near_box]
         tilt = np.linalg.norm(regions.normal[a] + regions.normal[b], axis=1)
         apart = np.abs(np.einsum("ki,ki->k", regions.point[b] - regions.point[a], regions.normal[a]))
-        close = apart <= tolerance + tilt * radius[b]
+        close = apart <= within[:, 0] + tilt * radius[b]
         found.append((a[close], b[close]))
     return np.concatenate([a for a, _ in found]), np.concatenate([b for _, b in found])
 
 
 def _near(
-    start: Ints, body: Ints, boxes: tuple[Floats, Floats], other: tuple[Floats, Floats], tolerance: float
+    start: Ints, body: Ints, boxes: tuple[Floats, Floats], other: tuple[Floats, Floats], reach: Floats
 ) -> tuple[Ints, Ints]:
-    """Pairs and regions of `body`, with `boxes`, that come within the tolerance of the other body's box, in order."""
+    """Pairs and regions of `body`, with `boxes`, that come within reach of the other body's box, in order."""
     (low, high), (box_low, box_high) = boxes, other
     pair, region = ragged(start, body)
-    near = np.all((low[region] <= box_high[pair] + tolerance) & (box_low[pair] <= high[region] + tolerance), axis=1)
+    within = reach[pair][:, None]
+    near = np.all((low[region] <= box_high[pair] + within) & (box_low[pair] <= high[region] + within), axis=1)
     return pair[near], region[near]
 
 
-def region_overlaps(regions: PlanarRegions, a: Ints, b: Ints, tolerance: float) -> Overlaps:
+def region_overlaps(
+    regions: PlanarRegions, a: Ints, b: Ints, tolerance: float, gap: float | Floats | None = None
+) -> Overlaps:
     """Exact intersection of regions a[k] and b[k], whose normals are opposed, in their common plane.
 
     Each pair is laid into a frame of its own, about the middle of the smaller region and normal to the mean of the
-    two normals. Kept are the parts over which the two planes stay within the tolerance (m) of each other and whose
-    mean width (2 area / perimeter) exceeds it. Points come to lie on the mid-plane; those on a straight line between
-    their neighbours are dropped; a part with holes is cut through them into parts without.
+    two normals. Kept are the parts over which the two planes stay within the gap (m; or one for each pair; by default
+    the tolerance) of each other and whose mean width (2 area / perimeter) exceeds the tolerance (m). Points come to
+    lie on the mid-plane; those on a straight line between their neighbours are dropped; a part with holes is cut
+    through them into parts without.
     """
     import shapely
 
     if not len(a):
-        return Overlaps(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros((0, 3)))
+        return Overlaps(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros((0, 3)), np.zeros((0, 2)))
+    most = np.broadcast_to(np.asarray(tolerance if gap is None else gap, float), len(a))
     pairs = _Pairs.of(regions, a, b)
     one, two = pairs.drawn(a), pairs.drawn(b)
     (low, high), (low2, high2) = one.boxes(), two.boxes()
     overlapping = np.all(np.minimum(high, high2) - np.maximum(low, low2) > tolerance, axis=1)  # most do not
     if not overlapping.all():
-        found = region_overlaps(regions, a[overlapping], b[overlapping], tolerance)
+        found = region_overlaps(regions, a[overlapping], b[overlapping], tolerance, most[overlapping])
         return replace(found, pair=np.flatnonzero(overlapping)[found.pair])
     part, index = _wide_parts(*_polygons(_common(one, two, tolerance)), tolerance)
     xy, whose = shapely.get_coordinates(shapely.get_exterior_ring(part), return_index=True)
     closing = np.concatenate([whose[1:] != whose[:-1], [True]])[: len(whose)]
     start = offsets(np.bincount(whose[~closing], minlength=len(part)))
     xy, start = _without_collinear(_counter_clockwise(xy[~closing], start), start, tolerance / 2.0)
-    return pairs.lifted(index, xy, start, tolerance)
+    return pairs.lifted(index, xy, start, most)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,10 +150,10 @@ class _Pairs:
         start = offsets(np.diff(self.regions.region_corner_start)[region])
         return _Drawing(xy, start, offsets(np.diff(self.regions.corner_start)[ring]), pair)
 
-    def lifted(self, pair: Ints, xy: Floats, start: Ints, tolerance: float) -> Overlaps:
+    def lifted(self, pair: Ints, xy: Floats, start: Ints, most: Floats) -> Overlaps:
         """Put polygons (m) on the mid-plane of their pairs; drop those over which the planes gape or cross too far."""
         if not len(pair):
-            return Overlaps(pair, np.zeros(1, np.int64), np.zeros((0, 3)))
+            return Overlaps(pair, np.zeros(1, np.int64), np.zeros((0, 3)), np.zeros((0, 2)))
         which = np.repeat(pair, np.diff(start))
         flat = self.origin[which] + np.einsum("kj,kji->ki", xy, self.frame[which, 1:])
         up = self.frame[which, 0]
@@ -153,12 +162,13 @@ class _Pairs:
             normal = self.regions.normal[side]
             down = np.einsum("ki,ki->k", flat - self.regions.point[side], normal)
             heights.append(-down / np.einsum("ki,ki->k", up, normal))
-        gap = np.maximum.reduceat(np.abs(heights[1] - heights[0]), start[:-1])
+        between = heights[1] - heights[0]
+        apart = np.stack([low_high.reduceat(between, start[:-1]) for low_high in (np.minimum, np.maximum)], 1)
         count = np.diff(start)
         middle = np.add.reduceat(heights[0] + heights[1], start[:-1]) / (2.0 * count)
-        kept = np.flatnonzero(gap <= tolerance)
+        kept = np.flatnonzero(np.abs(apart).max(axis=1) <= most[pair])
         point = flat + np.repeat(middle, count)[:, None] * up
-        return Overlaps(pair[kept], offsets(count[kept]), point[ragged(start, kept)[1]])
+        return Overlaps(pair[kept], offsets(count[kept]), point[ragged(start, kept)[1]], apart[kept])
 
 
 def _common(one: _Drawing, two: _Drawing, tolerance: float) -> Any:

@@ -102,7 +102,7 @@ class _Page:
         given = None if posed.assembly.contacts is None else posed.assembly.contacts.mu
         own = np.full(len(posed.contacts), np.nan) if given is None else given
         contacts, _ = paired_friction(posed.assembly, replace(posed.contacts, mu=own))
-        tolerance = length_tolerance(posed.assembly) if settings.tolerance is None else settings.tolerance
+        tolerance = length_tolerance(posed.assembly) if posed.forgiven is None else posed.forgiven.gap
         self._home = home = arrange(posed.assembly, contacts, posed.fixed, tolerance)
         tilt, azimuth = settings.tilt or (0.0, 0.0)
         knobs = Knobs(Knobs().mu if settings.mu is None else settings.mu, tilt=tilt, azimuth=azimuth)
