@@ -126,9 +126,21 @@ def _decided(
         claim = solved(model, settings, system, progress, MARGIN)
         result = prove(model, settings, system, claim, judge)
     result = within_faces(model, settings, system, result, progress)
+    if result.verdict == "undecided" and settings.chosen_method() == "cra":
+        result = _beside_equilibrium(model, settings, result, judge)
     clock.append(time.perf_counter())
     seconds = {"solve": clock[1] - clock[0], "verify": clock[2] - clock[1], "total": clock[2] - clock[0]}
     return replace(result, seconds=seconds), claim
+
+
+def _beside_equilibrium(model: PreparedModel, settings: Settings, result: Result, judge: Judge) -> Result:
+    """What rigid-block equilibrium says, first, of a model that coupled analysis leaves undecided."""
+    alone = decide(model, replace(settings, method="rbe"), judge=judge)
+    proved = "" if alone.verdict == "undecided" else ", with proof"
+    said = (
+        f"Rigid-block equilibrium alone says {alone.verdict}{proved}; coupled analysis does not decide. {result.reason}"
+    )
+    return replace(result, reason=said, provenance=result.provenance | {"rbe": alone.verdict})
 
 
 def _method_for(model: PreparedModel, settings: Settings) -> tuple[Settings, tuple[str, ...]]:

@@ -13,9 +13,11 @@ from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import (
     Assembly,
     Contacts,
+    Detection,
     Forgiven,
     Load,
     Loading,
+    NearMisses,
     bearing,
     check_contacts,
     detect,
@@ -34,6 +36,7 @@ from cyclopean.texts import AUTO
 
 __all__ = ["PreparedModel", "prepare"]
 
+ROUNDS = 4  # in which a tolerance is found, one or two are usual
 LIBRARIES = ("scipy.spatial", "shapely")  # of detection: loaded before the clock runs
 
 
@@ -53,6 +56,7 @@ class PreparedModel:
     loading: Loading | None = None  # which loads act; those of `assembly` have their factors already
     settled: Floats | None = None  # (n, 6) m, rad: what the ground does to supports; None = nothing
     forgiven: Forgiven | None = None  # of the drawing, as it was said or found
+    near: NearMisses | None = None  # what nearly touches and does not count; None = the file gives the contacts
 
     @property
     def mass(self) -> Floats:
@@ -107,7 +111,8 @@ def prepare(
     for library in LIBRARIES if assembly.contacts is None else ():
         import_module(library)
     clock["margin"] = time.perf_counter()
-    contacts, margin, warnings, forgiven = _joined(assembly, settings, fixed)
+    found, forgiven = _joined(assembly, settings, fixed)
+    contacts, margin, warnings = found.contacts, found.tolerance, found.warnings
     if forgiven is not None and rule == "lowest":
         fixed = grounded(assembly, contacts, fixed, forgiven.gap)
     tolerance = _stated(assembly, margin)
@@ -146,24 +151,25 @@ def prepare(
         chosen,
         _settled(assembly, fixed, settings),
         forgiven,
+        found.near,
     )
 
 
-def _joined(
-    assembly: Assembly, settings: Settings, fixed: Bools
-) -> tuple[Contacts, float, tuple[str, ...], Forgiven | None]:
-    """Contacts found or checked, how far the furthest lies off its faces (m), warnings, and what was forgiven."""
+def _joined(assembly: Assembly, settings: Settings, fixed: Bools) -> tuple[Detection, Forgiven | None]:
+    """Contacts found, or those that are given held against the blocks; and what was forgiven."""
     forgiven = settings.forgiven()
     if assembly.contacts is not None:
-        contacts, margin, warnings = check_contacts(
-            assembly, assembly.contacts, None if forgiven is None else forgiven.gap
-        )
-        return contacts, margin, warnings, forgiven
+        gap = None if forgiven is None else forgiven.gap
+        contacts, furthest, warnings = check_contacts(assembly, assembly.contacts, gap)
+        return Detection(contacts, (), warnings, furthest, None), forgiven
     found = detect(assembly, forgiven)
-    if settings.tolerance == AUTO:
-        forgiven = meant(assembly, found.contacts, found.near, fixed)
-        found = found if forgiven is None else detect(assembly, forgiven)
-    return found.contacts, found.tolerance, found.warnings, forgiven
+    for _ in range(ROUNDS if settings.tolerance == AUTO else 0):  # faces that are flat within more miss otherwise
+        more = None if found.near is None else meant(assembly, found.contacts, found.near, fixed)
+        wider = more if forgiven is None or more is None else forgiven.and_also(more)
+        if wider is None or wider == forgiven:
+            break
+        forgiven, found = wider, detect(assembly, wider)
+    return found, forgiven
 
 
 def _detached(assembly: Assembly) -> tuple[str, ...]:

@@ -62,7 +62,7 @@ def reason_for(
     if kind == "cra-state":
         return "Forces that a virtual motion of the blocks produces, pressing and rubbing, balance every load."
     if kind == "rbe-mechanism" and motion is not None:
-        return _falls(model, motion, provenance)
+        return _falls(model, motion, provenance) + _missed(model)
     if kind == "cra-tree":
         cases = int(figures.get("leaves", 0))
         each = f"{cases} cases, each" if cases != 1 else "the only case is"
@@ -70,7 +70,7 @@ def reason_for(
             "Rigid-block equilibrium has forces for it, but no virtual motion produces them:"
             f" {each} proved impossible (for {_named(bounds)})."
         )
-    return _undecided(bounds, figures, provenance)
+    return _undecided(bounds, figures, provenance) + _missed(model)
 
 
 def counted_on(model: PreparedModel, kind: str) -> str:
@@ -106,6 +106,24 @@ def _falls(model: PreparedModel, motion: Floats, provenance: Mapping[str, Any]) 
     return (
         f"A collapse mechanism exists: {moving} of {len(motion)} free blocks move, '{fastest}' the fastest,"
         " and the loads drive the motion."
+    )
+
+
+def _missed(model: PreparedModel) -> str:
+    """What joints that were drawn imprecisely may have to do with it."""
+    near = model.near
+    if near is None or not len(near):
+        return ""
+    blocks = model.assembly.blocks
+    if model.idle and (k := near.nearest(model.idle[0])) >= 0:
+        other = int(near.a[k] + near.b[k]) - model.idle[0]
+        return (
+            f" Block '{blocks[other].id}' is {near.sizes(k)}: if they are meant to touch, use `tolerance`"
+            f" {near.forgiving(np.array([k])).words()}, or auto."
+        )
+    pairs = len(np.unique(np.stack([near.a, near.b], 1), axis=0))
+    return (
+        f" But {pairs} {'pairs' if pairs > 1 else 'pair'} of blocks nearly touch and were not counted; see `tolerance`."
     )
 
 

@@ -98,8 +98,12 @@ def margins(model: PreparedModel, settings: Settings, stands: bool = False) -> M
 
 
 def _smaller(model: PreparedModel, share: float) -> PreparedModel:
-    """The model with its joints shrunk; the tolerance with them, for no joint may be as narrow as that."""
-    return replace(model, contacts=shrunk(model.contacts, share), tolerance=share * model.tolerance)
+    """The model with its joints shrunk; the tolerance with them, for no joint may be as narrow as that.
+
+    Of a drawing that was forgiven something as much stays as its contacts lie off their faces: half of it.
+    """
+    left = share if model.forgiven is None else max(share, 0.5)
+    return replace(model, contacts=shrunk(model.contacts, share), tolerance=left * model.tolerance)
 
 
 def _least_tilt(model: PreparedModel) -> tuple[Bracket | None, float | None]:

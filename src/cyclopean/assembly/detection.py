@@ -9,7 +9,7 @@ from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.checking import seated
 from cyclopean.assembly.contacts import Contacts
-from cyclopean.assembly.near_misses import Forgiven, NearMisses, near_misses
+from cyclopean.assembly.near_misses import EQUAL, Forgiven, NearMisses, near_misses
 from cyclopean.assembly.precision import LEANS, ROUGH_SHARE, length_tolerance, local_mesh
 from cyclopean.errors import InputError
 from cyclopean.geometry import (
@@ -40,7 +40,7 @@ class Detection:
     touching_nothing: tuple[int, ...]  # blocks without any contact
     warnings: tuple[str, ...]  # one line each, naming the blocks
     tolerance: float  # m: how far contacts may lie off the faces of their blocks
-    near: NearMisses  # what nearly touches and does not count
+    near: NearMisses | None  # what nearly touches and does not count; None = not looked for
 
 
 def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Detection:
@@ -119,7 +119,7 @@ class _Asked:
     def of(cls, mesh: Polyhedra, digits: float, forgiven: Forgiven | None) -> "_Asked":
         if forgiven is None:
             return cls(digits, digits, LEANS, OWN_SHARE, np.full(len(mesh), digits))
-        gap = max(digits, forgiven.gap)
+        gap = max(digits, forgiven.gap * (1.0 + EQUAL))
         return cls(digits, gap, forgiven.angle, ROUGH_SHARE, np.minimum(gap, ROUGH_SHARE * mesh.diagonal))
 
     def most(self, size: Floats, a: Ints, b: Ints) -> Floats:

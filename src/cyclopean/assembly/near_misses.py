@@ -13,13 +13,14 @@ from cyclopean.geometry import Overlaps, PlanarRegions, Polyhedra, box_pairs, fa
 from cyclopean.geometry.frames import newell_normals
 from cyclopean.geometry.packed import following
 
-__all__ = ["Forgiven", "NearMisses", "grounded", "meant", "near_misses"]
+__all__ = ["EQUAL", "Forgiven", "NearMisses", "grounded", "meant", "near_misses"]
 
 THIN = 0.25  # of a block's mean thickness (2 volume / area): what is further away may lie behind another block
 WIDE = 4.0  # times the distance: a joint that is no wider is none
 STEP = 2.0  # gaps that follow each other more closely belong together
 SKEW = 0.05  # rad: faces that lean less from each other, and are near, are meant to touch
 UP = 0.1  # sine of the least slope of a face that something can stand on
+EQUAL = 1e-9  # share by which a gap may exceed what is forgiven: numbers in files are rounded
 DIGITS = 3  # to which a tolerance that is chosen is rounded up
 
 
@@ -29,6 +30,10 @@ class Forgiven:
 
     gap: float  # m
     angle: float  # rad
+
+    def and_also(self, other: "Forgiven") -> "Forgiven":
+        """What either forgives."""
+        return Forgiven(max(self.gap, other.gap), max(self.angle, other.angle))
 
     def words(self) -> str:
         """As the option is typed, metres and degrees."""
@@ -102,7 +107,7 @@ class NearMisses:
 def _up(value: float) -> float:
     """Rounded up to a few digits."""
     unit = 10.0 ** (np.floor(np.log10(value)) - DIGITS + 1) if value > 0.0 else 1.0
-    return float(np.ceil(value * (1.0 + 1e-9) / unit) * unit)
+    return float(np.ceil(value / unit * (1.0 - EQUAL)) * unit)
 
 
 def near_misses(mesh: Polyhedra, regions: PlanarRegions, found: tuple[Ints, Ints], tolerance: float) -> NearMisses:
