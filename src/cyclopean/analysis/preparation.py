@@ -34,7 +34,7 @@ from cyclopean.geometry import detached_pieces, mesh_faults
 from cyclopean.statics import EquilibriumSystem, equilibrium_system, turned_gravity
 from cyclopean.texts import AUTO
 
-__all__ = ["PreparedModel", "prepare"]
+__all__ = ["PreparedModel", "joined", "prepare"]
 
 ROUNDS = 4  # in which a tolerance is found, one or two are usual
 LIBRARIES = ("scipy.spatial", "shapely")  # of detection: loaded before the clock runs
@@ -111,7 +111,7 @@ def prepare(
     for library in LIBRARIES if assembly.contacts is None else ():
         import_module(library)
     clock["margin"] = time.perf_counter()
-    found, forgiven = _joined(assembly, settings, fixed)
+    found, forgiven = joined(assembly, settings, fixed)
     contacts, margin, warnings = found.contacts, found.tolerance, found.warnings
     if forgiven is not None and rule == "lowest":
         fixed = grounded(assembly, contacts, fixed, forgiven.gap)
@@ -155,8 +155,23 @@ def prepare(
     )
 
 
-def _joined(assembly: Assembly, settings: Settings, fixed: Bools) -> tuple[Detection, Forgiven | None]:
-    """Contacts found, or those that are given held against the blocks; and what was forgiven."""
+def joined(assembly: Assembly, settings: Settings, fixed: Bools) -> tuple[Detection, Forgiven | None]:
+    """Contacts found, or those that are given held against the blocks; and what was forgiven.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks (n).
+    settings : Settings
+        Its `tolerance`.
+    fixed : (n,) bool
+        Supports.
+
+    Raises
+    ------
+    InputError
+        Contacts that are given are not on their blocks.
+    """
     forgiven = settings.forgiven()
     if assembly.contacts is not None:
         gap = None if forgiven is None else forgiven.gap

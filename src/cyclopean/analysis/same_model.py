@@ -12,8 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cyclopean.analysis.preparation import joined
+from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Bools, Floats
-from cyclopean.assembly import Assembly, Block, check_contacts, detect, paired_friction, resolved_loads, supports
+from cyclopean.assembly import Assembly, Block, Contacts, grounded, paired_friction, resolved_loads, supports
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 
@@ -64,7 +66,7 @@ class _Lengths:
         return True
 
 
-def compare(certificate: Mapping[str, Any], assembly: Assembly) -> Comparison:
+def compare(certificate: Mapping[str, Any], assembly: Assembly, settings: Settings | None = None) -> Comparison:
     """Hold a certificate against a model.
 
     Parameters
@@ -73,6 +75,8 @@ def compare(certificate: Mapping[str, Any], assembly: Assembly) -> Comparison:
         As it stands in a file, accepted by the checker: nothing in it is checked again.
     assembly : Assembly
         The model. Loads of every case act with factor 1; supports are those that it names, else the lowest blocks.
+    settings : Settings, optional
+        Their `tolerance`: what the drawing is forgiven where contacts are detected.
 
     Raises
     ------
@@ -83,11 +87,15 @@ def compare(certificate: Mapping[str, Any], assembly: Assembly) -> Comparison:
         raise InputError(f"block '{assembly.blocks[faults[0][0]].id}' {faults[0][1]}; mend its mesh")
     stones: dict[str, Row] = {stone["id"]: stone for stone in certificate["blocks"]}
     fixed, lowest = _supports(assembly)
+    found, forgiven = joined(assembly, Settings() if settings is None else settings, fixed)
+    if forgiven is not None and lowest:
+        fixed = grounded(assembly, found.contacts, fixed, forgiven.gap)
     held_there = {name for name, stone in stones.items() if stone["fixed"]}
     held_here = {block.id for block, whole in zip(assembly.blocks, fixed, strict=True) if whole}
     corners = [assembly.mesh.vertex, *(np.asarray(stone["vertices"], float) for stone in stones.values())]
     lengths = _Lengths(ROUNDING * max(float(np.abs(rows).max(initial=0.0)) for rows in corners))
-    contacts, tolerance = _contacts_of(assembly)
+    tolerance = found.tolerance if assembly.contacts is None else 0.0  # with which contacts were detected
+    contacts = _joints(assembly, found.contacts)
     here = [one for one in contacts if not {*one.pair} <= held_here and not {*one.pair} <= held_there]
     there = [one for one in map(_listed, certificate["contacts"]) if not {*one.pair} <= held_here]
     pairs, lines = _paired(here, there, lengths, tolerance)
@@ -165,18 +173,12 @@ def _near(x: float, y: float) -> bool:
 # Contacts.
 
 
-def _contacts_of(assembly: Assembly) -> tuple[list[_Joint], float]:
-    """The contacts of the model, and the tolerance (m) with which they were detected; 0 where it lists them."""
-    if assembly.contacts is None:
-        found = detect(assembly)
-        contacts, tolerance = found.contacts, found.tolerance
-    else:
-        contacts, tolerance = check_contacts(assembly, assembly.contacts)[0], 0.0
+def _joints(assembly: Assembly, contacts: Contacts) -> list[_Joint]:
+    """The contacts of the model, with the friction of its materials."""
     contacts = paired_friction(assembly, contacts)[0]
     names = [block.id for block in assembly.blocks]
     rows = zip(*(x.tolist() for x in (contacts.a, contacts.b, contacts.mu, contacts.strength_given)), strict=True)
-    joints = [_joint(names[a], names[b], contacts.polygon(k), mu, pull) for k, (a, b, mu, pull) in enumerate(rows)]
-    return joints, tolerance
+    return [_joint(names[a], names[b], contacts.polygon(k), mu, pull) for k, (a, b, mu, pull) in enumerate(rows)]
 
 
 def _listed(row: Row) -> _Joint:

@@ -12,7 +12,13 @@ if TYPE_CHECKING:
 __all__ = ["verify", "verify_file"]
 
 
-def verify(certificate: Mapping[str, object], *, model: "Model | None" = None, units: str | None = None) -> "Report":
+def verify(
+    certificate: Mapping[str, object],
+    *,
+    model: "Model | None" = None,
+    units: str | None = None,
+    tolerance: float | tuple[float, float] | str | None = None,
+) -> "Report":
     """Check one certificate in exact arithmetic, and whether it is about a model.
 
     Parameters
@@ -24,6 +30,8 @@ def verify(certificate: Mapping[str, object], *, model: "Model | None" = None, u
         the model leaves open, such as gravity, is no difference; `Report.assumed` says all that the proof assumes.
     units : str, optional
         Unit of length of a model file that does not say it.
+    tolerance : float, (float, float) or "auto", optional
+        With which the model was checked: gap (m) within which faces touch, and how far they may lean (degrees).
 
     Raises
     ------
@@ -43,15 +51,21 @@ def verify(certificate: Mapping[str, object], *, model: "Model | None" = None, u
     report = proof.verify(certificate)
     if model is None or not report.proved:
         return report
-    from cyclopean.analysis import compare
+    from cyclopean.analysis import Settings, compare
 
-    found = compare(certificate, assembly_of(model, units)[0])
+    found = compare(certificate, assembly_of(model, units)[0], Settings(tolerance=tolerance))
     if not found.differences:
         return report
     return replace(report, proved=False, reason=f"proved, but not of this model: {'; '.join(found.differences)}")
 
 
-def verify_file(path: Path, *, model: "Model | None" = None, units: str | None = None) -> "Report":
+def verify_file(
+    path: Path,
+    *,
+    model: "Model | None" = None,
+    units: str | None = None,
+    tolerance: float | tuple[float, float] | str | None = None,
+) -> "Report":
     """Check the certificate in a file; the rest as `verify`.
 
     Raises
@@ -67,4 +81,4 @@ def verify_file(path: Path, *, model: "Model | None" = None, units: str | None =
 
     if model is None:
         return proof.verify_file(path)
-    return verify(proof.read_file(path), model=model, units=units)
+    return verify(proof.read_file(path), model=model, units=units, tolerance=tolerance)

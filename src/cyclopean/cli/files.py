@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopean.analysis.settings import Settings
 from cyclopean.api.inputs import Reading
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files, planned
@@ -30,6 +31,9 @@ def verify(
         str | None, Option("Model file that it has to be about; says what differs.", metavar="MODEL")
     ] = None,
     reading: Reading = Reading(),
+    tolerance: Annotated[
+        Any, Option("What the model's drawing was forgiven.", "tolerance", metavar="GAP[,DEGREES]|auto")
+    ] = None,
     files: Annotated[Files, written("json")] = Files({}),
 ) -> int:
     """Check a certificate in exact arithmetic.
@@ -39,8 +43,9 @@ def verify(
     units = reading.units
     if model is not None:
         files.within(Path(), (), (model,))
-    elif units is not None:
-        raise InputError(f"`units` {units}: is of the lengths of a model; give `model` too")
+    elif units is not None or tolerance is not None:
+        name = "tolerance" if units is None else "units"
+        raise InputError.of(name, tolerance if units is None else units, "is of a model; give `model` too")
 
     from cyclopean.proof import NotACertificateError, read_file, verify_file
     from cyclopean.proof import verify as checked
@@ -55,7 +60,7 @@ def verify(
         raise InputError(f"{certificate or repr(certificate)}: cannot be read: {why}") from None
     except NotACertificateError as error:
         raise InputError(f"{certificate}: {error}") from None
-    same = None if model is None else _compared(report, content, model, units)
+    same = None if model is None else _compared(report, content, model, reading, Settings(tolerance=tolerance))
     data: dict[str, Any] = {
         "proved": report.proved,
         "kind": report.kind,
@@ -72,12 +77,14 @@ def verify(
     return 0 if report.proved and not (same and same.differences) else 1
 
 
-def _compared(report: "Report", content: Mapping[str, Any], model: str, units: str | None) -> "Comparison | None":
+def _compared(
+    report: "Report", content: Mapping[str, Any], model: str, reading: Reading, settings: Settings
+) -> "Comparison | None":
     """Hold what has been proved against a model file; of what has not, only the file is read."""
     from cyclopean import io
 
     with of_file(model):
-        assembly, warnings = io.read_model(model, units)
+        assembly, warnings = io.read_model(model, reading.units)
         for warning in warnings:
             warn(warning)
         if not report.proved:
@@ -85,7 +92,7 @@ def _compared(report: "Report", content: Mapping[str, Any], model: str, units: s
         from cyclopean.analysis import compare
 
         with long_work(f"comparing with {model}"):
-            return compare(content, assembly)
+            return compare(content, assembly, settings)
 
 
 def _told(report: "Report", model: str | None, same: "Comparison | None") -> list[str]:
