@@ -98,7 +98,7 @@ def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Det
     warnings = (
         *_listed([_lonely(names, mesh, near, i) for i in alone[: LISTED + 1]], len(alone), "blocks that touch nothing"),
         *([] if forgiven is None else _forgiven(regions, a, b, found, digits)),
-        *near.told(names),
+        *near.only(touched[near.a] & touched[near.b]).told(names),
         *_listed([f"blocks '{names[i]}' and '{names[j]}' stand in the same place" for i, j in same], 0, "duplicates"),
         *_listed(_collisions(names, mesh, regions, apart, asked.gap, origin), 0, "pairs that run into each other"),
     )
