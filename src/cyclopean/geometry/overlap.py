@@ -78,8 +78,8 @@ def region_overlaps(
     Each pair is laid into a frame of its own, about the middle of the smaller region and normal to the mean of the
     two normals. Kept are the parts over which the two planes stay within the gap (m; or one for each pair; by default
     the tolerance) of each other and whose mean width (2 area / perimeter) exceeds the tolerance (m). Points come to
-    lie on the mid-plane; those on a straight line between their neighbours are dropped; a part with holes is cut
-    through them into parts without.
+    lie on the mid-plane; those on a straight line between their neighbours, within the gap, are dropped; a part with
+    holes is cut through them into parts without.
     """
     import shapely
 
@@ -97,7 +97,8 @@ def region_overlaps(
     xy, whose = shapely.get_coordinates(shapely.get_exterior_ring(part), return_index=True)
     closing = np.concatenate([whose[1:] != whose[:-1], [True]])[: len(whose)]
     start = offsets(np.bincount(whose[~closing], minlength=len(part)))
-    xy, start = _without_collinear(_counter_clockwise(xy[~closing], start), start, tolerance / 2.0)
+    loose = np.maximum(2.0 * most[index] if gap is not None else 0.0, tolerance)  # two outlines drawn so imprecisely
+    xy, start = _without_collinear(_counter_clockwise(xy[~closing], start), start, loose)
     return pairs.lifted(index, xy, start, most)
 
 
@@ -275,8 +276,8 @@ def _counter_clockwise(xy: Floats, start: Ints) -> Floats:
     return np.asarray(xy[np.where(clockwise, first + last - index, index)])
 
 
-def _without_collinear(xy: Floats, start: Ints, tolerance: float) -> tuple[Floats, Ints]:
-    """Rings without the points that lie within the tolerance (m) of the line through their neighbours.
+def _without_collinear(xy: Floats, start: Ints, tolerance: Floats) -> tuple[Floats, Ints]:
+    """Rings without the points that lie within the tolerance (m, one a ring) of the line through their neighbours.
 
     Of two neighbours only the straighter one goes in a round, so that a round moves the outline by no more than the
     tolerance; rounds go on until nothing moves. A triangle stays as it is.
@@ -289,7 +290,7 @@ def _without_collinear(xy: Floats, start: Ints, tolerance: float) -> tuple[Float
         cross = np.abs(cross_2d(chord, arm))
         height = np.where(length > 0.0, cross / np.where(length > 0.0, length, 1.0), 0.0)
         ring = np.repeat(np.arange(len(start) - 1), np.diff(start))
-        loose = (height <= tolerance) & (np.diff(start) > 3)[ring]
+        loose = (height <= tolerance[ring]) & (np.diff(start) > 3)[ring]
         if not loose.any():
             break
         rank = np.zeros(len(xy), np.int64)
