@@ -24,6 +24,7 @@ from cyclopean.assembly import Contacts
 __all__ = ["POINTS", "Bracket", "Margins", "margins", "shrunk"]
 
 POINTS = 600  # contact points up to which margins are found without being asked for: about a second
+HALF = 0.5 * (1.0 + 1e-9)  # of the tolerance, and room for rounding
 CLOSE = 1e-3  # of the value said: how far apart the two sides of a margin may be
 SPECK = 1e-3  # of its size, below which a joint is a point
 AZIMUTHS = 8  # that the ground is tilted towards
@@ -102,7 +103,7 @@ def _smaller(model: PreparedModel, share: float) -> PreparedModel:
 
     Of a drawing that was forgiven something as much stays as its contacts lie off their faces: half of it.
     """
-    left = share if model.forgiven is None else max(share, 0.5)
+    left = share if model.forgiven is None else max(share, HALF)
     return replace(model, contacts=shrunk(model.contacts, share), tolerance=left * model.tolerance)
 
 

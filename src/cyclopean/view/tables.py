@@ -193,6 +193,10 @@ def assumptions(result: Result) -> str:
         _assumption(result, "supports", "Supports", supports, ""),
         _assumption(result, "gravity", "Gravity", _gravity(result.gravity), ""),
     ]
+    if "tolerance" in result.assumed:
+        gap, degrees = str(result.assumed["tolerance"]).split(",")
+        forgiven = f"faces up to {gap} m apart or in each other, and {degrees} degrees askew, count as touching"
+        rows.append(_assumption(result, "tolerance", "Forgiven of the drawing", forgiven, ""))
     if partly := result.partly_held:
         sides = {block.id: " ".join(block.held) for block in result.assembly.blocks if block.held}
         some = ", ".join(f"{name} ({sides[name]})" for name in partly[:5])
