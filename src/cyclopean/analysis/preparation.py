@@ -56,6 +56,7 @@ class PreparedModel:
     loading: Loading | None = None  # which loads act; those of `assembly` have their factors already
     settled: Floats | None = None  # (n, 6) m, rad: what the ground does to supports; None = nothing
     forgiven: Forgiven | None = None  # of the drawing, as it was said or found
+    drawing: str = ""  # how many contacts there are only because it was forgiven something
     near: NearMisses | None = None  # what nearly touches and does not count; None = the file gives the contacts
 
     @property
@@ -151,6 +152,7 @@ def prepare(
         chosen,
         _settled(assembly, fixed, settings),
         forgiven,
+        found.forgiven,
         found.near,
     )
 

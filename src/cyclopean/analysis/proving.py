@@ -129,6 +129,7 @@ def prove(
         | ({} if proved or not report else _refused(report)),
         warnings=model.warnings,
         loading=model.loading,
+        drawing=model.drawing,
     )
 
 

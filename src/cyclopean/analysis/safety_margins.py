@@ -19,7 +19,7 @@ from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.proving import polished, prove, rigid_claim
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result, relative_motion
-from cyclopean.assembly import Contacts
+from cyclopean.assembly import Contacts, length_tolerance
 
 __all__ = ["POINTS", "Bracket", "Margins", "margins", "shrunk"]
 
@@ -101,9 +101,10 @@ def margins(model: PreparedModel, settings: Settings, stands: bool = False) -> M
 def _smaller(model: PreparedModel, share: float) -> PreparedModel:
     """The model with its joints shrunk; the tolerance with them, for no joint may be as narrow as that.
 
-    Of a drawing that was forgiven something as much stays as its contacts lie off their faces: half of it.
+    Where contacts lie off their faces as much of it stays as they do: half of it.
     """
-    left = share if model.forgiven is None else max(share, HALF)
+    exact = model.tolerance <= 2.0 * length_tolerance(model.assembly) * (1.0 + 1e-9)
+    left = share if exact else max(share, HALF)
     return replace(model, contacts=shrunk(model.contacts, share), tolerance=left * model.tolerance)
 
 

@@ -54,6 +54,7 @@ class Result:
     provenance: dict[str, Any] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    drawing: str = ""  # how many contacts there are only because the drawing was forgiven something; also a warning
     settled: Settled | None = None  # when stable after a settlement: `force` is then that of the settled state
     loading: Loading | None = None  # cases and their factors, where the model or the user told them apart
     path: "Subsidence | None" = None  # the steps of a settlement, where it was followed

@@ -122,7 +122,7 @@ def examined(
         assembly, notes = _on_rough_surfaces(assembly, more.rough)
         said = (*said, *notes)
     result = analysis.check(assembly, chosen, progress)
-    given = replace(assembly, contacts=result.contacts) if assembly.contacts is None else assembly
+    given = _as_judged(assembly, result) if assembly.contacts is None else assembly
     if more.steps is not None and result.verdict == "stable":
         path = analysis.subsidence(given, chosen, steps=more.steps, progress=progress)
         result = replace(path.judged(result), path=path)
@@ -137,10 +137,16 @@ def examined(
         warnings=(*said, *result.warnings),
         seconds={"read": read, **result.seconds, "total": time.perf_counter() - began},
         sensitivity=drawn,
-        spare=_Spare(replace(assembly, contacts=result.contacts), chosen)
-        if _tells_margins(result, more.margins)
-        else None,
+        spare=_Spare(_as_judged(assembly, result), chosen) if _tells_margins(result, more.margins) else None,
     )
+
+
+def _as_judged(assembly: "Assembly", result: "Result") -> "Assembly":
+    """The model with the contacts, and where it names none the supports, that the verdict is about."""
+    blocks = assembly.blocks
+    if result.assumed.get("supports") == "lowest":
+        blocks = tuple(replace(b, fixed=held) for b, held in zip(blocks, result.fixed.tolist(), strict=True))
+    return replace(assembly, blocks=blocks, contacts=result.contacts)
 
 
 def _on_rough_surfaces(assembly: "Assembly", rough: "float | str") -> "tuple[Assembly, tuple[str, ...]]":

@@ -41,6 +41,7 @@ class Detection:
     warnings: tuple[str, ...]  # one line each, naming the blocks
     tolerance: float  # m: how far contacts may lie off the faces of their blocks
     near: NearMisses | None  # what nearly touches and does not count; None = not looked for
+    forgiven: str = ""  # how many contacts count only because of what is forgiven, and how much that is
 
 
 def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Detection:
@@ -95,14 +96,15 @@ def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Det
     names = [block.id for block in assembly.blocks]
     same = _duplicates(assembly, asked.gap)
     apart = _loose(pairs, contacts, same, near, len(names))
+    told = "" if forgiven is None else _forgiven(regions, a, b, found, digits)
     warnings = (
         *_listed([_lonely(names, mesh, near, i) for i in alone[: LISTED + 1]], len(alone), "blocks that touch nothing"),
-        *([] if forgiven is None else _forgiven(regions, a, b, found, digits)),
+        *([told] if told else []),
         *near.only(touched[near.a] & touched[near.b]).told(names),
         *_listed([f"blocks '{names[i]}' and '{names[j]}' stand in the same place" for i, j in same], 0, "duplicates"),
         *_listed(_collisions(names, mesh, regions, apart, asked.gap, origin), 0, "pairs that run into each other"),
     )
-    return Detection(contacts, alone, warnings, max(off, digits), near)
+    return Detection(contacts, alone, warnings, max(off, digits), near, told)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,18 +141,19 @@ class _Asked:
         return regions, a, b, region_overlaps(regions, a, b, self.digits, most)
 
 
-def _forgiven(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, digits: float) -> list[str]:
+def _forgiven(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, digits: float) -> str:
     """Say how many contacts there are only because something was forgiven, and how much that was."""
     distance = np.abs(found.apart).max(axis=1, initial=0.0)
     askew = np.linalg.norm(regions.normal[a[found.pair]] + regions.normal[b[found.pair]], axis=1)
     which = (distance > digits) | (askew > LEANS)
     if not which.any():
-        return []
+        return ""
     gap, overlap = max(float(found.apart[which, 1].max()), 0.0), max(-float(found.apart[which, 0].min()), 0.0)
-    return [
-        f"{np.count_nonzero(which)} of {len(which)} contacts count although they are drawn up to {gap:.2g} m apart,"
-        f" {overlap:.2g} m into each other and {np.degrees(askew[which].max()):.2g} degrees askew"
-    ]
+    parts = [f"{size:.2g} {word}" for size, word in ((gap, "m apart"), (overlap, "m into each other")) if size > digits]
+    if (most := float(np.degrees(askew[which].max()))) >= 1e-3:
+        parts.append(f"{most:.2g} degrees askew")
+    said = f"{', '.join(parts[:-1])} or {parts[-1]}" if len(parts) > 1 else parts[0]
+    return f"{np.count_nonzero(which)} of {len(which)} contacts count although they are drawn up to {said}"
 
 
 def _lonely(names: Sequence[str], mesh: Polyhedra, near: NearMisses, block: int) -> str:

@@ -51,7 +51,8 @@ def check(
         stage("margins")
         spare = result.margins
     for warning in result.warnings:
-        warn(warning)
+        if warning != result.drawing:
+            warn(warning)
     data = write_result(result, files, model)
     files.tell(data, _lines(result, data, files, spare))
     return STATUS[result.verdict]
@@ -180,6 +181,8 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: Files) -> list[
         f"  model    {result.assembly.name}: {data['blocks']} blocks, {data['free']} of them free,"
         f" {data['contacts']} contacts; method {result.method}",
     ]
+    if result.drawing:
+        lines.append(f"  drawing  {result.drawing}")
     if result.loading is not None:
         lines.append(f"  loads    {result.loading.words()}")
     if result.partly_held:

@@ -104,7 +104,7 @@ def _head(result: Result, model_file: str | None) -> str:
         figures,
         _METHOD.get(result.method, result.method),
         answer=(result.verdict.capitalize(), result.reason),
-        more=_pulling(result),
+        more=_pulling(result) + (f'<p class="soft">{escape(result.drawing)}.</p>' if result.drawing else ""),
         model_file=model_file,
     )
 
