@@ -124,7 +124,7 @@ def test_a_list_of_meshes_and_a_polyhedron(read):
     found, warnings = read([wrapped("compas.datastructures/Mesh", wrapped("Mesh", mesh())), solid])
     assert [b.id for b in found.blocks] == ["b0", "b1"]
     assert found.mass.volume.tolist() == pytest.approx([1, 1])
-    assert warnings == ("a.json: no block is marked as a support",)
+    assert warnings == ("a.json: no block is marked as a support", "a.json: made 2 blocks, one for each mesh")
 
 
 def broken(change):
@@ -136,10 +136,12 @@ def broken(change):
 REFUSALS = [
     (
         wrapped("compas.geometry/Frame", FRAME),
-        "is COMPAS data of another kind: it has no table of nodes; export an Assembly",
+        'holds no blocks: it is 1 Frame; expected COMPAS meshes, or "schema": "cyclopean.model/1"',
     ),
-    (broken(lambda g: g.update(node={})), "the COMPAS file has no blocks"),
-    (broken(lambda g: g.update(node=[])), "the table of nodes must be an object, found a list"),
+    (
+        broken(lambda g: g.update(node={})),
+        'holds no blocks: it is 1 CRA_Assembly; expected COMPAS meshes, or "schema": "cyclopean.model/1"',
+    ),
     (broken(lambda g: g["node"]["1"].update(block=None)), "node '1' has no block"),
     (broken(lambda g: g["edge"]["0"].update({"7": {}})), "edge '0' to '7': there is no node '7'"),
     (broken(lambda g: g["edge"]["0"].update({"0": {}})), "edge '0' to '0': joins a block to itself"),

@@ -2,10 +2,13 @@
 
 COMPAS wraps every object as {"dtype" or "datatype": ..., "data" or "value": ...} and has moved things about:
 
-- a graph with "node" and "edge" tables, bare, under "graph", or beside "blocks" under "assembly"; or a list of meshes;
+- a graph with "node" and "edge" tables, bare, under "graph", or beside "blocks" under "assembly";
 - a node holds its mesh as "block" (or "blocks" does, by the same key), and perhaps "is_support";
-- edge u -> v holds "interfaces", "interface", or "interface_points" and "interface_uvw"; a frame is an x and a y axis,
-  its normal x cross y.
+- edge u -> v holds "interfaces", "contacts", "interface", or "interface_points" and "interface_uvw"; a frame is an x
+  and a y axis, its normal x cross y.
+
+Models of elements and problems posed of them are read in `io.compas_elements`, what is no model but holds solids in
+`io.compas_solids`.
 
 A dump holds "blocks" [{id, fixed, density, vertices, faces}] and "interfaces" [{a, b, polygon, frame {n}}], one `mu`
 and one `density` for the whole file.
@@ -29,12 +32,11 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.geometry import newell_normals
+from cyclopean.io.bodies import assembly_of
+from cyclopean.io.compas_elements import Elements, is_model, is_problem, read_elements
+from cyclopean.io.compas_solids import is_solid, parts, shape, solids, unwrapped
 from cyclopean.io.fields import (
-    Faces,
     array,
-    face_fault,
-    faces,
-    found,
     label,
     mapping,
     not_negative,
@@ -46,8 +48,9 @@ from cyclopean.io.fields import (
 )
 from cyclopean.io.findings import ContactState, Findings
 from cyclopean.io.round_trip import TOLD, carried, model_rest, rebuilt, shaped, told
+from cyclopean.io.units import metres
 
-__all__ = ["compas_dict", "is_compas", "is_dump", "is_ours", "read_compas", "read_dump"]
+__all__ = ["compas_dict", "is_dump", "is_ours", "read_compas", "read_dump"]
 
 _NAMESPACE = uuid.UUID("1c9a2f6b-2d43-4f62-8a53-0f9d7c1e5b76")  # ours: ids that stay the same
 _NODE = frozenset({"block", "part", "is_support", "x", "y", "z"})  # keys that are COMPAS's own
@@ -63,13 +66,6 @@ class _Interface:
     normal: Floats | None  # (3,) from a into b
 
 
-def is_compas(data: Any) -> bool:
-    """Tell whether parsed JSON looks like something that COMPAS wrote."""
-    if isinstance(data, list):
-        return bool(data) and isinstance(data[0], dict) and bool({"dtype", "datatype"} & data[0].keys())
-    return isinstance(data, dict) and bool({"dtype", "datatype", "graph", "assembly", "node"} & data.keys())
-
-
 def is_dump(data: Any) -> bool:
     """Tell whether parsed JSON looks like a dump of blocks and interfaces."""
     return isinstance(data, dict) and "blocks" in data and "interfaces" in data
@@ -77,45 +73,84 @@ def is_dump(data: Any) -> bool:
 
 def is_ours(data: Any) -> bool:
     """Tell whether parsed COMPAS JSON carries a model as `compas_dict` writes it; it is in metres then."""
-    outer = _unwrapped(data)
+    outer = unwrapped(data)
     attributes = outer.get("attributes") if isinstance(outer, dict) else None
     return isinstance(attributes, dict) and isinstance(attributes.get("cyclopean"), dict)
 
 
 def read_compas(path: str, stem: str, data: Any, units: str) -> tuple[Assembly, list[str]]:
-    """Read a COMPAS assembly, or a list of COMPAS meshes.
+    """Read an assembly, a model of elements or a problem; where there is none of them, every solid of the document.
 
-    Contacts are those of the interfaces, without mu; where no edge has one they are left to be detected. Where no
-    node is a support, nothing is said of supports. A file that we wrote says all that its model said.
+    Contacts are those of the interfaces, without mu unless a problem says one; where no edge has one they are left to
+    be detected. Where no node is a support, nothing is said of supports. A file that we wrote says all that its model
+    said.
 
     Raises
     ------
     InputError
-        Names the node or edge and what is wrong with it.
+        Names the node or edge and what is wrong with it, or says what the document is that holds no solid.
     """
-    meshes, support, edges, nodes = _tables(path, data)
+    structure, beside = _structure(path, data)
+    if structure is None:
+        bodies, notes = solids(path, data)
+        assembly, made = assembly_of(path, stem, bodies, units)
+        return assembly, [*notes, *made]
     if is_ours(data):
-        rest = model_rest(path, _unwrapped(data)["attributes"]["cyclopean"])
-        rows = [_row(f"{path}: block {label(key)}", key, meshes[key], nodes[key]) for key in meshes]
-        assembly, more = rebuilt(path, stem, rest, rows, _contact_rows(path, edges))
-        return assembly, list(more)
-    rows = []
-    for key, mesh in meshes.items():
-        vertices, corners = _mesh(f"{path}: block {label(key)}", mesh)
-        rows.append(shaped({"id": key, "fixed": key in support if support else None}, vertices, corners))
-    interfaces = [i for u, v, edge in edges for i in _interfaces(path, u, v, edge)]
-    contacts, warnings = _joints(interfaces, None)
-    if not support:
+        return _ours(path, stem, data)
+    if is_model(structure) or is_problem(structure):
+        found = read_elements(path, structure, 1.0 / float(metres(np.ones(1), units)[0]))
+    else:
+        found = _nodes_as_elements(path, structure)
+    interfaces = [i for u, v, edge in found.edges for i in _interfaces(path, u, v, edge)]
+    contacts, warnings = _joints(interfaces, found.mu)
+    if not any(row.get("fixed") for row in found.rows.values()) and not found.rest.get("supports"):
         warnings.append(f"{path}: no block is marked as a support")
-    assembly, more = rebuilt(path, stem, {"contacts": bool(interfaces)}, rows, contacts, units)
-    return assembly, [*warnings, *more]
+    rest = {"contacts": bool(interfaces)} | {key: rows for key, rows in found.rest.items() if rows}
+    assembly, more = rebuilt(path, stem, rest, list(found.rows.values()), contacts, units)
+    return assembly, [*beside, *warnings, *found.notes, *more]
 
 
-def _unwrapped(value: Any) -> Any:
-    """Take the data out of {"dtype": ..., "data": ...}, however often it is wrapped."""
-    while isinstance(value, dict) and {"dtype", "datatype"} & value.keys() and {"data", "value"} & value.keys():
-        value = value["data"] if "data" in value else value["value"]
-    return value
+def _structure(path: str, data: Any) -> tuple[Any, list[str]]:
+    """The one assembly, model or problem of a document, out of its wrappers, and what stands beside it; or None."""
+    every = list(parts(data, lambda part: _is_structure(part.data) or is_solid(part.data, part.kind)))
+    structures = [part for part in every if _is_structure(part.data)]
+    if not structures:
+        return None, []
+    if len(structures) > 1:
+        keys = ", ".join(label("/".join((*part.path, part.key or str(k)))) for k, part in enumerate(structures[:4]))
+        raise InputError(f"{path}: holds {len(structures)} models, at {keys}; save each in a file of its own")
+    beside = sum(not _is_structure(part.data) and is_solid(part.data, part.kind) for part in every)
+    return structures[0].data, [f"{path}: {beside} solids beside the model are passed over"] if beside else []
+
+
+def _is_structure(data: Any) -> bool:
+    """Whether unwrapped data are an assembly whose nodes have blocks, a model of elements or a problem."""
+    if is_model(data) or is_problem(data):
+        return True
+    graph = _graph(data) or {}
+    nodes = graph.get("node", graph.get("vertex"))
+    if not isinstance(nodes, dict) or not nodes:
+        return False
+    return bool(data.get("blocks")) or any(isinstance(row, dict) and row.get("block") for row in nodes.values())
+
+
+def _ours(path: str, stem: str, data: Any) -> tuple[Assembly, list[str]]:
+    """A model that we wrote, with all that it said."""
+    meshes, _, edges, nodes = _tables(path, unwrapped(data))
+    rest = model_rest(path, unwrapped(data)["attributes"]["cyclopean"])
+    rows = [_row(f"{path}: block {label(key)}", key, meshes[key], nodes[key]) for key in meshes]
+    assembly, more = rebuilt(path, stem, rest, rows, _contact_rows(path, edges))
+    return assembly, list(more)
+
+
+def _nodes_as_elements(path: str, outer: dict[str, Any]) -> Elements:
+    """Blocks of an assembly, whose nodes hold their meshes."""
+    meshes, support, edges, _ = _tables(path, outer)
+    found = Elements(edges=edges)
+    for key, mesh in meshes.items():
+        vertices, corners = shape(f"{path}: block {label(key)}", mesh)
+        found.rows[key] = shaped({"id": key, "fixed": key in support if support else None}, vertices, corners)
+    return found
 
 
 _Tables = tuple[dict[str, Any], set[str], list[tuple[str, str, Any]], dict[str, dict[str, Any]]]
@@ -138,17 +173,22 @@ def _key(key: str) -> str:
     return name if isinstance(name, str) else key
 
 
-def _tables(path: str, data: Any) -> _Tables:
+def _graph(outer: Any) -> dict[str, Any] | None:
+    """The graph of an assembly, with its table of nodes."""
+    if not isinstance(outer, dict):
+        return None
+    graph = unwrapped(next((outer[key] for key in ("graph", "assembly") if key in outer), outer))
+    if not isinstance(graph, dict):
+        return None
+    if "node" not in graph and ("vertex" not in graph or "face" in graph):
+        return None
+    return graph
+
+
+def _tables(path: str, outer: dict[str, Any]) -> _Tables:
     """Find the mesh of each node, the supports, the edges, and what the nodes say."""
-    if isinstance(data, list):
-        return {f"b{k}": mesh for k, mesh in enumerate(data)}, set(), [], {}
-    outer = data if "node" in data else mapping(_unwrapped(data), f"{path}: the COMPAS data")
-    graph = next((outer[key] for key in ("graph", "assembly") if key in outer), outer)
-    graph = mapping(_unwrapped(graph), f"{path}: the COMPAS graph")
-    nodes = graph.get("node", graph.get("vertex"))
-    if nodes is None:
-        raise InputError(f"{path}: is COMPAS data of another kind: it has no table of nodes; export an Assembly")
-    nodes = mapping(nodes, f"{path}: the table of nodes")
+    graph = _graph(outer) or {}
+    nodes = mapping(graph.get("node", graph.get("vertex")), f"{path}: the table of nodes")
     beside = mapping(outer.get("blocks") or {}, f"{path}: blocks")
     meshes, support, said = {}, set(), {}
     for written, value in nodes.items():
@@ -163,8 +203,6 @@ def _tables(path: str, data: Any) -> _Tables:
         said[key] = node
         if node.get("is_support") is True:
             support.add(key)
-    if not meshes:
-        raise InputError(f"{path}: the COMPAS file has no blocks")
     return meshes, support, list(_edges(path, graph.get("edge") or {}, meshes)), said
 
 
@@ -182,44 +220,9 @@ def _edges(path: str, table: Any, meshes: dict[str, Any]) -> Iterator[tuple[str,
                 yield u, v, mapping(edge, f"{path}: edge {label(u)} to {label(v)}")
 
 
-def _mesh(where: str, value: Any) -> tuple[Floats, Faces]:
-    """Vertices and faces of a COMPAS mesh (tables by key) or polyhedron (lists)."""
-    mesh = mapping(_unwrapped(value), f"{where}: its mesh")
-    if "vertices" in mesh and "faces" in mesh:
-        vertices = points(mesh["vertices"], f"{where}: vertices")
-        return vertices, faces(mesh["faces"], f"{where}: faces", len(vertices))
-    if "vertex" not in mesh or "face" not in mesh:
-        raise InputError(f"{where}: its mesh has no tables 'vertex' and 'face'; only meshes can be read")
-    table = mapping(mesh["vertex"], f"{where}: vertex")
-    default = mapping(mesh.get("default_vertex_attributes") or mesh.get("dva") or {}, f"{where}: default attributes")
-    rows = []
-    for key, value in table.items():
-        place = f"{where}: vertex {label(key)}"
-        at = default | mapping(value, place)
-        rows.append([number(at.get(axis, 0.0), f"{place}.{axis}") for axis in "xyz"])
-    index = {key: k for k, key in enumerate(table)}
-    corners = [
-        _face(f"{where}: face {label(key)}", face, index)
-        for key, face in mapping(mesh["face"], f"{where}: face").items()
-    ]
-    return np.array(rows, np.float64).reshape(-1, 3), tuple(corners)
-
-
-def _face(where: str, value: Any, index: dict[str, int]) -> tuple[int, ...]:
-    corners = []
-    for key in array(value, where):
-        if type(key) not in (int, str) or str(key) not in index:
-            raise InputError(f"{where} names vertex {found(key)}, which is not there")
-        corners.append(index[str(key)])
-    corners = [i for k, i in enumerate(corners) if i != corners[k - 1]]  # some close with the corner they began with
-    if fault := face_fault(corners, len(index)):
-        raise InputError(f"{where} {fault}")
-    return tuple(corners)
-
-
 def _interfaces(path: str, u: str, v: str, edge: dict[str, Any]) -> Iterator[_Interface]:
     where = f"{path}: edge {label(u)} to {label(v)}"
-    several = edge.get("interfaces")
+    several = edge.get("interfaces", edge.get("contacts"))
     rows = array(several, f"{where}: interfaces") if several is not None else []
     if not rows and edge.get("interface") is not None:
         rows = [edge["interface"]]
@@ -227,20 +230,20 @@ def _interfaces(path: str, u: str, v: str, edge: dict[str, Any]) -> Iterator[_In
         rows = [{"points": edge["interface_points"], "uvw": edge.get("interface_uvw")}]
     for k, value in enumerate(rows):
         place = f"{where}: interface {k}"
-        row = mapping(_unwrapped(value), place)
-        polygon = [_unwrapped(p) for p in array(_unwrapped(row.get("points")), f"{place}: points")]
+        row = mapping(unwrapped(value), place)
+        polygon = [unwrapped(p) for p in array(unwrapped(row.get("points")), f"{place}: points")]
         polygon = [[p.get(c) for c in "xyz"] if isinstance(p, dict) else p for p in polygon]
         yield _Interface(place, u, v, points(polygon, f"{place}: points"), _frame_normal(place, row))
 
 
 def _frame_normal(where: str, row: dict[str, Any]) -> Floats | None:
     uvw = row.get("uvw")
-    frame = _unwrapped(row.get("frame"))
+    frame = unwrapped(row.get("frame"))
     if isinstance(uvw, list) and len(uvw) >= 2:
         x, y = vector(uvw[0], f"{where}: u"), vector(uvw[1], f"{where}: v")
     elif isinstance(frame, dict) and "xaxis" in frame and "yaxis" in frame:
-        x = vector(_unwrapped(frame["xaxis"]), f"{where}: xaxis")
-        y = vector(_unwrapped(frame["yaxis"]), f"{where}: yaxis")
+        x = vector(unwrapped(frame["xaxis"]), f"{where}: xaxis")
+        y = vector(unwrapped(frame["yaxis"]), f"{where}: yaxis")
     else:
         return None
     return np.cross(x, y)
@@ -265,7 +268,7 @@ def _joints(interfaces: list[_Interface], mu: float | None) -> tuple[list[dict[s
 
 def _row(where: str, key: str, mesh: Any, node: Mapping[str, Any]) -> dict[str, Any]:
     """Row of the model document for a node that we wrote; whether it is a support is what COMPAS says now."""
-    vertices, corners = _mesh(where, mesh)
+    vertices, corners = shape(where, mesh)
     row = {name: value for name, value in node.items() if name not in _NODE} | {"id": key}
     if isinstance(node.get("is_support"), bool) and node["is_support"] != (row.get("fixed") is True):
         row["fixed"] = node["is_support"]
@@ -278,7 +281,7 @@ def _contact_rows(path: str, edges: list[tuple[str, str, Any]]) -> list[dict[str
     for u, v, edge in edges:
         where = f"{path}: edge {label(u)} to {label(v)}"
         for k, value in enumerate(array(edge.get("interfaces") or [], f"{where}: interfaces")):
-            row = mapping(_unwrapped(value), f"{where}: interface {k}")
+            row = mapping(unwrapped(value), f"{where}: interface {k}")
             kept = {name: item for name, item in row.items() if name not in _INTERFACE | TOLD}
             order = row.get("index")
             place = order if type(order) is int else len(found)

@@ -8,7 +8,7 @@ from typing import Any
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import assembly_of
-from cyclopean.io.compas_json import is_compas, is_dump, is_ours, read_compas, read_dump
+from cyclopean.io.compas_json import is_dump, is_ours, read_compas, read_dump
 from cyclopean.io.fields import label, parsed
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes, write_bytes, write_json
 from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
@@ -86,14 +86,14 @@ def read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[As
         raise InputError(f'{shown}: its schema is {what}; a model has "schema": "{SCHEMA}"')
     if is_dump(document):
         assembly, warnings = read_dump(shown, stem, document, units or "m")
-    elif is_compas(document):
+    elif isinstance(document, dict | list):
         if is_ours(document):
             if units not in (None, "m"):
                 raise InputError(f"{shown}: says that its units are m; leave out `units` {units}")
             units = "m"
         assembly, warnings = read_compas(shown, stem, document, units or "m")
     else:
-        raise InputError(f'{shown}: is not a model: expected an object with "schema": "{SCHEMA}", or a COMPAS assembly')
+        raise InputError(f'{shown}: is not a model: expected an object with "schema": "{SCHEMA}", or COMPAS JSON')
     return assembly, (*warnings, *_assumed(shown, units))
 
 
