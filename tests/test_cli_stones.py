@@ -80,7 +80,6 @@ def test_a_slip_of_units(run, tmp_path):
     [
         (["info", "."], "no stones in this folder"),
         (["info", "gone", "--stones"], "gone: no such file"),
-        (["info", "cube.obj", "--strict"], "--strict: is for stones"),
         (["info", "open.obj", "--stones"], "open.obj: is open: a hole 3.41 m round; no stone is left"),
         (["info", "yard", "--json", "yard"], "is a folder"),
     ],

@@ -25,6 +25,7 @@ from cyclopean.assembly import (
     length_tolerance,
     loading,
     meant,
+    mended,
     paired_friction,
     resolved_loads,
     supports,
@@ -103,7 +104,9 @@ def prepare(
     faults = mesh_faults(assembly.mesh)
     if faults:
         more = f" (and {len(faults) - 1} more blocks with faults)" if len(faults) > 1 else ""
-        raise InputError(f"block '{assembly.blocks[faults[0][0]].id}' {faults[0][1]}{more}; mend its mesh")
+        name = assembly.blocks[faults[0][0]].id
+        said = dict(mended(assembly).faults).get(name, f"{faults[0][1]}; mend its mesh")
+        raise InputError(f"block '{name}' {said}{more}")
     fixed, rule = supports(assembly, settings.supports)
     density = DENSITY if settings.density is None else settings.density
     chosen = loading(assembly, settings.combination, settings.factors)

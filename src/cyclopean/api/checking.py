@@ -114,7 +114,7 @@ def examined(
     from cyclopean import analysis
 
     began = time.perf_counter()
-    assembly, said = assembly_of(model, reading.units)
+    assembly, said = assembly_of(model, reading)
     if idle := chosen.without_effect():
         said = (*said, f"{', '.join(idle)}: no effect, for only coupled analysis has it (`method` cra)")
     read = time.perf_counter() - began
@@ -212,7 +212,7 @@ class SequenceOptions:
         check_options(self)
 
 
-@takes(Settings, Reading, SequenceOptions, only=f"{SEQUENCED} units bearing clearance most_props")
+@takes(Settings, Reading, SequenceOptions, only=f"{SEQUENCED} units strict bearing clearance most_props")
 def build_sequence(
     model: Model,
     settings: Settings | None = None,
@@ -272,7 +272,7 @@ def sequenced(
     """`build_sequence` with its options in objects, as every front end calls it."""
     from cyclopean.design.construction import sequence
 
-    assembly, assumed = assembly_of(model, reading.units)
+    assembly, assumed = assembly_of(model, reading)
     named = {"lean": order.bearing, "clearance": order.clearance, "most_props": order.most_props, "watch": watch}
     given: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
     found = sequence.build_sequence(assembly, settings, progress=progress, executor=executor, **given)

@@ -39,6 +39,7 @@ class Reading:
     units: str | None = option(
         None, "Unit of the model's lengths, such as mm, where the file does not say it.", metavar="U"
     )
+    strict: bool = option(False, "A block that has to be mended is an error.", "flag")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,33 +50,36 @@ class StoneReading:
     strict: bool = option(False, "A stone that cannot be used is an error.", "flag")
 
 
-def assembly_of(model: Model, units: str | None = None) -> "tuple[Assembly, tuple[str, ...]]":
+def assembly_of(model: Model, reading: Reading = Reading()) -> "tuple[Assembly, tuple[str, ...]]":
     """The structure, and what was assumed in reading it.
 
     Parameters
     ----------
     model : path, Assembly or anything with an `assembly`
         Where it is.
-    units : str, optional
-        Unit of length of a file that does not say it.
+    reading : Reading
+        Units of a file that does not say them, and whether blocks may be mended.
 
     Raises
     ------
     InputError
-        The file cannot be read, units were given for what is no file, or it is none of these.
+        The file cannot be read, units were given for what is no file, it is none of these, or it has to be mended and
+        may not.
     """
     if isinstance(model, str | os.PathLike):
         from cyclopean.io import read_model
 
-        return read_model(model, units)
-    from cyclopean.assembly import Assembly
+        return read_model(model, reading.units, reading.strict)
+    from cyclopean.assembly import Assembly, mended
 
-    _refuse_units(units)
-    if isinstance(model, Assembly):
-        return model, ()
-    if isinstance(model, HasAssembly):
-        return model.assembly, ()
-    raise InputError(f"model: expected a file, an Assembly or a wall, got {type(model).__name__}")
+    _refuse_units(reading.units)
+    given = model.assembly if isinstance(model, HasAssembly) else model
+    if not isinstance(given, Assembly):
+        raise InputError(f"model: expected a file, an Assembly or a wall, got {type(model).__name__}")
+    found = mended(given)
+    if reading.strict:
+        found.refused("model")
+    return found.assembly, found.said
 
 
 def inventory_of(stones: Stones, reading: StoneReading) -> "tuple[Inventory, tuple[str, ...]]":

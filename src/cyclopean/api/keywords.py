@@ -37,6 +37,7 @@ class ModelKeywords(TypedDict, total=False):
     gravity: Vector | None
     tolerance: float | None
     units: str | None
+    strict: bool
 
 
 class SequenceKeywords(ModelKeywords, total=False):

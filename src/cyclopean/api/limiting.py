@@ -85,7 +85,10 @@ class LimitOptions:
 
 
 @takes(
-    LimitOptions, Settings, Reading, only=f"push tilt loads polar pushover steps solver {LIMITED} method seconds units"
+    LimitOptions,
+    Settings,
+    Reading,
+    only=f"push tilt loads polar pushover steps solver {LIMITED} method seconds units strict",
 )
 def limit(
     model: Model,
@@ -129,7 +132,7 @@ def limit(
     0.5
     """
     own: dict[str, Any] = dict(options)
-    chosen, reading = given_to(limit, {n: v for n, v in own.items() if n in f"{LIMITED} units".split()},
+    chosen, reading = given_to(limit, {n: v for n, v in own.items() if n in f"{LIMITED} units strict".split()},
                                settings or Settings(), Reading())  # fmt: skip
     (wanted,) = given_to(limit, own, LimitOptions())
     if live is not None and (wanted.push is not None or wanted.tilt is not None or wanted.loads):
@@ -154,7 +157,7 @@ def limited(
         """What is left of the time given; never nothing at all."""
         return None if wanted.seconds is None else max(wanted.seconds - (time.perf_counter() - began), 1e-3)
 
-    assembly, said = assembly_of(model, reading.units)
+    assembly, said = assembly_of(model, reading)
     chosen = settings if wanted.seconds is None else replace(settings, seconds=wanted.seconds)
     read, around = time.perf_counter() - began, None
     shared: dict[str, Any] = {"solver": wanted.solver, "progress": progress}

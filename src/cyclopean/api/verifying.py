@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cyclopean.api.inputs import Model, Path, assembly_of
+from cyclopean.api.inputs import Model, Path, Reading, assembly_of
 
 if TYPE_CHECKING:
     from cyclopean.proof import Report
@@ -53,7 +53,7 @@ def verify(
         return report
     from cyclopean.analysis import Settings, compare
 
-    found = compare(certificate, assembly_of(model, units)[0], Settings(tolerance=tolerance))
+    found = compare(certificate, assembly_of(model, Reading(units))[0], Settings(tolerance=tolerance))
     if not found.differences:
         return report
     return replace(report, proved=False, reason=f"proved, but not of this model: {'; '.join(found.differences)}")

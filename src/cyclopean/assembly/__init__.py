@@ -16,6 +16,7 @@ from cyclopean.assembly.joint_wear import worn
 from cyclopean.assembly.loading import Loading, load_cases, loading, resolved_loads, surface_loads_at_points
 from cyclopean.assembly.loads import DEAD, SELF, BodyLoad, Combination, Load, SurfaceLoad
 from cyclopean.assembly.materials import paired_friction
+from cyclopean.assembly.mending import MendedAssembly, mended
 from cyclopean.assembly.near_misses import Forgiven, NearMisses, grounded, meant
 from cyclopean.assembly.parts import part
 from cyclopean.assembly.patches import Patch, rough_contacts
@@ -36,6 +37,7 @@ __all__ = [
     "FrictionPair",
     "Load",
     "Loading",
+    "MendedAssembly",
     "NearMisses",
     "Patch",
     "Settlement",
@@ -52,6 +54,7 @@ __all__ = [
     "load_cases",
     "loading",
     "meant",
+    "mended",
     "paired_friction",
     "part",
     "resolved_loads",

@@ -72,7 +72,7 @@ def _every_combination(
         raise InputError(f"`all_combinations` prints a table and nothing else; leave out `{given}`")
     from cyclopean.api.inputs import assembly_of
 
-    assembly, warnings = assembly_of(model, reading.units)
+    assembly, warnings = assembly_of(model, reading)
     if not assembly.combinations:
         raise InputError(f'{model}: has no "combinations"; name some in the model, or use `factor`')
     results = {

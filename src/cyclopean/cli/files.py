@@ -84,7 +84,7 @@ def _compared(
     from cyclopean import io
 
     with of_file(model):
-        assembly, warnings = io.read_model(model, reading.units)
+        assembly, warnings = io.read_model(model, reading.units, reading.strict)
         for warning in warnings:
             warn(warning)
         if not report.proved:
@@ -162,7 +162,7 @@ def convert(
     names = ["OUT", "OUT, contacts"][: len(outputs)]
     for kept in (source, *result):
         planned(dict(zip(names, outputs, strict=True)), keep=kept)
-    assembly, warnings = io.read_model(source, reading.units)
+    assembly, warnings = io.read_model(source, reading.units, reading.strict)
     assembly, findings, more = io.read_findings(result, assembly)
     drawn, stale = io.read_drawing(source)
     drawing = None if drawn is None else io.drawing_dict(drawn)

@@ -7,11 +7,10 @@ from cyclopean.api.inputs import Reading
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import long_work, warn
-from cyclopean.errors import InputError
 from cyclopean.options import Option
 
 if TYPE_CHECKING:
-    from cyclopean.assembly import Assembly, Contacts
+    from cyclopean.assembly import Contacts, MendedAssembly
 
 __all__ = ["info"]
 
@@ -22,20 +21,18 @@ NAMED = 5  # faults, outliers and warnings named one by one; the rest are counte
 def info(
     model: Annotated[str, argument("MODEL", "Model file, or a folder of scanned stones.", source=True)],
     stones: Annotated[bool, Option("The file holds found stones, not a structure.", "flag")] = False,
-    strict: Annotated[bool, Option("Refuse all stones if one cannot be used.", "flag")] = False,
     reading: Reading = Reading(),
     files: Annotated[Files, written("json")] = Files({}),
 ) -> int:
     """Say what is in a model file, or in a folder of stones."""
     if stones or os.path.isdir(model):
-        return _info_of_stones(model, strict, reading.units, files)
-    if strict:
-        raise InputError("`strict`: is for stones; name a folder of them, or add `stones`")
+        return _info_of_stones(model, reading, files)
 
     from cyclopean import io
 
-    assembly, warnings = io.read_model(model, reading.units)
-    data = _contents(assembly) | {"format": io.file_format(model)}
+    found, warnings = io.read_mended(model, reading.units, reading.strict)
+    done = [{"block": name, "done": [one.text for one in what]} for name, what in found.done]
+    data = _contents(found) | {"format": io.file_format(model), "mended": done}
     for warning in warnings:
         warn(warning)
     files.write({"json": lambda: data})
@@ -43,11 +40,11 @@ def info(
     return 0
 
 
-def _info_of_stones(path: str, strict: bool, units: str | None, files: Files) -> int:
+def _info_of_stones(path: str, reading: Reading, files: Files) -> int:
     from cyclopean import io
 
     with long_work(f"reading {path}"):
-        inventory, warnings = io.read_stones(path, units, strict)
+        inventory, warnings = io.read_stones(path, reading.units, reading.strict)
         data = io.inventory_dict(inventory, warnings, every=files.only_json or "json" in files.to)
     for warning in warnings:
         warn(warning)
@@ -73,17 +70,17 @@ def _stone_lines(data: dict[str, Any]) -> list[str]:
     return lines + _some("note        ", data["repaired"]) + _some("REFUSED     ", data["refused"])
 
 
-def _contents(assembly: "Assembly") -> dict[str, Any]:
+def _contents(found: "MendedAssembly") -> dict[str, Any]:
     """Count and measure a model; contacts are detected where it gives none and its meshes are sound."""
     from cyclopean.analysis import DENSITY, MU
     from cyclopean.assembly import detect, survey
-    from cyclopean.geometry import mesh_faults
 
+    assembly = found.assembly
     contacts = assembly.contacts
     notes: tuple[str, ...] = ()
-    if contacts is None and len(assembly) and not mesh_faults(assembly.mesh):
-        found = detect(assembly)
-        contacts, notes = found.contacts, found.warnings
+    if contacts is None and len(assembly) and not found.faults:
+        detected = detect(assembly)
+        contacts, notes = detected.contacts, detected.warnings
     facts = survey(assembly, contacts)
     assumed: dict[str, Any] = {}
     if facts.without_mu:
@@ -116,7 +113,7 @@ def _contents(assembly: "Assembly") -> dict[str, Any]:
         "contacts": _joints(contacts, detected=assembly.contacts is None),
         "loads": facts.loads,
         "warped_faces": facts.warped_faces,
-        "faults": [{"block": block, "fault": fault} for block, fault in facts.faults],
+        "faults": [{"block": block, "fault": fault} for block, fault in found.faults],
         "assumed": assumed,
         "warnings": list(notes),
     }
@@ -168,8 +165,20 @@ def _lines(data: dict[str, Any]) -> list[str]:
         lines.append(f"  assumes   {', '.join(f'{name} {value}' for name, value in data['assumed'].items())}")
     if data["warped_faces"]:
         lines.append(f"  faces     {data['warped_faces']} are not flat and count as triangles")
+    lines += _some("mended    ", _alike(data["mended"]))
     lines += _some("FAULT     ", [f"block '{f['block']}' {f['fault']}" for f in data["faults"]])
     return lines + _some("note      ", data["warnings"])
+
+
+def _alike(mended: list[dict[str, Any]]) -> list[str]:
+    """Blocks to which the same was done in one line."""
+    blocks: dict[str, list[str]] = {}
+    for one in mended:
+        blocks.setdefault(", ".join(one["done"]), []).append(one["block"])
+    return [
+        f"block '{names[0]}'{f' and {len(names) - 1} more' if len(names) > 1 else ''}: {what}"
+        for what, names in blocks.items()
+    ]
 
 
 def _sizes(data: dict[str, Any]) -> list[str]:

@@ -51,7 +51,7 @@ def sequence(
     from cyclopean.design.construction.sequence import dot_text
     from cyclopean.view import building_html
 
-    assembly, warnings = assembly_of(model, reading.units)
+    assembly, warnings = assembly_of(model, reading)
     count = workers if workers is not None else 2 if len(assembly) > MANY else 1
     if not 1 <= count <= MOST:
         raise InputError.of("workers", count, f"expected a whole number from 1 to {MOST}")

@@ -46,7 +46,7 @@ def studio(
     place = Path(os.path.dirname(model) or os.curdir) if out is None else folder("--out", out, out)
     with ExitStack() as open_things:
         with long_work(f"opening {model}"), of_file(model):
-            assembly, warnings = assembly_of(model, reading.units)
+            assembly, warnings = assembly_of(model, reading)
             from cyclopean.view.studio.panel import studio as serve
 
             _listenable(host, number)

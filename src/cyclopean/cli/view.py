@@ -31,7 +31,7 @@ def view(
     from cyclopean import io
 
     with long_work(f"drawing {file}"):
-        page, warnings = _page(file, model, reading.units)
+        page, warnings = _page(file, model, reading)
     for warning in warnings:
         warn(warning)
     path = files.to.get("out") or _temporary(file)
@@ -44,21 +44,21 @@ def view(
     return 0
 
 
-def _page(file: str, model: str | None, units: str | None) -> tuple[str, tuple[str, ...]]:
+def _page(file: str, model: str | None, reading: Reading) -> tuple[str, tuple[str, ...]]:
     """The page, and what reading had to say."""
     from cyclopean.io.result_reading import is_result, read_result
 
     if is_result(file):
         from cyclopean.view import report_html
 
-        result, warnings = read_result(file, model, units)
+        result, warnings = read_result(file, model, reading.units)
         return report_html(result), warnings
     if model is not None:
         raise InputError(f"`model`: {file} is itself a model, not a result")
-    return _drawn(file, units)
+    return _drawn(file, reading)
 
 
-def _drawn(file: str, units: str | None) -> tuple[str, tuple[str, ...]]:
+def _drawn(file: str, reading: Reading) -> tuple[str, tuple[str, ...]]:
     import numpy as np
 
     from cyclopean import io
@@ -66,7 +66,7 @@ def _drawn(file: str, units: str | None) -> tuple[str, tuple[str, ...]]:
     from cyclopean.geometry import mesh_faults
     from cyclopean.view.model_page import model_html
 
-    assembly, warnings = io.read_model(file, units)
+    assembly, warnings = io.read_model(file, reading.units, reading.strict)
     sound = not mesh_faults(assembly.mesh)
     contacts = Contacts.of([], []) if assembly.contacts is None else assembly.contacts
     if not sound:

@@ -1,24 +1,28 @@
 """Closed polygon meshes, many at a time: packed arrays, face normals, triangles, volumes, faults."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry.frames import newell_normals, unit
-from cyclopean.geometry.packed import following, offsets
+from cyclopean.geometry.packed import following, offsets, ragged
 
 __all__ = [
     "MassProperties",
     "Polyhedra",
+    "bodies_of",
+    "compacted",
     "face_normals",
     "face_warp",
+    "joined",
     "mass_properties",
     "mesh_faults",
     "pack",
     "triangles",
+    "unpacked",
 ]
 
 Faces = Sequence[Sequence[int]] | Ints
@@ -120,6 +124,55 @@ def _rows(faces: Faces) -> tuple[Ints, Ints]:
         )
     sizes = np.array([len(face) for face in faces], np.int64)
     return sizes, np.fromiter((i for face in faces for i in face), np.int64, int(sizes.sum()))
+
+
+def unpacked(mesh: Polyhedra) -> list[tuple[Floats, tuple[tuple[int, ...], ...]]]:
+    """Vertices (v, 3), in m, and faces of each body: what `pack` puts together."""
+    corner, start = mesh.corner.tolist(), mesh.corner_start.tolist()
+    found = []
+    for body in range(len(mesh)):
+        first, last = mesh.vertex_start[body : body + 2].tolist()
+        rows = range(*mesh.face_start[body : body + 2].tolist())
+        faces = tuple([tuple([i - first for i in corner[start[k] : start[k + 1]]]) for k in rows])
+        found.append((mesh.vertex[first:last], faces))
+    return found
+
+
+def bodies_of(mesh: Polyhedra, bodies: Ints) -> Polyhedra:
+    """Some bodies (m,) of a mesh, by index, in the order given."""
+    _, vertex = ragged(mesh.vertex_start, bodies)
+    face_owner, face = ragged(mesh.face_start, bodies)
+    which, position = ragged(mesh.corner_start, face)
+    vertex_start = offsets(np.diff(mesh.vertex_start)[bodies])
+    moved = (vertex_start[:-1] - mesh.vertex_start[bodies])[face_owner]
+    return Polyhedra(
+        mesh.vertex[vertex],
+        vertex_start,
+        mesh.corner[position] + moved[which],
+        offsets(np.diff(mesh.corner_start)[face]),
+        offsets(np.diff(mesh.face_start)[bodies]),
+    )
+
+
+def joined(one: Polyhedra, two: Polyhedra) -> Polyhedra:
+    """The bodies of both."""
+    return Polyhedra(
+        np.concatenate([one.vertex, two.vertex]),
+        np.concatenate([one.vertex_start, two.vertex_start[1:] + len(one.vertex)]),
+        np.concatenate([one.corner, two.corner + len(one.vertex)]),
+        np.concatenate([one.corner_start, two.corner_start[1:] + len(one.corner)]),
+        np.concatenate([one.face_start, two.face_start[1:] + one.face_start[-1]]),
+    )
+
+
+def compacted(mesh: Polyhedra) -> Polyhedra:
+    """The same without vertices that no face names."""
+    used = np.zeros(len(mesh.vertex), bool)
+    used[mesh.corner] = True
+    count = np.bincount(mesh.vertex_body[used], minlength=len(mesh))
+    return replace(
+        mesh, vertex=mesh.vertex[used], vertex_start=offsets(count), corner=(np.cumsum(used) - 1)[mesh.corner]
+    )
 
 
 def triangles(mesh: Polyhedra) -> tuple[Ints, Ints]:

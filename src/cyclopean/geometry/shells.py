@@ -11,7 +11,7 @@ bodies are convex, which their edges tell, and need no more.
 [(0, 'has a shell without volume (faces 6 and 7)')]
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,9 +21,9 @@ from cyclopean.geometry.common_area import common_areas
 from cyclopean.geometry.coplanar import flattened, twin_edges
 from cyclopean.geometry.frames import cross_2d, frames_from_normals, solid_angles, unit
 from cyclopean.geometry.packed import components, following, offsets, ragged, ragged_batches
-from cyclopean.geometry.polyhedra import Polyhedra, face_normals, triangles
+from cyclopean.geometry.polyhedra import Polyhedra, bodies_of, face_normals, triangles
 
-__all__ = ["detached_pieces", "solid_faults"]
+__all__ = ["Nesting", "detached_pieces", "nested", "solid_faults"]
 
 ROUNDING = 1e-9  # of a body's size: lengths below it are rounding
 SAMPLES = 8  # places of a shell that are looked up in the others of its body
@@ -57,6 +57,31 @@ def detached_pieces(mesh: Polyhedra) -> Ints:
     return pieces
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Nesting:
+    """The shells of bodies (m of them) and how they lie in each other."""
+
+    label: Ints  # (F,) shell of each face
+    body: Ints  # (m,)
+    volume: Floats  # (m,) m3, negative where turned inward
+    depth: Ints  # (m,) in how many other shells of its body it lies
+
+
+def nested(mesh: Polyhedra) -> Nesting:
+    """Tell shells apart, whichever way round each of them runs."""
+    bodies = np.arange(len(mesh))
+    shells = _Shells.of(_of_own_size(mesh, bodies))
+    depth = np.zeros(len(shells.body), np.int64)
+    several = np.flatnonzero(np.bincount(shells.body, minlength=len(mesh))[shells.body] > 1)
+    if len(several):
+        way = np.where(shells.volume < 0.0, -1, 1)
+        shell, around = _surrounded(shells, several, way)
+        depth[shell] = around
+    low, high = mesh.boxes()
+    size = (high - low).max(axis=1, initial=0.0)[shells.body]
+    return Nesting(shells.label, shells.body, shells.volume * size**3, depth)
+
+
 def _convex(mesh: Polyhedra) -> Bools:
     """(n,) whether a body is convex: at each edge, and with V - E + F = 2 (see `penetration.convex_bodies`)."""
     n = len(mesh)
@@ -80,24 +105,14 @@ def _convex(mesh: Polyhedra) -> Bools:
 
 def _of_own_size(mesh: Polyhedra, bodies: Ints) -> Polyhedra:
     """Some of the bodies, each moved to the origin and scaled to the unit cube."""
-    owner, vertex = ragged(mesh.vertex_start, bodies)
-    face_owner, face = ragged(mesh.face_start, bodies)
-    which, position = ragged(mesh.corner_start, face)
-    vertex_start = offsets(np.diff(mesh.vertex_start)[bodies])
-    moved = (vertex_start[:-1] - mesh.vertex_start[bodies])[face_owner]
-    corner = mesh.corner[position] + moved[which]
+    part = bodies_of(mesh, bodies)
     low, high = np.full((len(bodies), 3), np.inf), np.full((len(bodies), 3), -np.inf)
-    whose, place = face_owner[which], mesh.vertex[mesh.corner[position]]
+    whose, place = part.face_body[part.corner_face], part.vertex[part.corner]
     np.minimum.at(low, whose, place)
     np.maximum.at(high, whose, place)
     size = (high - low).max(axis=1)
-    return Polyhedra(
-        (mesh.vertex[vertex] - low[owner]) / np.where(size > 0.0, size, 1.0)[owner][:, None],
-        vertex_start,
-        corner,
-        offsets(np.diff(mesh.corner_start)[face]),
-        offsets(np.diff(mesh.face_start)[bodies]),
-    )
+    owner = part.vertex_body
+    return replace(part, vertex=(part.vertex - low[owner]) / np.where(size > 0.0, size, 1.0)[owner][:, None])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,8 +193,10 @@ def _misplaced(mesh: Polyhedra, shells: _Shells) -> dict[int, str]:
     return faults
 
 
-def _surrounded(shells: _Shells, several: Ints) -> tuple[Ints, Ints]:
+def _surrounded(shells: _Shells, several: Ints, way: Ints | int = 1) -> tuple[Ints, Ints]:
     """Places of shells off all other shells of their bodies: the shell of each, and how often the others go round it.
+
+    Shells of which `way` (m,) is -1 count the other way round.
 
     Half of the places are corners of triangles, half their middles.
     """
@@ -196,7 +213,7 @@ def _surrounded(shells: _Shells, several: Ints) -> tuple[Ints, Ints]:
         )
         turns, on = _winding(shells, place[sample[near]], other[near])
         clear[sample[near][on]] = False
-        np.add.at(around, sample[near], turns)
+        np.add.at(around, sample[near], turns * np.broadcast_to(way, len(shells.body))[other[near]])
     return owner[clear], around[clear].astype(np.int64)
 
 

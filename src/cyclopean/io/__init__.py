@@ -4,7 +4,7 @@ import typing
 
 from cyclopean.io.files import json_text, together, write_json, write_text
 from cyclopean.io.formats import MESH_SUFFIXES
-from cyclopean.io.models import file_format, read_model, write_mesh, write_model
+from cyclopean.io.models import file_format, read_mended, read_model, write_mesh, write_model
 from cyclopean.io.results import limit_dict, margins_dict, result_dict, sensitivity_dict, subsidence_dict
 from cyclopean.io.sequences import sequence_dict
 from cyclopean.lazy_exports import lazy_exports as _lazy_exports
@@ -26,6 +26,7 @@ __all__ = [
     "margins_dict",
     "read_drawing",
     "read_findings",
+    "read_mended",
     "read_model",
     "read_stones",
     "result_dict",

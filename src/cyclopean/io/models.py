@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import PurePath
 from typing import Any
 
-from cyclopean.assembly import Assembly, Contacts
+from cyclopean.assembly import Assembly, Contacts, MendedAssembly, mended
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import assembly_of
 from cyclopean.io.compas_json import is_dump, is_ours, read_compas, read_dump
@@ -15,10 +15,51 @@ from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
 from cyclopean.io.units import check_units
 
-__all__ = ["file_format", "read_json", "read_model", "write_mesh", "write_model"]
+__all__ = ["file_format", "read_as_drawn", "read_json", "read_mended", "read_model", "write_mesh", "write_model"]
 
 
-def read_model(path: PathLike, units: str | None = None) -> tuple[Assembly, tuple[str, ...]]:
+def read_model(path: PathLike, units: str | None = None, strict: bool = False) -> tuple[Assembly, tuple[str, ...]]:
+    """Read a model, as `read_as_drawn` does, and mend blocks that are no closed, outward solids.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    units : str, optional
+        Unit of length of a file that does not say it: m, cm, mm, in or ft. Metres are assumed, with a warning.
+    strict : bool
+        Refuse a file of which a block has to be mended.
+
+    Returns
+    -------
+    assembly : Assembly
+        In SI units. Blocks that cannot be mended are as they came: a check refuses them.
+    warnings : tuple of str
+        What was assumed, ignored, dropped, renamed or mended; one line each.
+
+    Raises
+    ------
+    InputError
+        One line that names the file, the place in it and the remedy.
+    """
+    found, warnings = read_mended(path, units, strict)
+    return found.assembly, (*warnings, *(f"{one_line(path)}: {line}" for line in found.said))
+
+
+def read_mended(
+    path: PathLike, units: str | None = None, strict: bool = False
+) -> tuple[MendedAssembly, tuple[str, ...]]:
+    """Read a model as `read_model` does, and tell block by block what was mended."""
+    shown = one_line(path)
+    assembly, warnings = read_as_drawn(path, units)
+    try:
+        found = mended(assembly)
+    except InputError as error:
+        raise InputError(f"{shown}: {error}") from None
+    return found.refused(shown) if strict else found, warnings
+
+
+def read_as_drawn(path: PathLike, units: str | None = None) -> tuple[Assembly, tuple[str, ...]]:
     """Read a model: `cyclopean.model/1`, COMPAS JSON, OBJ, STL, PLY, GLB, Rhino 3DM or IFC.
 
     Parameters
@@ -39,7 +80,7 @@ def read_model(path: PathLike, units: str | None = None) -> tuple[Assembly, tupl
     ------
     InputError
         One line that names the file, the place in it and the remedy. Meshes that are open, inside out or of no
-        volume are not found here: a check does that.
+        volume are not found here.
     """
     shown = one_line(path)
     if units is not None:

@@ -21,7 +21,7 @@ from cyclopean.io.bodies import Body, face_triangles, pieces
 from cyclopean.io.fields import REACH, first_repeat, label
 from cyclopean.io.files import PathLike, one_line, picked, read_bytes, together, write_bytes
 from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
-from cyclopean.io.models import read_model, write_mesh
+from cyclopean.io.models import read_as_drawn, write_mesh
 from cyclopean.io.obj import obj_text
 from cyclopean.io.stone_cache import Reading, cache_folder, pack_path, read_pack, write_pack
 from cyclopean.io.units import UNITS, check_units, metres
@@ -156,7 +156,7 @@ def _read(file: Path, data: bytes, units: str) -> Reading:
 
 def _of_model(path: PathLike, units: str | None) -> tuple[list[Reading], tuple[str, ...]]:
     """Read the blocks of a model as stones; warnings are those of its reader."""
-    model, warnings = read_model(path, units)
+    model, warnings = read_as_drawn(path, units)
     blocks = [b for b in model.blocks if b.faces]
     meshes = [_Mesh(b.id, b.vertices, face_triangles(b.vertices, b.faces), True, b.density) for b in blocks]
     return [_mended(meshes)], warnings
