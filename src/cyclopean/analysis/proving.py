@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from cyclopean.analysis.certificates import certify
-from cyclopean.analysis.coupled.states import Bounds, measure
+from cyclopean.analysis.coupled.states import Bounds, measure, merit
 from cyclopean.analysis.equilibrium.components import component_labels, lightest
 from cyclopean.analysis.equilibrium.deciding import Decision
 from cyclopean.analysis.equilibrium.exact_balance import exact_balance
@@ -280,4 +280,26 @@ def _reason(
         claim.figures | ({} if report is None else report.figures),
         claim.provenance | {"method": settings.chosen_method()},
     )
-    return said + counted_on(model, claim.kind)
+    return said + _worst_joint(model, settings, system, claim) + counted_on(model, claim.kind)
+
+
+def _worst_joint(model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim) -> str:
+    """Which joint a mechanism opens most, or keeps a coupled state from being found, and what may decide it then."""
+    if claim.motion is None or not system.points or model.idle or claim.provenance.get("solver") == "connectivity":
+        return ""
+    if claim.kind == "rbe-mechanism":
+        moved = np.abs(system.gap(claim.motion.ravel()))
+        normal, tangential = moved[:, 0], np.hypot(moved[:, 1], moved[:, 2])
+        said = f"{'opens' if np.max(normal) > np.max(tangential) else 'slides'} most."
+    elif not claim.kind and settings.chosen_method() == "cra" and claim.f is not None:
+        normal, tangential = merit(system, settings.bounds().unit(), claim.f, claim.motion)
+        how, more = (
+            ("fails to press", "fails to rub"),
+            " More `seconds`, a larger `eta` or other friction may decide it.",
+        )
+    else:
+        return ""
+    k = int(np.argmax(normal + tangential))
+    contact, blocks = int(model.contacts.patch[system.used][k]), model.assembly.blocks
+    a, b = (blocks[int(side[contact])].id for side in (model.contacts.a, model.contacts.b))
+    return f" The joint of '{a}' and '{b}' {said}"
