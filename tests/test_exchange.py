@@ -371,31 +371,6 @@ def test_meshes_of_a_designer():
         read_model("a.3dm")
 
 
-def test_solids_of_rhino_are_refused_with_the_remedy():
-    rhino = importlib.import_module("rhino3dm")
-    file = rhino.File3dm()
-    file.Settings.ModelUnitSystem = rhino.UnitSystem.Meters
-    layer = rhino.Layer()
-    layer.Name = "voussoirs"
-    file.Layers.Add(layer)
-    attributes = rhino.ObjectAttributes()
-    attributes.LayerIndex = 0
-    box = rhino.Brep.CreateFromBox(rhino.Box(rhino.BoundingBox(0, 0, 0, 1, 1, 1)))
-    for _ in range(3):
-        file.Objects.AddBrep(box, attributes)
-    file.Write("a.3dm", 7)
-    with pytest.raises(InputError) as caught:
-        read_model("a.3dm")
-    assert str(caught.value) == (
-        "a.3dm: holds no meshes, but 3 polysurfaces on layers 'voussoirs'; select them in Rhino, run the command Mesh"
-        " (in scripts _-Mesh), and save the meshes"
-    )
-    mixed = drawn([("foot", 0, {})])
-    mixed.Objects.AddBrep(box)
-    mixed.Write("a.3dm", 7)
-    assert "a.3dm: 1 polysurfaces are passed over; only meshes are read" in read_model("a.3dm")[1]
-
-
 def test_damaged_rhino_archives(monkeypatch):
     """Cut off, of another kind, and with a count that keeps the library busy: a process of its own can be stopped."""
     write_exchange("a.3dm", Assembly((prism(4, 1.0, (0, 0, 0)),)))

@@ -24,7 +24,7 @@ from cyclopean.geometry.polygon import triangulated
 from cyclopean.io.fields import REACH, face_fault, label
 from cyclopean.io.units import metres
 
-__all__ = ["Body", "assembly_of", "face_triangles", "part_of", "pieces", "welded"]
+__all__ = ["Body", "assembly_of", "face_triangles", "part_of", "pieces", "placed", "welded"]
 
 # Half-planes closer than this round an edge (rad) are one: single precision leaves 1e-4 on the smallest facets,
 # and no stone has so sharp an arris.
@@ -227,6 +227,14 @@ def part_of(name: str | None, vertices: Floats, faces: list[tuple[int, ...]], **
     used = sorted(set(chain.from_iterable(faces)))
     new = dict(zip(used, range(len(used)), strict=True))
     return Body(name, vertices[used], [tuple([new[i] for i in face]) for face in faces], **more)
+
+
+def placed(
+    matrix: Floats, vertices: Floats, faces: Sequence[tuple[int, ...]]
+) -> tuple[Floats, tuple[tuple[int, ...], ...]]:
+    """Vertices (v, 3) and faces where a (4, 4) matrix puts them; what it mirrors is turned outside again."""
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0.0
+    return vertices @ matrix[:3, :3].T + matrix[:3, 3], tuple(face[::-1] if mirrored else face for face in faces)
 
 
 def face_triangles(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:

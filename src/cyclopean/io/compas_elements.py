@@ -19,7 +19,8 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import DIRECTIONS
 from cyclopean.assembly.loading import area_resultant
 from cyclopean.errors import InputError
-from cyclopean.io.compas_solids import contents, kind_of, moved, name_of, placement, shape, unwrapped
+from cyclopean.io.bodies import placed
+from cyclopean.io.compas_solids import contents, kind_of, name_of, placement, shape, unwrapped
 from cyclopean.io.fields import array, found, label, mapping, not_negative, number, points, vector
 from cyclopean.io.round_trip import shaped
 
@@ -112,7 +113,7 @@ def _blocks(path: str, model: dict[str, Any]) -> Elements:
         if data.get("features"):
             made.notes.append(f"{where}: its features are not cut; save it with them cut")
         matrix = _placed(path, guid, elements, above, model)
-        vertices, corners = moved(matrix, *shape(where, geometry))
+        vertices, corners = placed(matrix, *shape(where, geometry))
         row = {"id": block} | _said(where, guid, data, model)
         if group := names.get(above.get(guid, "")):
             row["group"] = group

@@ -14,7 +14,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
-from cyclopean.io.bodies import Body
+from cyclopean.io.bodies import Body, placed
 from cyclopean.io.fields import Faces, array, face_fault, faces, found, label, mapping, number, points, vector
 from cyclopean.io.model_json import SCHEMA
 
@@ -23,7 +23,6 @@ __all__ = [
     "contents",
     "is_solid",
     "kind_of",
-    "moved",
     "name_of",
     "parts",
     "placement",
@@ -198,7 +197,7 @@ def shape(where: str, value: Any) -> tuple[Floats, Faces]:
         sizes = [number(mesh[size], f"{where}: {size}") for size in _SIZES]
         if not min(sizes) > 0.0:
             raise InputError(f"{where}: a box of {sizes[0]:g} x {sizes[1]:g} x {sizes[2]:g} has no volume")
-        return moved(placement(f"{where}: frame", mesh["frame"]), _CORNERS * sizes, _SIDES)
+        return placed(placement(f"{where}: frame", mesh["frame"]), _CORNERS * sizes, _SIDES)
     if "vertex" not in mesh or "face" not in mesh:
         raise InputError(f"{where}: its mesh has no tables 'vertex' and 'face'; only meshes can be read")
     return _tables(where, mesh)
@@ -259,10 +258,3 @@ def placement(where: str, value: Any) -> Floats:
     matrix[:3, 1] = np.cross(matrix[:3, 2], matrix[:3, 0])
     matrix[:3, 3] = vector(unwrapped(data.get("point")), f"{where}: point")
     return matrix
-
-
-def moved(matrix: Floats, vertices: Floats, corners: Faces) -> tuple[Floats, Faces]:
-    """Vertices (v, 3) and faces where a (4, 4) matrix puts them; what is mirrored is turned outside again."""
-    mirrored = np.linalg.det(matrix[:3, :3]) < 0.0
-    turned = tuple(face[::-1] for face in corners) if mirrored else corners
-    return vertices @ matrix[:3, :3].T + matrix[:3, 3], turned

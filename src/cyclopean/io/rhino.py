@@ -3,7 +3,7 @@
 Meshes hold double precision, triangles and quads as they are, other polygons as fans of triangles with a record beside
 them (see `io.round_trip`). What the model says stands in user text under its own name; the user text `cyclopean` says
 what an object is. Stones lie on layers by their group, below `Stones`. The file is in metres; one in another unit is
-converted. Rhino's own solids (Breps, extrusions, SubDs) have curved faces and are not read.
+converted. Of files without meshes, Breps and extrusions are read, in place of instances what they stand for.
 """
 
 import importlib
@@ -11,7 +11,7 @@ import json
 import tempfile
 import uuid
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,8 +22,8 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
 from cyclopean.io.archives import refuse_damaged
-from cyclopean.io.bodies import Body, assembly_of
-from cyclopean.io.fields import array, label, parsed
+from cyclopean.io.bodies import Body, assembly_of, placed
+from cyclopean.io.fields import array, label, parsed, refuse_unfolded
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import stone_colours
 from cyclopean.io.rhino_json import mesh_shape, rhino_mesh
@@ -204,22 +204,32 @@ def _same_layer(name: str, group: str) -> bool:
 class _Found:
     """What a Rhino file holds that can be read, and a count of what cannot."""
 
-    stones: list[tuple[Body, dict[str, str]]] = field(default_factory=list)
+    meshes: list[tuple[Body, dict[str, str]]] = field(default_factory=list)
+    solids: list[tuple[Body, dict[str, str]]] = field(default_factory=list)  # polysurfaces and extrusions
     contacts: list[dict[str, Any]] = field(default_factory=list)
     loads: list[dict[str, Any]] = field(default_factory=list)
-    solids: Counter[str] = field(default_factory=Counter)  # by what they are
-    layers: dict[str, None] = field(default_factory=dict)  # that the solids lie on
-    instances: int = 0
+    kinds: Counter[str] = field(default_factory=Counter)  # of the solids that are read
+    curved: Counter[str] = field(default_factory=Counter)  # those for which their render meshes stand
+    shapeless: Counter[str] = field(default_factory=Counter)  # those that have no such meshes
+    layers: dict[str, None] = field(default_factory=dict)  # that these lie on
     ours: bool = False
+
+    @property
+    def stones(self) -> list[tuple[Body, dict[str, str]]]:
+        """Meshes; where there are none, solids: people mesh a solid and leave it in the drawing."""
+        return self.meshes or self.solids
 
 
 def read_rhino(path: str, stem: str, data: bytes, units: str | None) -> tuple[Assembly, tuple[str, ...]]:
     """Read one block for each mesh, in metres; of a file that we wrote, contacts, loads and all the rest.
 
+    Without meshes, polysurfaces and extrusions are read: exactly where their faces are flat polygons, else by their
+    render meshes. Block instances stand where they are put.
+
     Raises
     ------
     InputError
-        It is damaged, holds no mesh, is in a unit that is not known, or says something that a model file may not say.
+        It is damaged, holds no solid, is in a unit that is not known, or says something that a model file may not say.
     """
     rhino = _library(f"{path}: ")
     refuse_damaged(path, data)
@@ -228,7 +238,7 @@ def read_rhino(path: str, stem: str, data: bytes, units: str | None) -> tuple[As
         if file is None:
             raise InputError(f"{path}: is a damaged 3DM file, or is cut off; save it again in Rhino")
         unit, warnings = _unit(path, str(file.Settings.ModelUnitSystem).rpartition(".")[2], units)
-        found = _found(file, unit)
+        found = _found(path, file, unit, len(data))
         rest = file.Strings[KIND]
     except (RuntimeError, ValueError, TypeError, IndexError) as error:
         raise InputError(f"{path}: is a damaged 3DM file ({type(error).__name__}); save it again in Rhino") from None
@@ -260,47 +270,46 @@ def _unit(path: str, said: str, units: str | None) -> tuple[str, list[str]]:
     return units or "m", [] if units else [f"{path}: does not say its units; metres assumed (`units`)"]
 
 
+def _counted(kinds: Counter[str]) -> str:
+    return " and ".join(f"{count} {kind}" for kind, count in kinds.items())
+
+
 def _no_meshes(found: _Found) -> str:
-    kinds = [f"{count} {kind}" for kind, count in found.solids.items()]
-    if kinds:
-        layers = ", ".join(label(name) for name in list(found.layers)[:4]) + (" ..." if len(found.layers) > 4 else "")
-        return (
-            f"holds no meshes, but {' and '.join(kinds)} on layers {layers}; select them in Rhino, run the command Mesh"
-            " (in scripts _-Mesh), and save the meshes"
-        )
-    if found.instances:
-        return f"holds no meshes, but {found.instances} block instances; run ExplodeBlock in Rhino and save again"
-    return "holds no meshes; a model needs at least one closed mesh"
+    if not found.shapeless:
+        return "holds no meshes and no solids; a model needs at least one closed mesh"
+    layers = ", ".join(label(name) for name in list(found.layers)[:4]) + (" ..." if len(found.layers) > 4 else "")
+    return (
+        f"holds no meshes, but {_counted(found.shapeless)} on layers {layers}, with curved faces and no render meshes;"
+        " select them in Rhino, run the command Mesh (in scripts _-Mesh), and save the meshes"
+    )
 
 
 def _passed_over(path: str, found: _Found) -> list[str]:
-    kinds = [f"{count} {kind}" for kind, count in found.solids.items()]
-    kinds += [f"{found.instances} block instances"] if found.instances else []
-    return [f"{path}: {' and '.join(kinds)} are passed over; only meshes are read"] if kinds else []
+    left = found.shapeless + found.kinds + found.curved if found.meshes else found.shapeless
+    lines = [f"{path}: {_counted(left)} are passed over; only meshes are read where there are any"] if left else []
+    if found.curved and not found.meshes:
+        lines.append(f"{path}: {_counted(found.curved)} with curved faces are read by their render meshes")
+    return lines
 
 
-def _found(file: Any, unit: str) -> _Found:
-    """Go through the objects of a file; lengths become metres."""
+def _found(path: str, file: Any, unit: str, size: int) -> _Found:
+    """Go through the objects of a file of so many bytes; lengths become metres."""
     names = {layer.Index: (layer.Name, layer.FullPath) for layer in file.Layers}
     found = _Found()
-    for item in file.Objects:
-        attributes, geometry = item.Attributes, item.Geometry
-        if attributes is None or geometry is None or attributes.IsInstanceDefinitionObject:
-            continue
+    for geometry, attributes, called, matrix in _placed(path, file, size):
         name, full = names.get(attributes.LayerIndex, ("", ""))
         text = {key: value for key, value in attributes.GetUserStrings()}
         kind = str(geometry.ObjectType).rpartition(".")[2]
         found.ours |= text.get(KIND) in ("stone", "contact", "load")
-        if kind == "Mesh":
-            vertices, faces = mesh_shape(geometry)
-            whole = bool(attributes.Name or text.get("id"))
-            body = Body(attributes.Name or None, metres(vertices, unit), faces, whole)
-            found.stones.append((body, text | {"layer": name, "path": full}))
-        elif kind in _SOLIDS:
-            found.solids[_SOLIDS[kind]] += 1
-            found.layers[full or name] = None
-        elif kind == "InstanceReference":
-            found.instances += 1
+        if kind == "Mesh" or kind in _SOLIDS:
+            shape = mesh_shape(geometry) if kind == "Mesh" else _solid_shape(geometry, kind, found)
+            if shape is None:
+                found.layers[full or name] = None
+                continue
+            vertices, faces = placed(matrix, *shape)
+            whole = bool(called or text.get("id"))
+            body = Body(called or None, metres(vertices, unit), list(faces), whole)
+            (found.meshes if kind == "Mesh" else found.solids).append((body, text | {"layer": name, "path": full}))
         elif kind == "Curve" and text.get(KIND) == "contact":
             found.contacts.append(_words(text) | {"polygon": metres(_corners(geometry), unit).tolist()})
         elif kind == "Curve" and text.get(KIND) == "load":
@@ -308,6 +317,84 @@ def _found(file: Any, unit: str) -> _Found:
             point = metres(np.array([start.X, start.Y, start.Z]), unit)
             found.loads.append(_words(text) | {"point": point.tolist()})
     return found
+
+
+def _placed(path: str, file: Any, size: int) -> Iterator[tuple[Any, Any, str, Floats]]:
+    """Geometry, attributes, name and (4, 4) place of every object, those of block instances in their stead.
+
+    An instance is a stone like others: its attributes count, and its name or that of its definition.
+    """
+    definitions = {str(one.Id): one for one in file.InstanceDefinitions}
+    items = {str(item.Attributes.Id): item for item in file.Objects if item.Attributes is not None}
+    stack = [(item, item.Attributes, "", np.eye(4)) for item in file.Objects if item.Attributes is not None]
+    stack = [row for row in stack if not row[1].IsInstanceDefinitionObject][::-1]
+    rows = 0
+    while stack:
+        item, attributes, name, matrix = stack.pop()
+        geometry = item.Geometry
+        if geometry is None:
+            continue
+        if "InstanceReference" not in str(geometry.ObjectType):
+            yield geometry, attributes, name or item.Attributes.Name, matrix
+            if attributes is not item.Attributes and hasattr(geometry, "Vertices"):
+                rows += len(geometry.Vertices) + 4 * len(geometry.Faces)
+                refuse_unfolded(path, rows, size)
+            continue
+        definition = definitions.get(str(geometry.ParentIdefId))
+        inner = [items[str(one)] for one in definition.GetObjectIds() if str(one) in items] if definition else []
+        rows += 1 + len(inner)
+        refuse_unfolded(path, rows, size)  # also where instances hold each other
+        # its own array of them is of single precision
+        own = [[getattr(geometry.Xform, f"M{row}{column}") for column in range(4)] for row in range(4)]
+        place = matrix @ np.array(own)
+        called = name or item.Attributes.Name or (definition.Name if definition else "")
+        for k, one in reversed(list(enumerate(inner))):
+            part = one.Attributes.Name or str(k)
+            stack.append((one, attributes, called if len(inner) == 1 else f"{called}/{part}", place))
+
+
+def _solid_shape(geometry: Any, kind: str, found: _Found) -> tuple[Floats, list[tuple[int, ...]]] | None:
+    """Vertices and faces of a Brep or an extrusion: its own where they are flat polygons, else its render meshes."""
+    rhino = _library()
+    brep = geometry.ToBrep(True) if kind == "Extrusion" else geometry
+    exact = _polygons(brep) if kind in ("Brep", "Extrusion") and brep is not None else None
+    if exact is not None:
+        found.kinds[_SOLIDS[kind]] += 1
+        return exact
+    meshes = []
+    if kind in ("Brep", "Extrusion"):
+        parts = [geometry] if kind == "Extrusion" else list(geometry.Faces)
+        meshes = [part.GetMesh(rhino.MeshType.Any) for part in parts]
+    if not meshes or any(mesh is None or not len(mesh.Faces) for mesh in meshes):
+        found.shapeless[_SOLIDS[kind]] += 1
+        return None
+    found.curved[_SOLIDS[kind]] += 1
+    vertices: list[Floats] = []
+    faces: list[tuple[int, ...]] = []
+    before = 0
+    for corner, rings in map(mesh_shape, meshes):
+        faces += [tuple(i + before for i in ring) for ring in rings]
+        vertices.append(corner)
+        before += len(corner)
+    return np.concatenate(vertices), faces
+
+
+def _polygons(brep: Any) -> tuple[Floats, list[tuple[int, ...]]] | None:
+    """Vertices and faces of a Brep all of whose faces are flat polygons without holes; None for others."""
+    vertices = np.array([(v.Location.X, v.Location.Y, v.Location.Z) for v in brep.Vertices]).reshape(-1, 3)
+    flat = 1e-9 * float(np.ptp(vertices, axis=0).max(initial=0.0))  # double precision of a drawing's coordinates
+    edges = [edge.IsLinear(max(flat, 1e-12)) for edge in brep.Edges]
+    faces = []
+    for face in brep.Faces:
+        loop = face.OuterLoop
+        if loop is None or len(face.Loops) != 1 or not face.IsPlanar(max(flat, 1e-12)):
+            return None
+        trims = [loop.Trims[k] for k in range(len(loop.Trims))]
+        if not all(trim.EdgeIndex >= 0 and edges[trim.EdgeIndex] for trim in trims):
+            return None
+        ring = tuple(trim.StartVertexIndex for trim in trims)
+        faces.append(ring[::-1] if face.OrientationIsReversed else ring)
+    return (vertices, faces) if faces else None
 
 
 def _words(text: Mapping[str, str]) -> dict[str, Any]:
