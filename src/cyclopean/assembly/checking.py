@@ -81,7 +81,7 @@ def check_contacts(
     return on.labelled(), float(distance.max()), warnings
 
 
-def seated(assembly: Assembly, contacts: Contacts) -> tuple[Contacts, float]:
+def seated(assembly: Assembly, contacts: Contacts) -> tuple[Contacts, float, Ints]:
     """Hold contacts that were found against the blocks: those that no proof could use are left out, without a word.
 
     Returns
@@ -90,14 +90,16 @@ def seated(assembly: Assembly, contacts: Contacts) -> tuple[Contacts, float]:
         With `lean` where faces lean from the contact, or are further off it than flat ones may be.
     distance : float
         How far the furthest point lies from its faces (m).
+    kept : (k,) int
+        Which of those given they are.
     """
     if not len(contacts):
-        return contacts, 0.0
+        return contacts, 0.0, np.zeros(0, np.int64)
     on = _seats(assembly, contacts, [""] * len(contacts), length_tolerance(assembly))
     distance, size = on.sides.max(axis=1), _sizes(assembly, contacts)
     on = replace(on, bent=on.bent | (distance > FLAT_SHARE * size))
     kept = np.flatnonzero(distance <= ROUGH_SHARE * size)
-    return on.labelled().only(kept), float(distance[kept].max(initial=0.0))
+    return on.labelled().only(kept), float(distance[kept].max(initial=0.0)), kept
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -85,10 +85,12 @@ def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Det
     asked = _Asked.of(mesh, digits, forgiven)
     pairs = box_pairs(*mesh.boxes(), asked.gap)
     regions, a, b, found = asked.found(mesh, pairs)
-    contacts = _ordered(regions, a, b, found, origin, digits)
-    off = digits
+    contacts, order = _ordered(regions, a, b, found, origin, digits)
+    off, told = digits, ""
     if forgiven is not None:
-        contacts, off = seated(assembly, asked.wide(contacts, mesh.diagonal))
+        wide = asked.wide(contacts, mesh.diagonal)
+        contacts, off, kept = seated(assembly, contacts.only(wide))
+        told = _forgiven(regions, a, b, found, order[wide][kept], digits)
     near = near_misses(mesh, regions, (a[found.pair], b[found.pair]), digits)
     touched = np.zeros(len(assembly), bool)
     touched[contacts.a] = touched[contacts.b] = True
@@ -96,7 +98,6 @@ def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Det
     names = [block.id for block in assembly.blocks]
     same = _duplicates(assembly, asked.gap)
     apart = _loose(pairs, contacts, same, near, len(names))
-    told = "" if forgiven is None else _forgiven(regions, a, b, found, digits)
     warnings = (
         *_listed([_lonely(names, mesh, near, i) for i in alone[: LISTED + 1]], len(alone), "blocks that touch nothing"),
         *([told] if told else []),
@@ -128,10 +129,10 @@ class _Asked:
         """(k,) m: how far faces of blocks a and b may be apart; size is that of all blocks."""
         return np.minimum(self.gap, self.share * np.minimum(size[a], size[b]))
 
-    def wide(self, contacts: Contacts, size: Floats) -> Contacts:
-        """The contacts that are wider than what is forgiven."""
+    def wide(self, contacts: Contacts, size: Floats) -> Ints:
+        """Numbers of the contacts that are wider than what is forgiven."""
         width = 2.0 * contacts.area / np.maximum(contacts.perimeter, 1e-300)
-        return contacts.only(np.flatnonzero(width > self.most(size, contacts.a, contacts.b)))
+        return np.flatnonzero(width > self.most(size, contacts.a, contacts.b))
 
     def found(self, mesh: Polyhedra, pairs: tuple[Ints, Ints]) -> tuple[PlanarRegions, Ints, Ints, Overlaps]:
         """Planar regions of all blocks, pairs of them, and where these touch."""
@@ -141,14 +142,14 @@ class _Asked:
         return regions, a, b, region_overlaps(regions, a, b, self.digits, most)
 
 
-def _forgiven(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, digits: float) -> str:
-    """Say how many contacts there are only because something was forgiven, and how much that was."""
-    distance = np.abs(found.apart).max(axis=1, initial=0.0)
-    askew = np.linalg.norm(regions.normal[a[found.pair]] + regions.normal[b[found.pair]], axis=1)
-    which = (distance > digits) | (askew > LEANS)
+def _forgiven(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, kept: Ints, digits: float) -> str:
+    """Say how many of the contacts kept there are only because something was forgiven, and how much that was."""
+    pair, apart = found.pair[kept], found.apart[kept]
+    askew = np.linalg.norm(regions.normal[a[pair]] + regions.normal[b[pair]], axis=1)
+    which = (np.abs(apart).max(axis=1, initial=0.0) > digits) | (askew > LEANS)
     if not which.any():
         return ""
-    gap, overlap = max(float(found.apart[which, 1].max()), 0.0), max(-float(found.apart[which, 0].min()), 0.0)
+    gap, overlap = max(float(apart[which, 1].max()), 0.0), max(-float(apart[which, 0].min()), 0.0)
     parts = [f"{size:.2g} {word}" for size, word in ((gap, "m apart"), (overlap, "m into each other")) if size > digits]
     if (most := float(np.degrees(askew[which].max()))) >= 1e-3:
         parts.append(f"{most:.2g} degrees askew")
@@ -175,8 +176,10 @@ def _lonely(names: Sequence[str], mesh: Polyhedra, near: NearMisses, block: int)
     return f"block '{names[block]}' touches no other block: {what}"
 
 
-def _ordered(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, origin: Floats, tolerance: float) -> Contacts:
-    """Contacts in their documented order, each polygon starting at its least point."""
+def _ordered(
+    regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, origin: Floats, tolerance: float
+) -> tuple[Contacts, Ints]:
+    """Contacts in their documented order, each polygon starting at its least point; and which overlap each is."""
     body_a, body_b = regions.body[a[found.pair]], regions.body[b[found.pair]]
     count = np.diff(found.start)
     patch = np.repeat(np.arange(len(count)), count)
@@ -189,7 +192,7 @@ def _ordered(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, origin: 
     cell = np.floor(middle / (GRID * tolerance) + 0.381966)
     order = np.lexsort((cell[:, 2], cell[:, 1], cell[:, 0], body_b, body_a))
     whole = Contacts(body_a, body_b, found.start, point + origin, np.full(len(order), np.nan))
-    return whole.only(order)
+    return whole.only(order), order
 
 
 def _duplicates(assembly: Assembly, tolerance: float) -> list[tuple[int, int]]:
