@@ -293,10 +293,7 @@ def _worst_joint(model: PreparedModel, settings: Settings, system: EquilibriumSy
         said = f"{'opens' if np.max(normal) > np.max(tangential) else 'slides'} most."
     elif not claim.kind and settings.chosen_method() == "cra" and claim.f is not None:
         normal, tangential = merit(system, settings.bounds().unit(), claim.f, claim.motion)
-        how, more = (
-            ("fails to press", "fails to rub"),
-            " More `seconds`, a larger `eta` or other friction may decide it.",
-        )
+        said = "is the furthest from it. More `seconds`, a larger `eta` or other friction may decide it."
     else:
         return ""
     k = int(np.argmax(normal + tangential))
