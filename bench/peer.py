@@ -20,16 +20,17 @@ from compas_cra.equilibrium.cra_native import rbe_problem, solve_nlp
 from contacts import wall
 
 from cyclopean.analysis import Settings, check, solve_rbe
+from cyclopean.arrays import Bools
 from cyclopean.assembly import Assembly, Contacts, detect, supports
 from cyclopean.statics import equilibrium_system
 
 MU = 0.84
 
 
-def peer_model(model: Assembly, contacts: Contacts) -> CRA_Assembly:
+def peer_model(model: Assembly, contacts: Contacts, fixed: Bools | None = None) -> CRA_Assembly:
     """The same blocks, supports and contact polygons in the peer's data structure."""
     theirs = CRA_Assembly()
-    held, _ = supports(model)
+    held = supports(model)[0] if fixed is None else fixed
     for i, block in enumerate(model.blocks):
         mesh = Mesh.from_vertices_and_faces(block.vertices.tolist(), [list(face) for face in block.faces])
         theirs.add_block(mesh.copy(cls=PeerBlock), node=i)
