@@ -35,7 +35,7 @@ class ModelKeywords(TypedDict, total=False):
     density: float | None
     supports: str
     gravity: Vector | None
-    tolerance: float | None
+    tolerance: float | tuple[float, float] | str | None
     units: str | None
     strict: bool
 
