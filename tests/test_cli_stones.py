@@ -80,7 +80,10 @@ def test_a_slip_of_units(run, tmp_path):
     [
         (["info", "."], "no stones in this folder"),
         (["info", "gone", "--stones"], "gone: no such file"),
-        (["info", "open.obj", "--stones"], "open.obj: is open: a hole 3.41 m round; no stone is left"),
+        (
+            ["info", "open.obj", "--stones"],
+            "open.obj: is open: a hole 3.41 m round near (0, 0.3333, 0.6667); no stone is left",
+        ),
         (["info", "yard", "--json", "yard"], "is a folder"),
     ],
 )

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.geometry import mesh_faults
+from cyclopean.geometry import mesh_faults, pack
+from cyclopean.geometry.sides import pieces
 from cyclopean.io import MESH_SUFFIXES, read_model, write_mesh, write_model
-from cyclopean.io.bodies import pieces
 from laws import examples
 
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
@@ -130,7 +130,7 @@ def test_touching_cells_fall_apart(cells, seed, random):
     welded, new = np.unique(vertices, axis=0, return_inverse=True)
     faces = [(k, tuple(int(new.reshape(-1)[8 * k + i]) for i in t)) for k in range(len(cells)) for t in TRIANGLES]
     random.shuffle(faces)
-    labels = pieces((welded @ turn.T).astype(np.float32).astype(float), [face for _, face in faces])
+    labels = pieces(pack([((welded @ turn.T).astype(np.float32).astype(float), [face for _, face in faces])]))
     assert len(set(zip((k for k, _ in faces), labels.tolist(), strict=True))) == len(cells) == labels.max() + 1
 
 

@@ -13,10 +13,11 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly.blocks import Assembly, Block
 from cyclopean.assembly.loads import SurfaceLoad
 from cyclopean.errors import InputError
-from cyclopean.geometry.mending import FLAT, KINDS, Done, Sides
+from cyclopean.geometry.mending import FLAT, KINDS, Done
 from cyclopean.geometry.mending import Mended as Meshes
 from cyclopean.geometry.mending import mended as mended_meshes
 from cyclopean.geometry.polyhedra import face_normals, pack, unpacked
+from cyclopean.geometry.sides import Sides
 
 __all__ = ["MendedAssembly", "mended"]
 
@@ -150,7 +151,6 @@ def _slab(
         faces = [face[::-1] for face in faces]
         mesh = pack([(vertices, faces)])
     sides, n = Sides.of(mesh.corner, mesh.corner_start), len(vertices)
-    rim = zip(sides.tail[sides.lone].tolist(), sides.head[sides.lone].tolist(), strict=True)
-    around = [(b, a, a + n, b + n) for a, b in rim]
+    around = [(b, a, a + n, b + n) for a, b in sides.rim.tolist()]
     below = [tuple(i + n for i in reversed(face)) for face in faces]
     return np.concatenate([vertices, vertices + shift]), tuple([*map(tuple, faces), *below, *around])

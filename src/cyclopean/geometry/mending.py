@@ -18,7 +18,7 @@ All lengths are compared in diagonals of the body itself. A body is mended whole
 (['1 flat hole closed, 0.866 m2'], (3, 1, 2))
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,18 +37,20 @@ from cyclopean.geometry.polyhedra import (
     mesh_faults,
 )
 from cyclopean.geometry.shells import nested
+from cyclopean.geometry.sides import Sides, open_bodies, rings
 
 __all__ = [
     "ATTEMPTS",
+    "FLAT",
     "KINDS",
     "Done",
     "Mended",
     "Reach",
-    "Sides",
+    "Work",
     "mended",
-    "open_bodies",
     "place_text",
-    "rim_loops",
+    "sewn",
+    "shaped",
     "welded",
 ]
 
@@ -113,37 +115,7 @@ class Mended:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sides:
-    """The sides of faces (K of them), and the undirected edges they lie on."""
-
-    tail: Ints  # (K,)
-    head: Ints  # (K,)
-    face: Ints  # (K,)
-    edge: Ints  # (K,) number of the undirected edge
-    count: Ints  # (E,) sides on each edge
-
-    @classmethod
-    def of(cls, corner: Ints, start: Ints) -> "Sides":
-        """Sides of faces packed at offsets `start` (F + 1,)."""
-        head = corner[following(start)]
-        key = np.minimum(corner, head) * (int(corner.max(initial=0)) + 1) + np.maximum(corner, head)
-        _, edge, count = np.unique(key, return_inverse=True, return_counts=True)
-        return cls(corner, head, np.repeat(np.arange(len(start) - 1), np.diff(start)), edge.reshape(-1), count)
-
-    @property
-    def lone(self) -> Ints:
-        """Sides without a neighbour."""
-        return np.flatnonzero(self.count[self.edge] == 1)
-
-    def pairs(self) -> tuple[Ints, Ints]:
-        """The two sides of each edge that has two."""
-        here = np.flatnonzero(self.count[self.edge] == 2)
-        both = here[np.argsort(self.edge[here], kind="stable")].reshape(-1, 2)
-        return both[:, 0], both[:, 1]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Work:
+class Work:
     """Meshes on the way, and what was done to them so far."""
 
     mesh: Polyhedra
@@ -153,21 +125,23 @@ class _Work:
     fault: dict[int, str]  # body and why it cannot be mended
 
     @classmethod
-    def of(cls, mesh: Polyhedra) -> "_Work":
+    def of(cls, mesh: Polyhedra) -> "Work":
+        """Nothing done yet."""
         face = np.arange(len(mesh.corner_start) - 1) - mesh.face_start[mesh.face_body]
         return cls(mesh, face, np.zeros(len(face), bool), [[] for _ in range(len(mesh))], {})
 
     @property
     def sides(self) -> Sides:
+        """Of its faces."""
         return Sides.of(self.mesh.corner, self.mesh.corner_start)
 
-    def told(self, kind: str, count: Ints, size: dict[int, str] | None = None) -> "_Work":
+    def told(self, kind: str, count: Ints, size: dict[int, str] | None = None) -> "Work":
         """The same, with so much (n,) done to each body."""
         for body in np.flatnonzero(count).tolist():
             self.done[body].append(Done(kind, int(count[body]), (size or {}).get(body, "")))
         return self
 
-    def kept(self, face: Bools) -> "_Work":
+    def kept(self, face: Bools) -> "Work":
         """Only the chosen (F,) faces."""
         if face.all():
             return self
@@ -181,23 +155,23 @@ class _Work:
         )
         return replace(self, mesh=mesh, origin=self.origin[face], turned=self.turned[face])
 
-    def named(self, corner: Ints) -> "_Work":
+    def named(self, corner: Ints) -> "Work":
         """With other corners (K,); those that came to lie on their neighbours go, and faces of fewer than three."""
-        start = self.mesh.corner_start
+        work = replace(self, mesh=replace(self.mesh, corner=corner))
         while True:
-            face = np.repeat(np.arange(len(start) - 1), np.diff(start))
-            after = following(start)
+            mesh = work.mesh
+            after = following(mesh.corner_start)
             before = np.zeros_like(after)
             before[after] = np.arange(len(after))
-            over = corner == corner[after]
+            over = mesh.corner == mesh.corner[after]
             if not over.any():
-                over = corner[before] == corner[after]  # there and back again
+                over = mesh.corner[before] == mesh.corner[after]  # there and back again
             if not over.any():
-                break
-            corner = corner[~over]
-            start = offsets(np.bincount(face[~over], minlength=len(start) - 1))
-        mesh = replace(self.mesh, corner=corner, corner_start=start)
-        return replace(self, mesh=mesh).kept(np.diff(start) > 2)
+                return work
+            size = np.bincount(mesh.corner_face[~over], minlength=len(mesh.corner_start) - 1)
+            work = replace(work, mesh=replace(mesh, corner=mesh.corner[~over], corner_start=offsets(size))).kept(
+                size > 2
+            )
 
 
 def mended(mesh: Polyhedra, attempts: Sequence[Reach] = ATTEMPTS) -> Mended:
@@ -208,7 +182,7 @@ def mended(mesh: Polyhedra, attempts: Sequence[Reach] = ATTEMPTS) -> Mended:
     Mended
         Of mended bodies, vertices that no face names any more are dropped.
     """
-    came = _Work.of(mesh)
+    came = Work.of(mesh)
     found = Mended(mesh, ((),) * len(mesh), tuple(mesh_faults(mesh)), came.origin, came.turned)
     for reach in attempts:
         if not found.fault:
@@ -220,7 +194,7 @@ def mended(mesh: Polyhedra, attempts: Sequence[Reach] = ATTEMPTS) -> Mended:
 def _once(before: Mended, reach: Reach) -> Mended:
     """Mend what has a fault, from what it came as; all bodies in their order, what could not be mended as it came."""
     bad = np.array([body for body, _ in before.fault])
-    work = _outward(_closed(_turned_alike(_sewn(_Work.of(bodies_of(before.mesh, bad)), reach)), reach))
+    work = shaped(sewn(Work.of(bodies_of(before.mesh, bad)), reach), reach)
     still = dict(mesh_faults(work.mesh))
     fault = {int(bad[k]): work.fault.get(k) or _where(work, k, still[k]) for k in sorted({*still, *work.fault})}
     row = np.arange(len(before.mesh))
@@ -236,7 +210,7 @@ def _once(before: Mended, reach: Reach) -> Mended:
     return Mended(bodies_of(both, row), tuple(done), tuple(fault.items()), origin, turned)
 
 
-def _where(work: _Work, body: int, said: str) -> str:
+def _where(work: Work, body: int, said: str) -> str:
     """What is wrong with a body, and the place (m) where it can be seen."""
     mesh, sides = work.mesh, work.sides
     here = mesh.face_body[sides.face] == body
@@ -254,14 +228,15 @@ def _where(work: _Work, body: int, said: str) -> str:
 
 def welded(mesh: Polyhedra) -> Polyhedra:
     """Equal vertices of a body are one, where it has an edge without exactly one face on either side."""
-    return _welded(_Work.of(mesh)).mesh
+    return _welded(Work.of(mesh)).mesh
 
 
-def _sewn(work: _Work, reach: Reach) -> _Work:
+def sewn(work: Work, reach: Reach) -> Work:
+    """Let faces share their vertices, and drop those that stand twice."""
     return _stitched(_across_cracks(_single(_welded(work)), reach.crack), reach.crack)
 
 
-def _welded(work: _Work) -> _Work:
+def _welded(work: Work) -> Work:
     mesh = work.mesh
     chosen = open_bodies(mesh)[mesh.vertex_body]
     here = np.flatnonzero(chosen)
@@ -279,15 +254,7 @@ def _welded(work: _Work) -> _Work:
     return clean.told("fold", np.diff(mesh.face_start) - np.diff(clean.mesh.face_start))
 
 
-def open_bodies(mesh: Polyhedra) -> Bools:
-    """(n,) whether a body has an edge without exactly one face on either side."""
-    sides = Sides.of(mesh.corner, mesh.corner_start)
-    balance = np.bincount(sides.edge, np.where(sides.tail < sides.head, 1, -1))
-    bad = (sides.count != 2) | (balance != 0)
-    return np.asarray(np.bincount(mesh.face_body[sides.face[bad[sides.edge]]], minlength=len(mesh)) > 0)
-
-
-def _single(work: _Work) -> _Work:
+def _single(work: Work) -> Work:
     """Faces that are left when none stands twice.
 
     Of two faces with the same corners one stays, or none where the body closes better so: a fin that sticks out of a
@@ -331,7 +298,7 @@ def _own_size(mesh: Polyhedra) -> Floats:
     return np.asarray((mesh.vertex - low[whose]) / np.where(size > 0.0, size, 1.0)[whose][:, None])
 
 
-def _rim(work: _Work) -> tuple[Ints, Ints, Floats]:
+def _rim(work: Work) -> tuple[Ints, Ints, Floats]:
     """Tail and head of the sides without neighbour, and (n,) how long those of each body are, in its diagonals."""
     sides = work.sides
     tail, head = sides.tail[sides.lone], sides.head[sides.lone]
@@ -340,7 +307,7 @@ def _rim(work: _Work) -> tuple[Ints, Ints, Floats]:
     return tail, head, np.asarray(np.bincount(work.mesh.vertex_body[tail], length, len(work.mesh)), float)
 
 
-def _across_cracks(work: _Work, width: float) -> _Work:
+def _across_cracks(work: Work, width: float) -> Work:
     """Weld vertices of the rim no farther apart than `width` of their body, where its rim is shorter then."""
     from scipy.spatial import cKDTree
 
@@ -367,7 +334,7 @@ def _across_cracks(work: _Work, width: float) -> _Work:
     return work.named(target[mesh.corner])
 
 
-def _stitched(work: _Work, width: float) -> _Work:
+def _stitched(work: Work, width: float) -> Work:
     """Make vertices of the rim that lie on a side of the rim corners of its face, where the rim is shorter then."""
     before = _rim(work)[2]
     if not before.any():
@@ -384,7 +351,7 @@ def _stitched(work: _Work, width: float) -> _Work:
     return _inserted(work, side, vertex)
 
 
-def _on_sides(work: _Work, width: float) -> tuple[Ints, Ints]:
+def _on_sides(work: Work, width: float) -> tuple[Ints, Ints]:
     """Sides of the rim and the vertices of the rim that lie on them, in the order along each side."""
     mesh, sides = work.mesh, work.sides
     lone, point = sides.lone, _own_size(mesh)
@@ -408,7 +375,7 @@ def _on_sides(work: _Work, width: float) -> tuple[Ints, Ints]:
     return lone[i[order]], rim[j[order]]
 
 
-def _inserted(work: _Work, side: Ints, vertex: Ints) -> _Work:
+def _inserted(work: Work, side: Ints, vertex: Ints) -> Work:
     """With vertices as corners on sides, in the order given."""
     mesh = work.mesh
     size = np.diff(mesh.corner_start) + np.bincount(mesh.corner_face[side], minlength=len(mesh.corner_start) - 1)
@@ -417,7 +384,12 @@ def _inserted(work: _Work, side: Ints, vertex: Ints) -> _Work:
     )
 
 
-def _turned_alike(work: _Work) -> _Work:
+def shaped(work: Work, reach: Reach, turn: bool = True) -> Work:
+    """Orient faces alike, close holes, and turn the whole outward; with `turn` False faces stay as they run."""
+    return _outward(_closed(_turned_alike(work), reach)) if turn else _closed(work, reach)
+
+
+def _turned_alike(work: Work) -> Work:
     """Let neighbours agree about which side is out, as most of them do already.
 
     Each face stands twice in a graph, as it is and turned over; neighbours that run along their edge the same way are
@@ -439,7 +411,7 @@ def _turned_alike(work: _Work) -> _Work:
     return _turned(work, turned)
 
 
-def _turned(work: _Work, face: Bools) -> _Work:
+def _turned(work: Work, face: Bools) -> Work:
     """With the chosen (F,) faces turned over."""
     start, which = work.mesh.corner_start, work.mesh.corner_face
     here = np.arange(len(which))
@@ -448,12 +420,11 @@ def _turned(work: _Work, face: Bools) -> _Work:
     return replace(work, mesh=replace(work.mesh, corner=corner), turned=work.turned ^ face)
 
 
-def _closed(work: _Work, reach: Reach) -> _Work:
+def _closed(work: Work, reach: Reach) -> Work:
     """Close the holes of each body, if all of them can be; else the largest that cannot is its fault."""
     sides = work.sides
-    rim = np.stack([sides.tail[sides.lone], sides.head[sides.lone]], 1)
     holes: dict[int, list[_Hole]] = {}
-    for ring in rim_loops(rim):
+    for ring in rings(sides.rim):
         body = int(work.mesh.vertex_body[ring[0]])
         holes.setdefault(body, []).append(_Hole.of(work.mesh.vertex, ring, float(work.mesh.diagonal[body]), reach))
     lids: list[tuple[int, Ints]] = []
@@ -503,33 +474,7 @@ class _Hole:
         return f"{upto}{max(hole.area for hole in holes):.3g} m2"
 
 
-def rim_loops(rim: Ints) -> Iterator[Ints]:
-    """Rings of directed edges (k, 2); where rings meet in a vertex, one ends where it first comes back to itself."""
-    following: dict[int, list[int]] = {}
-    for tail, head in rim.tolist():
-        following.setdefault(tail, []).append(head)
-    while following:
-        path = [next(iter(following))]
-        while True:
-            here = path[-1]
-            heads = following.get(here)
-            if heads is None:  # a rim that ends nowhere: the mesh is not oriented; take what there is as one hole
-                yield np.array(path)
-                break
-            there = heads.pop()
-            if not heads:
-                del following[here]
-            if there in path:
-                start = path.index(there)
-                yield np.array(path[start:])
-                path = path[: start + 1]
-                if start == 0:
-                    break
-            else:
-                path.append(there)
-
-
-def _with_faces(work: _Work, lids: Sequence[tuple[int, Ints]]) -> _Work:
+def _with_faces(work: Work, lids: Sequence[tuple[int, Ints]]) -> Work:
     """With more faces, each the last of its body."""
     if not lids:
         return work
@@ -545,7 +490,7 @@ def _with_faces(work: _Work, lids: Sequence[tuple[int, Ints]]) -> _Work:
     )
 
 
-def _outward(work: _Work) -> _Work:
+def _outward(work: Work) -> Work:
     """Turn shells outward, but for those round a hollow, which run the other way; drop what lies inside stone."""
     volume = mass_properties(work.mesh).volume
     work = _turned(work, (volume < 0.0)[work.mesh.face_body])

@@ -9,6 +9,7 @@ from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry.frames import newell_normals, unit
 from cyclopean.geometry.packed import following, offsets, ragged
+from cyclopean.geometry.polygon import triangulated
 
 __all__ = [
     "MassProperties",
@@ -16,6 +17,7 @@ __all__ = [
     "bodies_of",
     "compacted",
     "face_normals",
+    "face_triangles",
     "face_warp",
     "joined",
     "mass_properties",
@@ -190,6 +192,24 @@ def triangles(mesh: Polyhedra) -> tuple[Ints, Ints]:
     first = mesh.corner_start[face]
     step = np.arange(len(face)) - np.repeat(np.cumsum(inner) - inner, inner)
     return np.stack([mesh.corner[first], mesh.corner[first + step + 1], mesh.corner[first + step + 2]], 1), face
+
+
+def face_triangles(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:
+    """Triangles (t, 3) of polygons on vertices (v, 3): fans, or ears where a polygon is not convex."""
+    if all(len(face) == 3 for face in faces):
+        return np.array(faces, np.int64).reshape(-1, 3)
+    mesh = pack([(vertices, faces)])
+    found, owner = triangles(mesh)
+    corner = vertices[found]
+    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    hollow = np.unique(owner[np.einsum("ti,ti->t", across, face_normals(mesh)[owner]) < 0.0])
+    kept = found[~np.isin(owner, hollow)]
+    cut = []
+    for k in hollow.tolist():
+        face = np.array(faces[k])
+        ears = triangulated(vertices[face])
+        cut.append(found[owner == k] if ears is None else face[ears])
+    return np.concatenate([kept, *cut])
 
 
 def face_normals(mesh: Polyhedra) -> Floats:

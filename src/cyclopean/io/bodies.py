@@ -14,21 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
-from cyclopean.geometry import face_normals, following, newell_normals, offsets, pack, triangles
-from cyclopean.geometry.frames import unit
-from cyclopean.geometry.packed import components
-from cyclopean.geometry.polygon import triangulated
+from cyclopean.geometry.mending import welded
+from cyclopean.geometry.packed import numbered
+from cyclopean.geometry.polyhedra import Polyhedra, compacted, pack, unpacked
+from cyclopean.geometry.sides import open_bodies, parted, pieces
 from cyclopean.io.fields import REACH, face_fault, label
 from cyclopean.io.units import metres
 
-__all__ = ["Body", "assembly_of", "face_triangles", "part_of", "pieces", "placed", "welded"]
-
-# Half-planes closer than this round an edge (rad) are one: single precision leaves 1e-4 on the smallest facets,
-# and no stone has so sharp an arris.
-_SAME_ANGLE = 1e-3
+__all__ = ["Body", "assembly_of", "part_of", "placed", "welded_body"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,13 +60,13 @@ def assembly_of(path: str, stem: str, bodies: Sequence[Body], units: str) -> tup
         raise InputError(f"{path}: has no faces; a model needs at least one closed mesh")
     for body in bodies:
         _check(f"{path}: {label(body.name)}" if body.name else path, body)
-    soup = _Soup.of(bodies)
-    welded = _welded(soup, _opened(soup))
-    dropped = len(soup.faces) - len(welded.faces)
+    drawn = pack([(body.vertices, body.faces) for body in bodies])
+    mesh = welded(drawn)
+    dropped = len(drawn.corner_start) - len(mesh.corner_start)
     warnings = [f"{path}: {dropped} faces without area were dropped"] if dropped else []
-    if not welded.faces:
+    if not len(mesh.corner):
         raise InputError(f"{path}: has no faces with an area; a model needs at least one closed mesh")
-    made, split = _split(path, bodies, welded, warnings)
+    made, split = _split(path, bodies, mesh, warnings)
     how = "connected piece" if split else "named mesh" if any(part.name for part in made) else "mesh"
     count = f"{len(made)} blocks, one for each" if len(made) > 1 else "1 block, from the one"
     warnings.insert(0, f"{path}: made {count} {how}")
@@ -82,7 +78,7 @@ def assembly_of(path: str, stem: str, bodies: Sequence[Body], units: str) -> tup
     return Assembly(blocks, name=stem), warnings
 
 
-def welded(where: str, body: Body) -> Body:
+def welded_body(where: str, body: Body) -> Body:
     """Return the body as it is if it is closed, else with its equal vertices welded.
 
     Raises
@@ -91,11 +87,11 @@ def welded(where: str, body: Body) -> Body:
         A coordinate is not finite or a face is not one.
     """
     _check(where, body)
-    soup = _Soup.of([body])
-    opened = _opened(soup)
-    if not opened.any():
+    mesh = pack([(body.vertices, body.faces)])
+    if not open_bodies(mesh).any():
         return body
-    return part_of(body.name, body.vertices, _welded(soup, opened).faces, fields=body.fields)
+    vertices, faces = unpacked(compacted(welded(mesh)))[0]
+    return replace(body, vertices=vertices, faces=list(faces))
 
 
 def _check(where: str, body: Body) -> None:
@@ -109,117 +105,26 @@ def _check(where: str, body: Body) -> None:
             raise InputError(f"{where}: face {k} {fault}")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Soup:
-    """The bodies of a file end to end, so that ten thousand of them cost a few array operations."""
-
-    vertices: Floats  # (V, 3)
-    owner: Ints  # (V,) body of each vertex
-    faces: list[tuple[int, ...]]  # index vertices as a whole
-    body: Ints  # (F,) body of each face
-
-    @classmethod
-    def of(cls, bodies: Sequence[Body]) -> "_Soup":
-        counts = [len(body.vertices) for body in bodies]
-        offset = np.cumsum([0, *counts]).tolist()
-        faces = [
-            tuple([i + shift for i in face]) for body, shift in zip(bodies, offset, strict=False) for face in body.faces
-        ]
-        number = np.arange(len(bodies))
-        vertices = np.concatenate([body.vertices for body in bodies])
-        return cls(vertices, np.repeat(number, counts), faces, np.repeat(number, [len(b.faces) for b in bodies]))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _HalfEdges:
-    """The sides of faces, packed (K of them), and the undirected edges they lie on."""
-
-    tail: Ints  # (K,)
-    head: Ints  # (K,)
-    face: Ints  # (K,)
-    start: Ints  # (F + 1,)
-    edge: Ints  # (K,) number of the undirected edge
-    count: Ints  # (E,) half-edges on each edge
-
-    @classmethod
-    def of(cls, faces: Sequence[Sequence[int]]) -> "_HalfEdges":
-        sizes = np.fromiter(map(len, faces), np.int64, len(faces))
-        start = offsets(sizes)
-        tail = np.fromiter(chain.from_iterable(faces), np.int64, int(start[-1]))
-        head = tail[following(start)]
-        low, high = np.minimum(tail, head), np.maximum(tail, head)
-        _, edge, count = np.unique(low * (tail.max(initial=0) + 1) + high, return_inverse=True, return_counts=True)
-        return cls(tail, head, np.repeat(np.arange(len(faces)), sizes), start, edge.reshape(-1), count)
-
-    @property
-    def forward(self) -> Bools:
-        return self.tail < self.head
-
-
-def _opened(soup: _Soup) -> Bools:
-    """(V,) whether the body of each vertex has an edge without exactly one face on either side."""
-    sides = _HalfEdges.of(soup.faces)
-    balance = np.bincount(sides.edge, np.where(sides.forward, 1, -1))
-    bad = (sides.count != 2) | (balance != 0)
-    opened = np.bincount(soup.body[sides.face[bad[sides.edge]]], minlength=soup.owner[-1] + 1) > 0
-    return np.asarray(opened[soup.owner])
-
-
-def _welded(soup: _Soup, chosen: Bools) -> _Soup:
-    """Weld the equal vertices of each body among the chosen; faces left with fewer than three corners go.
-
-    A face that would fold onto itself keeps its corners: the mesh is then faulty either way, and a check says why.
-    """
-    here = np.flatnonzero(chosen)
-    if not len(here):
-        return soup
-    x, y, z = soup.vertices[here].T
-    keys = np.stack([soup.owner[here].astype(float), x, y, z])
-    order = np.lexsort((here, *keys[::-1]))
-    fresh = np.concatenate([[True], (np.diff(keys[:, order], axis=1) != 0).any(0)])
-    lowest = here[order][np.flatnonzero(fresh)]
-    target = np.arange(len(soup.vertices))
-    target[here[order]] = lowest[np.cumsum(fresh) - 1]
-    new = target.tolist()
-    faces: list[tuple[int, ...]] = []
-    kept: list[int] = []
-    for k, face in enumerate(soup.faces):
-        corners = [new[i] for i in face]
-        if len(set(corners)) < len(corners):
-            corners = [i for m, i in enumerate(corners) if i != corners[m - 1]]
-            if len(corners) < 3:
-                continue
-            if len(set(corners)) < len(corners):
-                corners = list(face)
-        faces.append(tuple(corners))
-        kept.append(k)
-    return replace(soup, faces=faces, body=soup.body[kept])
-
-
-def _split(path: str, bodies: Sequence[Body], soup: _Soup, warnings: list[str]) -> tuple[list[Body], bool]:
+def _split(path: str, bodies: Sequence[Body], mesh: Polyhedra, warnings: list[str]) -> tuple[list[Body], bool]:
     """Make a body of each body that stays whole and of each piece of the others."""
-    labels = pieces(soup.vertices, soup.faces)
-    parts: dict[int, dict[int, list[tuple[int, ...]]]] = {}
-    for k, piece, face in zip(soup.body.tolist(), labels.tolist(), soup.faces, strict=True):
-        parts.setdefault(k, {}).setdefault(piece, []).append(face)
+    piece, owner = pieces(mesh), mesh.face_body
+    count = np.bincount(owner[np.unique(piece, return_index=True)[1]], minlength=len(bodies))
+    loose = (count > 1) & np.array([body.whole and len(bodies) > 1 for body in bodies])
+    part = numbered(np.where(loose[owner], len(piece) + owner, piece))
     made: list[Body] = []
-    split, loose = False, []
-    for k, by_piece in parts.items():
-        body = bodies[k]
-        if len(by_piece) > 1 and (len(bodies) == 1 or not body.whole):
-            names = [None if body.name is None else f"{body.name}-{m}" for m in range(len(by_piece))]
-            made.extend(
-                part_of(name, soup.vertices, faces, fields=body.fields)
-                for name, faces in zip(names, by_piece.values(), strict=True)
-            )
-            split = True
-            continue
-        loose += [body.name] if len(by_piece) > 1 else []
-        made.append(part_of(body.name, soup.vertices, list(chain.from_iterable(by_piece.values())), fields=body.fields))
-    if loose:
-        more = f" (and {len(loose) - 1} more)" if len(loose) > 1 else ""
-        warnings.append(f"{path}: block {label(loose[0] or 'unnamed')} has separate pieces that move as one{more}")
-    return made, split
+    number = Counter[int]()
+    whose = owner[np.unique(part, return_index=True)[1]].tolist()
+    for k, (vertices, faces) in zip(whose, unpacked(parted(mesh, part)), strict=True):
+        name = bodies[k].name
+        if name is not None and count[k] > 1 and not loose[k]:
+            name = f"{name}-{number[k]}"
+            number[k] += 1
+        made.append(Body(name, vertices, list(faces), fields=bodies[k].fields))
+    if loose.any():
+        more = f" (and {loose.sum() - 1} more)" if loose.sum() > 1 else ""
+        first = bodies[int(np.argmax(loose))].name or "unnamed"
+        warnings.append(f"{path}: block {label(first)} has separate pieces that move as one{more}")
+    return made, bool(((count > 1) & ~loose).any())
 
 
 def part_of(name: str | None, vertices: Floats, faces: list[tuple[int, ...]], **more: Any) -> Body:
@@ -235,76 +140,6 @@ def placed(
     """Vertices (v, 3) and faces where a (4, 4) matrix puts them; what it mirrors is turned outside again."""
     mirrored = np.linalg.det(matrix[:3, :3]) < 0.0
     return vertices @ matrix[:3, :3].T + matrix[:3, 3], tuple(face[::-1] if mirrored else face for face in faces)
-
-
-def face_triangles(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:
-    """Triangles (t, 3) of polygons on vertices (v, 3): fans, or ears where a polygon is not convex."""
-    if all(len(face) == 3 for face in faces):
-        return np.array(faces, np.int64).reshape(-1, 3)
-    mesh = pack([(vertices, faces)])
-    found, owner = triangles(mesh)
-    corner = vertices[found]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    hollow = np.unique(owner[np.einsum("ti,ti->t", across, face_normals(mesh)[owner]) < 0.0])
-    kept = found[~np.isin(owner, hollow)]
-    cut = []
-    for k in hollow.tolist():
-        face = np.array(faces[k])
-        ears = triangulated(vertices[face])
-        cut.append(found[owner == k] if ears is None else face[ears])
-    return np.concatenate([kept, *cut])
-
-
-def pieces(vertices: Floats, faces: Sequence[Sequence[int]]) -> Ints:
-    """(F,) number of the connected piece of each face, counted in order of appearance.
-
-    Two faces hang together when they are the only two at an edge, or when, of the many faces round an edge that
-    stones share, they bound the same wedge of stone.
-    """
-    sides = _HalfEdges.of(faces)
-    first, second = _only_two(sides)
-    one, other = _same_wedge(vertices, sides)
-    a = sides.face[np.concatenate([first, one])]
-    b = sides.face[np.concatenate([second, other])]
-    return components(len(faces), a, b)
-
-
-def _only_two(sides: _HalfEdges) -> tuple[Ints, Ints]:
-    here = np.flatnonzero(sides.count[sides.edge] == 2)
-    pairs = here[np.argsort(sides.edge[here], kind="stable")].reshape(-1, 2)
-    return pairs[:, 0], pairs[:, 1]
-
-
-def _same_wedge(vertices: Floats, sides: _HalfEdges) -> tuple[Ints, Ints]:
-    """Pair the half-edges of edges with more than two faces by the wedge of stone between them.
-
-    Seen along the edge from its lower to its higher vertex, angles counter-clockwise: a face that runs backwards has
-    its stone behind the next larger angle (it opens a wedge), one that runs forwards before it (it closes one). Where
-    the faces of two touching stones lie on each other, the one that closes comes first.
-    """
-    many = np.flatnonzero(sides.count[sides.edge] > 2)
-    if not len(many):
-        return many, many
-    many = many[np.argsort(sides.edge[many], kind="stable")]
-    group = np.unique(sides.edge[many], return_inverse=True)[1].reshape(-1)
-    lead = np.searchsorted(group, group)  # the first half-edge of the group
-    low, high = np.minimum(sides.tail[many], sides.head[many]), np.maximum(sides.tail[many], sides.head[many])
-    axis = unit(vertices[high] - vertices[low])
-    normal = unit(newell_normals(vertices[sides.tail], sides.start))[sides.face[many]]
-    forward = sides.forward[many]
-    into = np.cross(normal, np.where(forward[:, None], axis, -axis))  # in the face, away from the edge
-    zero = into[lead]
-    angle = np.arctan2(np.einsum("ki,ki->k", into, np.cross(axis, zero)), np.einsum("ki,ki->k", into, zero)) % (
-        2 * np.pi
-    )
-    angle[angle > 2 * np.pi - _SAME_ANGLE] -= 2 * np.pi
-    order = np.lexsort((angle, group))
-    step = np.concatenate([[True], (np.diff(angle[order]) > _SAME_ANGLE) | (np.diff(group[order]) > 0)])
-    order = order[np.lexsort((~forward[order], np.cumsum(step)))]
-    sizes = np.bincount(group)
-    after = following(offsets(sizes))
-    opens = ~forward[order] & forward[order[after]]
-    return many[order[opens]], many[order[after[opens]]]
 
 
 def _unique(names: Sequence[str | None], path: str, warnings: list[str]) -> list[str]:

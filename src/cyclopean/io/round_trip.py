@@ -15,7 +15,7 @@ from typing import Any
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
-from cyclopean.io.bodies import Body, welded
+from cyclopean.io.bodies import Body, welded_body
 from cyclopean.io.fields import density, flag, found, label, optional
 from cyclopean.io.findings import Findings
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
@@ -110,7 +110,7 @@ def stone_row(path: str, body: Body, said: Mapping[str, Any], record: Any) -> di
     """The same for a mesh that may have been made anew since, along its edges unjoined; `record` as in `polygons`."""
     faces = polygons(record, body.faces)
     if faces is None:
-        body = welded(f"{path}: block {label(str(said['id']))}", body)
+        body = welded_body(f"{path}: block {label(str(said['id']))}", body)
         faces = tuple(body.faces)
     return shaped(said, body.vertices, faces)
 

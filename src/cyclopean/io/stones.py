@@ -16,8 +16,10 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.design.stones.inventory import CLASSES, Inventory, Shape, flat_faces, shape_of, size_of
 from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.errors import InputError
-from cyclopean.geometry.mesh_repair import Piece, repair, weld
-from cyclopean.io.bodies import Body, face_triangles, pieces
+from cyclopean.geometry.mending import welded
+from cyclopean.geometry.mesh_repair import Piece, repair
+from cyclopean.geometry.polyhedra import compacted, face_triangles, pack
+from cyclopean.io.bodies import Body
 from cyclopean.io.fields import REACH, first_repeat, label
 from cyclopean.io.files import PathLike, one_line, picked, read_bytes, together, write_bytes
 from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
@@ -168,7 +170,7 @@ def _mended(bodies: "Sequence[_Mesh]") -> Reading:
     many = len(bodies) > 1
     for k, body in enumerate(bodies):
         name = body.name or (str(k) if many else "")
-        mended = repair(body.vertices, body.triangles, _by_wedge)
+        mended = repair(body.vertices, body.triangles, wedges=True)
         count = len(mended.pieces)
         if not count or (many and body.whole and count > 1):
             why = f"is in {count} pieces; a stone is one" if count else mended.done[-1]
@@ -202,10 +204,6 @@ def _done(shown: str, done: Sequence[str]) -> tuple[str, ...]:
 
 def _said(shown: str, what: str) -> str:
     return f"stone {label(shown)}: {what}" if shown else what
-
-
-def _by_wedge(vertices: Floats, corners: Ints) -> Ints:
-    return pieces(vertices, corners.tolist())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -243,8 +241,8 @@ def _mesh(shown: str, suffix: str, body: Body, units: str) -> _Mesh:
     vertices = metres(body.vertices, "m" if suffix == ".glb" else units)
     corners = face_triangles(vertices, body.faces)
     if suffix in _UNSHARED:
-        used, corners = np.unique(weld(vertices, corners), return_inverse=True)
-        vertices, corners = vertices[used], corners.reshape(-1, 3)
+        mesh = compacted(welded(pack([(vertices, corners)])))
+        vertices, corners = mesh.vertex, mesh.corner.reshape(-1, 3)
     name = "".join(c if c.isprintable() else "_" for c in body.name) if body.name else None
     return _Mesh(name, vertices, corners, body.whole)
 

@@ -5,13 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from cyclopean.arrays import Floats
-from cyclopean.assembly import Assembly, Block, Contacts
+from cyclopean.assembly import Assembly, Block, Contacts, mended
 from cyclopean.errors import InputError
+from cyclopean.geometry.polyhedra import face_triangles
 from cyclopean.io import json_text
-from cyclopean.io.bodies import Body, assembly_of, face_triangles
+from cyclopean.io.bodies import Body, assembly_of
 from cyclopean.io.fields import first_repeat, label, mapping, parsed
 from cyclopean.io.files import one_line
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
@@ -76,7 +75,7 @@ def blocks_of(
 ) -> tuple[Assembly, tuple[str, ...]]:
     """Blocks of meshes; one mesh alone may hold them all, in pieces.
 
-    Meshes that are wholly inside out are turned.
+    Meshes are mended.
 
     Returns
     -------
@@ -94,9 +93,6 @@ def blocks_of(
     found, said = assembly_of(what, "model", bodies, "m")
     warnings = list(said if len(found) != len(bodies) else said[1:])  # the first one counts the blocks
     blocks = list(found.blocks)
-    for k in np.flatnonzero(found.mass.volume < 0.0).tolist():
-        blocks[k] = replace(blocks[k], faces=tuple(tuple(reversed(face)) for face in blocks[k].faces))
-        warnings.append(f"{what}[{k}]: the mesh is inside out; it was turned")
     for name, values in (("Names", names), ("Fixed", fixed)):
         if values and len(values) != len(blocks):
             raise InputError(
@@ -110,7 +106,8 @@ def blocks_of(
         blocks[k] = replace(blocks[k], id=one_line(name) or f"b{k}")
     for k, held in enumerate(fixed):
         blocks[k] = replace(blocks[k], fixed=held)
-    return Assembly(tuple(blocks), name="model"), tuple(warnings)
+    sound = mended(Assembly(tuple(blocks), name="model"))
+    return sound.assembly, (*warnings, *(f"{what}: {line}" for line in sound.said))
 
 
 def stones_of(given: Given, context: Context) -> Any:

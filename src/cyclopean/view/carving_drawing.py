@@ -16,7 +16,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.design.carving.carve import Carved, Total, total
 from cyclopean.design.carving.carved_wall import CarvedWall
-from cyclopean.geometry.mesh_repair import rim_loops
+from cyclopean.geometry.sides import rings
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SCALE, STEPS, SUPPORT, classes
 from cyclopean.view.figures import number
 from cyclopean.view.markup import (
@@ -87,7 +87,7 @@ def _outline(flat: Floats, triangles: Ints) -> str:
     edge = seen[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     count = len(flat)
     rim = edge[~np.isin(edge[:, 0] * count + edge[:, 1], edge[:, 1] * count + edge[:, 0])]
-    return "".join(_ring(flat[loop]) for loop in rim_loops(rim))
+    return "".join(_ring(flat[loop]) for loop in rings(rim))
 
 
 def _ring(loop: Floats) -> str:
