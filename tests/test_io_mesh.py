@@ -96,14 +96,17 @@ def test_another_reader_finds_the_same(suffix):
         assert volumes == pytest.approx([1, 8, 27], rel=1e-6)
 
 
+@pytest.mark.parametrize("welded", [True, False], ids=["welded", "no vertex in common"])
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".glb", ".obj"])
-def test_what_another_writer_writes(suffix):
-    """Three stones in one unnamed soup: split into pieces although they touch."""
+def test_what_another_writer_writes(suffix, welded):
+    """Three stones in one unnamed soup: split into pieces although they touch, and triangles share no vertex."""
     import trimesh
 
     soup = trimesh.util.concatenate(
         [trimesh.Trimesh(b.vertices, [t for t in TRIANGLES], process=False) for b in stack().blocks]
     )
+    if not welded:
+        soup = trimesh.Trimesh(soup.triangles.reshape(-1, 3), np.arange(108).reshape(-1, 3), process=False)
     if suffix == ".glb":
         soup.apply_transform([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # to y up
     soup.export("a" + suffix)

@@ -20,7 +20,7 @@ class Format:
 
     suffix: str
     name: str
-    writer: str  # of an assembly, and of findings where it holds them: bytes, text, a JSON document or a list of texts
+    writer: str = ""  # of an assembly, and of findings where it holds them: bytes, text, a JSON document, list of texts
     holds: frozenset[str] | None = None  # fields beside ids and shapes; None = all that a model says
     findings: bool = False  # forces, utilisation, lambda of a result
     shapes: bool = True  # blocks as solids
@@ -77,6 +77,12 @@ FORMATS = {
             bodies="glb.read_glb",
             begins=(b"glTF",),
         ),
+        Format(
+            ".dxf",
+            "DXF",
+            reader="dxf.read_dxf",
+            begins=(b"0\nSECTION", b"0\r\nSECTION", b"999\n", b"AutoCAD Binary DXF"),
+        ),
         Format(".obj", "OBJ", "obj.obj_text", frozenset({"group"}), bodies="obj.read_obj"),
         Format(".ply", "PLY", "ply.ply_bytes", frozenset(), bodies="ply.read_ply", begins=(b"ply",)),
         Format(".stl", "STL", "stl.stl_text", frozenset(), bodies="stl.read_stl", begins=(b"solid",)),
@@ -96,7 +102,8 @@ def exchange_format(path: PathLike) -> Format:
         The ending is not one of `FORMATS`.
     """
     name = PurePath(path).name.lower()
-    for suffix in sorted(FORMATS, key=len, reverse=True):
+    known = [suffix for suffix, form in FORMATS.items() if form.writer]
+    for suffix in sorted(known, key=len, reverse=True):
         if name.endswith(suffix):
             return FORMATS[suffix]
-    raise InputError(f"OUT {one_line(path)}: unknown ending; use {', '.join(FORMATS)}")
+    raise InputError(f"OUT {one_line(path)}: unknown ending; use {', '.join(known)}")

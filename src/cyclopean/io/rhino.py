@@ -41,7 +41,7 @@ from cyclopean.io.round_trip import (
     understood,
     written_fields,
 )
-from cyclopean.io.units import check_units, metres
+from cyclopean.io.units import metres, stated_units
 
 __all__ = ["read_rhino", "rhino_bytes"]
 
@@ -237,7 +237,8 @@ def read_rhino(path: str, stem: str, data: bytes, units: str | None) -> tuple[As
         file = rhino.File3dm.FromByteArray(data)
         if file is None:
             raise InputError(f"{path}: is a damaged 3DM file, or is cut off; save it again in Rhino")
-        unit, warnings = _unit(path, str(file.Settings.ModelUnitSystem).rpartition(".")[2], units)
+        said = str(file.Settings.ModelUnitSystem).rpartition(".")[2]
+        unit, warnings = stated_units(path, "" if said in _UNSAID else _UNITS.get(said, said), units)
         found = _found(path, file, unit, len(data))
         rest = file.Strings[KIND]
     except (RuntimeError, ValueError, TypeError, IndexError) as error:
@@ -255,19 +256,6 @@ def read_rhino(path: str, stem: str, data: bytes, units: str | None) -> tuple[As
     if found.contacts or found.loads:
         warnings.append(f"{path}: some meshes have no id of their own; contacts and loads in it are left out")
     return assembly, (*warnings, *made)
-
-
-def _unit(path: str, said: str, units: str | None) -> tuple[str, list[str]]:
-    """Unit of length of the file."""
-    if units is not None:
-        check_units(units, "`units`")
-    if said in _UNITS:
-        if units not in (None, _UNITS[said]):
-            raise InputError(f"{path}: says that its units are {_UNITS[said]}; leave out `units` {units}")
-        return _UNITS[said], []
-    if said not in _UNSAID:
-        raise InputError(f"{path}: its unit is {said}; set it to metres, centimetres, millimetres, inches or feet")
-    return units or "m", [] if units else [f"{path}: does not say its units; metres assumed (`units`)"]
 
 
 def _counted(kinds: Counter[str]) -> str:

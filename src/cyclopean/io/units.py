@@ -4,7 +4,7 @@ from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
 from cyclopean.io.files import one_line
 
-__all__ = ["UNITS", "Units", "check_units", "metres"]
+__all__ = ["UNITS", "Units", "check_units", "metres", "stated_units"]
 
 Units = tuple[int, int]  # metres = value * first / second: whole numbers, so that 300 mm is 0.3 m to the last digit
 UNITS: dict[str, Units] = {"m": (1, 1), "cm": (1, 100), "mm": (1, 1000), "in": (127, 5000), "ft": (381, 1250)}
@@ -21,6 +21,25 @@ def check_units(units: str, where: str) -> str:
     if units not in UNITS:
         raise InputError(f"{where}: '{one_line(units, 20)}' is not a unit of length; use m, cm, mm, in or ft")
     return units
+
+
+def stated_units(path: str, said: str, units: str | None) -> tuple[str, list[str]]:
+    """Unit of a file that says `said` ("" = nothing), and `units` where the user says it; what was assumed.
+
+    Raises
+    ------
+    InputError
+        The two do not agree, or one of them is no unit in which stones are drawn.
+    """
+    if units is not None:
+        check_units(units, "`units`")
+    if said in UNITS:
+        if units not in (None, said):
+            raise InputError(f"{path}: says that its units are {said}; leave out `units` {units}")
+        return said, []
+    if said:
+        raise InputError(f"{path}: its unit is {said}; set it to metres, centimetres, millimetres, inches or feet")
+    return units or "m", [] if units else [f"{path}: does not say its units; metres assumed (`units`)"]
 
 
 def metres(values: Floats, units: str | Units) -> Floats:
