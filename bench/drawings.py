@@ -3,8 +3,9 @@
     python bench/drawings.py [CASES] [SEED]
 
 Models of several kinds are disturbed: vertices by 1e-9 to 3e-3 of a block's size, blocks turned by 0.001 to 1 degree,
-lifted or sunk as much. Each is checked with `tolerance` auto, and as it is. Far from the limit (friction 0.8 and 1.25
-times, tilts of 3 degrees) the verdict has to be that of the exact model; near it, anything but silence.
+lifted or sunk as much; half of them are then unwelded triangles in random order, half of these turned. Each is
+checked with `tolerance` auto, and as it is. Far from the limit (friction 0.8 and 1.25 times, tilts of 3 degrees) the
+verdict has to be that of the exact model; near it, anything but silence.
 """
 
 import sys
@@ -17,7 +18,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from cyclopean.analysis import Settings, check
-from imprecise import disturbed, far_from_limit, model_of, rolled, shaken, shifted, verdict
+from cyclopean.assembly.mending import mended
+from imprecise import disturbed, far_from_limit, model_of, rolled, shaken, shifted, soup, verdict
 
 HOW = {"vertices": (shaken, 1e-9, 3e-3), "turned": (rolled, np.radians(0.001), np.radians(1.0)),
        "lifted": (shifted, 1e-9, 3e-3)}  # fmt: skip
@@ -34,6 +36,8 @@ def main(cases: int, seed: int) -> None:
         share = float(np.exp(rng.uniform(np.log(least), np.log(most))))
         some = float(rng.choice([1.0, 0.3]))
         drawn = disturbed(model, how, share, rng, some)
+        if rng.random() < 0.5:
+            name, drawn = f"{name}, soup", mended(soup(drawn, rng)).assembly
         exact = verdict(model, mu=mu)
         far = far_from_limit(model, mu, exact)
         plain = check(drawn, Settings(method="rbe", mu=mu))

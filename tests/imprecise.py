@@ -48,9 +48,42 @@ def disturbed(model: Assembly, how: Disturbance, share: float, rng: np.random.Ge
     return replace(model, blocks=blocks, contacts=None)
 
 
+def soup(model: Assembly, rng: np.random.Generator) -> Assembly:
+    """The model as triangles that share no vertex, in random order, half of them turned."""
+
+    def scattered(block: Block) -> Block:
+        fans = [(f[0], f[k], f[k + 1]) for f in block.faces for k in range(1, len(f) - 1)]
+        corner = rng.permutation(np.array([t[:: int(rng.choice([-1, 1]))] for t in fans]))
+        faces = tuple(map(tuple, np.arange(corner.size).reshape(-1, 3).tolist()))
+        return replace(block, vertices=block.vertices[corner.ravel()], faces=faces)
+
+    return replace(model, blocks=tuple(map(scattered, model.blocks)))
+
+
+def cut_block(rng: np.random.Generator) -> Assembly:
+    """A wall of stone, 2 x 0.5 x 1.5 m, cut through by a few planes, on a slab."""
+    from manifold3d import Manifold
+
+    parts = [Manifold.cube([2.0, 0.5, 1.5])]
+    for _ in range(int(rng.integers(2, 5))):
+        lean = rng.normal(scale=0.3, size=3)
+        normal = (
+            np.array([lean[0], 0.2 * lean[1], 1.0]) if rng.random() < 0.6 else np.array([1.0, 0.2 * lean[1], lean[2]])
+        )
+        offset = float(normal @ rng.uniform([0.4, 0.1, 0.3], [1.6, 0.4, 1.2]) / np.linalg.norm(normal))
+        halves = [half for part in parts for half in part.split_by_plane(normal.tolist(), offset)]
+        parts = [half for half in halves if half.volume() > 1e-3]
+    slab = Manifold.cube([3.0, 1.5, 0.2]).translate([-0.5, -0.5, -0.2])
+    blocks = [
+        Block(f"s{k}", part.to_mesh64().vert_properties[:, :3], tuple(map(tuple, part.to_mesh64().tri_verts.tolist())))
+        for k, part in enumerate([slab, *parts])
+    ]
+    return Assembly((replace(blocks[0], fixed=True), *blocks[1:]), name=f"block cut into {len(parts)}")
+
+
 def model_of(rng: np.random.Generator) -> Assembly:
     """One of several kinds of structures, sound or not."""
-    kind = int(rng.integers(6))
+    kind = int(rng.integers(7))
     if kind == 0:
         return arch(int(rng.integers(5, 12)), span=2.0, rise=1.0, thickness=float(rng.uniform(0.12, 0.5)), depth=0.5)
     if kind == 1:
@@ -61,6 +94,8 @@ def model_of(rng: np.random.Generator) -> Assembly:
         return dome(3, 8, thickness=float(rng.uniform(0.05, 0.2)))
     if kind == 4:
         return stack(int(rng.integers(2, 6)))
+    if kind == 5:
+        return cut_block(rng)
     return polygonal_wall(width=2.0, height=1.4, columns=4, rows=3, seed=int(rng.integers(1000))).assembly
 
 
