@@ -18,7 +18,7 @@ __all__ = ["Kind", "Option", "check_option", "check_options", "option", "options
 
 Kind: TypeAlias = Literal[
     "text", "number", "whole", "flag", "vector", "tilt", "pair", "numbers", "length", "reach", "texts", "factors",
-    "loads", "settlements", "tolerance",
+    "loads", "settlements", "tolerance", "within",
 ]  # fmt: skip
 # How a text becomes a value; what is no text yet, as from Python, is only checked. Texts that may be given several
 # times are read together.
@@ -33,6 +33,7 @@ READERS: dict[str, Callable[[str, Any], Any]] = {
     "length": texts.length_or_auto,
     "reach": texts.reach,
     "tolerance": texts.tolerance,
+    "within": texts.numbers,
     "loads": texts.point_loads,
     "texts": lambda _, several: tuple(several),
     "factors": texts.case_factors,

@@ -14,6 +14,15 @@ from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["certify", "force_rows", "inner_forces", "inner_slope"]
 
+FINAL = (
+    "tree",
+    "component",
+    "within",
+    "points",
+    "forces",
+    "ways",
+    "motions",
+)  # parts of a proof that are as they stand
 Parts = tuple[Floats, Floats | None]  # (q, 3) N each, a force is their sum; where there is no friction a factor
 
 
@@ -74,12 +83,12 @@ def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: M
         As it was analysed.
     system : EquilibriumSystem
         Its equilibrium system: says which contact points matter.
-    kind : {"rbe-state", "rbe-mechanism", "rbe-settled", "cra-state", "cra-tree"}
-        What it proves.
+    kind : str
+        What it proves, as `docs/certificates.md` names it.
     proof : mapping
         `world_force`, a pair as `force_rows` takes it; `motion` (m, 6) of each free block, of its centre of mass:
-        m/s and rad/s of a mechanism, or a virtual displacement in the unit of `bounds`; `bounds`; `tree`, as it is to
-        stand in the file; `settlements` (n, 6) of supports. Those that the kind has.
+        m/s and rad/s of a mechanism, or a virtual displacement in the unit of `bounds`; `bounds`; `settlements` (n, 6)
+        of supports; and those of `FINAL`, as they are to stand in the file. Those that the kind has.
 
     Raises
     ------
@@ -139,6 +148,6 @@ def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: M
     if "bounds" in proof:
         bounds = proof["bounds"]
         certificate |= {"eps": bounds.eps, "eta": bounds.eta, "beta_min": bounds.beta}
-    certificate |= {key: proof[key] for key in ("tree", "component") if key in proof}
+    certificate |= {key: proof[key] for key in FINAL if key in proof}
     certificate["seal"] = seal(certificate)
     return certificate

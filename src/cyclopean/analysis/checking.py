@@ -11,6 +11,7 @@ from cyclopean.analysis.equilibrium.rbe import tension
 from cyclopean.analysis.equilibrium.reference import parse_cone
 from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.proving import Claim, Judge, coupled_claim, prove, rigid_claim, settled_claim, spread
+from cyclopean.analysis.robust.search import drawings, require_known
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
@@ -62,6 +63,8 @@ def check(
     settings = Settings() if settings is None else settings
     clock = {"start": time.perf_counter()}
     model = prepare(assembly, settings, progress, clock)
+    if settings.within is not None:
+        require_known(model)
     settings, warnings = _method_for(model, settings)
     if warm is not None and warm.kind == "rbe-state" and settings.chosen_method() == "cra":
         warm = None  # balance alone is less than coupled analysis asks for
@@ -71,6 +74,9 @@ def check(
             model = replace(model, settled=None)
             warnings = (*warnings, "no free block touches a support that settles, so the settlement changes nothing")
     result, claim = _decided(model, settings, lambda _: warm, verify, progress)
+    if (asked := settings.drawings()) is not None:
+        progress("drawings around it")
+        result = drawings(model, result, *asked)
     if settings.penalty:
         result = _glued(model, settings, claim, result)
     if not settings.method and (only := settings.asks_for_rbe()):

@@ -72,6 +72,10 @@ class Settings:
         (), "rbe: small settlement of a support (m, rad). Repeatable.", "settlements",
         metavar="BLOCK:DX,DY,DZ[,RX,RY,RZ]",
     )  # fmt: skip
+    within: float | tuple[float, ...] | None = option(
+        None, "rbe: does it hold for every drawing within L (m), normals within DEGREES?", "within",
+        metavar="L[,DEGREES]",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -87,6 +91,7 @@ class Settings:
             raise InputError(f"{only}: only rigid-block equilibrium has it; use `method` rbe")
         self._check_pull()
         self.forgiven()
+        self.drawings()
         self.bounds()
 
     def _check_pull(self) -> None:
@@ -119,11 +124,37 @@ class Settings:
                 return f"`{name}` {value:g}"
         if self.settlement:
             return f"`settlement` {self.settlement[0][0]}"
+        if self.within is not None:
+            return (
+                f"`within` {self.within:g}" if isinstance(self.within, float | int) else f"`within` {self.within[0]:g}"
+            )
         return f"`solver` {self.solver}" if self.solver not in CRA_SOLVERS else ""
 
     def chosen_method(self) -> str:
         """The method said, or the default: coupled analysis unless an option asks for rigid-block equilibrium."""
         return self.method or ("rbe" if self.asks_for_rbe() else "cra")
+
+    def drawings(self) -> tuple[float, float | None] | None:
+        """Length (m) and degrees by which drawings may differ for which the answer is to hold; degrees may be unsaid.
+
+        Raises
+        ------
+        InputError
+            Not a positive length, or an angle that is not from 0 to below 90.
+        """
+        said = self.within
+        if said is None:
+            return None
+        rows = tuple(said) if isinstance(said, tuple | list) else (said,)
+        wanted = InputError.of(
+            "within", said, "expected a positive length in metres, or L,DEGREES with DEGREES below 90"
+        )
+        if not 1 <= len(rows) <= 2 or not all(isinstance(x, int | float) and not isinstance(x, bool) for x in rows):
+            raise wanted
+        length, degrees = float(rows[0]), float(rows[1]) if len(rows) == 2 else None
+        if not 0.0 < length < math.inf or not (degrees is None or 0.0 <= degrees < 90.0):
+            raise wanted
+        return length, degrees
 
     def forgiven(self) -> "Forgiven | None":
         """What the drawing is forgiven, as far as it was said; None also where it is to be found.

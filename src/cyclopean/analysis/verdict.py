@@ -1,5 +1,6 @@
 """What an analysis answers."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 OPEN = 1e-6  # of the largest displacement: what gaps less counts as shut
 
-__all__ = ["Result", "Settled", "Word", "openings", "relative_motion"]
+__all__ = ["Result", "Settled", "Within", "Word", "millimetres", "openings", "relative_motion"]
 
 Word = Literal["stable", "unstable", "undecided"]
 
@@ -28,6 +29,38 @@ class Settled:
     ground: Floats  # (n, 6) m, rad: what the ground does to supports, zero for other blocks
     displacement: Floats  # (n, 6) m, rad: of all blocks, supports included
     gap: Floats  # (P, 3) m: opening and sliding of each contact point, in the frame of its patch
+
+
+@dataclass(frozen=True, slots=True)
+class Within:
+    """For which drawings around a model its verdict was asked for, and for which it was proved."""
+
+    asked: float  # m
+    degrees: float | None  # by which normals may lean; None = by what the length allows
+    holds: bool
+    certain: float  # m: the largest length for which it was proved, to a tenth; 0 = none
+
+    def words(self) -> str:
+        """What is certain, in a sentence."""
+        lean = "" if self.degrees is None else f", their normals within {self.degrees:g} degrees"
+        if self.holds:
+            return f"The answer holds for every drawing within {millimetres(self.asked)} of this one{lean}."
+        if not self.certain:
+            return f"For no length was that proved of all drawings around it{lean}; asked {millimetres(self.asked)}."
+        return (
+            f"That is certain only for drawings within {millimetres(self.certain)} of this one{lean};"
+            f" asked {millimetres(self.asked)}."
+        )
+
+
+def millimetres(length: float) -> str:
+    """A length (m) as a person reads it, rounded down to three digits.
+
+    >>> millimetres(0.0031999), millimetres(0.25), millimetres(0.003)
+    ('3.19 mm', '250 mm', '3 mm')
+    """
+    unit = 10.0 ** (math.floor(math.log10(1e3 * length)) - 2)
+    return f"{math.floor(1e3 * length / unit * (1.0 + 1e-12)) * unit:.6g} mm"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +92,7 @@ class Result:
     loading: Loading | None = None  # cases and their factors, where the model or the user told them apart
     path: "Subsidence | None" = None  # the steps of a settlement, where it was followed
     sensitivity: "Sensitivity | None" = None  # what became of samples, where some were drawn
+    within: Within | None = None  # for which drawings around the model it holds, where that was asked
     spare: "Callable[[], Margins] | None" = None  # finds `margins`; once, when they are first asked for
 
     @property

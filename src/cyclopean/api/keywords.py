@@ -87,6 +87,7 @@ class SettingsKeywords(ModelKeywords, total=False):
     tension: float | None
     cohesion: float | None
     settlement: Mapping[str, tuple[float, ...]] | tuple[tuple[str, tuple[float, ...]], ...]
+    within: float | tuple[float, ...] | None
 
 
 class MatchKeywords(TypedDict, total=False):

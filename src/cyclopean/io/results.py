@@ -40,7 +40,7 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         and rad/s of every free block, up to a common factor), `displacement` only when stable by coupled analysis (the
         virtual one of every free block: lengths in the unit of eps, rotations in that unit per metre). `loading`,
         `partly_held`, `joints_that_pull` and `settlement` only where the model or the command says such things;
-        `margins`, `sensitivity` and `path` where they were asked for.
+        `margins`, `sensitivity`, `path` and `within` (lengths in m) where they were asked for.
     """
     ids = [block.id for block in result.assembly.blocks]
     document = _head(SCHEMA, result, result.method)
@@ -61,6 +61,8 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
     if result.settled is not None:
         document["settlement"] = _settlement(result, ids)
     document |= _tail(result, certificate_file)
+    if result.within is not None:
+        document["within"] = picked(result.within, "asked", "degrees", "holds", "certain")
     if (spare := result.margins) is not None:
         document["margins"] = margins_dict(spare, result)
     if result.sensitivity is not None:

@@ -157,6 +157,8 @@ CLAIMS = {
     "limit-bounds": "bounds of the live loads' multiplier under rigid-block equilibrium",
     "rbe-settled": "comes to rest after an infinitesimal settlement, under rigid-block equilibrium"
     " (listed contacts, associated flow)",
+    "rbe-state-within": "stable under rigid-block equilibrium in every drawing",
+    "rbe-mechanism-within": "unstable under rigid-block equilibrium in every drawing",
 }
 BOUND_FIELDS = {"eps", "eta", "beta_min"}
 PROOF_FIELDS = {
@@ -166,6 +168,8 @@ PROOF_FIELDS = {
     "cra-tree": {"tree"} | BOUND_FIELDS,
     "limit-bounds": {"live"},
     "rbe-settled": {"forces", "mechanism", "settlements"},
+    "rbe-state-within": {"within", "points", "forces", "ways"},
+    "rbe-mechanism-within": {"within", "motions"},
 }
 LIMIT_SIDES = ({"lower", "forces"}, {"upper", "mechanism"})
 UNBOUNDED_FIELDS = {"lower", "forces", "recession"}
@@ -409,6 +413,17 @@ class _Bounds(NamedTuple):
     beta: Number
 
 
+class _Within(NamedTuple):
+    """What a family of drawings may differ by, m and the tangent of an angle (None = what the length allows); for a
+    state the contacts with points inside them for their polygons, and the contact by which each free block passes on.
+    """
+
+    length: Number
+    slope: Number | None
+    joints: list[_Joint]
+    ways: dict[int, int]
+
+
 class _Leaf(NamedTuple):
     """An end of a tree: six numbers a block (zero where fixed), or a vector a contact point, or both."""
 
@@ -448,6 +463,7 @@ class _Sheet:
     live: _Live | None = None
     recession: list[Sequence[Number]] = field(default_factory=list)
     part: "_Sheet | None" = None
+    within: _Within | None = None
 
 
 def _short(value: object, limit: int = 60) -> str:
@@ -565,9 +581,11 @@ def _read(certificate: object, data: bytes = b"") -> _Sheet:
     if kind not in PULLING_KINDS and any(joint.tension for joint in joints):
         _refuse(f"joints that pull are no part of a {kind}")
     pushes = [_read_push(value, i, numbers) for i, value in enumerate(_items(top["loads"], "loads"))]
-    forces = _read_forces(top["forces"], joints, "force") if "forces" in top else []
+    within = _read_within(top, stones, joints, numbers) if "within" in top else None
+    forced = within.joints if within else joints
+    forces = _read_forces(top["forces"], forced, "force") if "forces" in top else []
     recession = _read_forces(top["recession"], joints, "recession") if "recession" in top else []
-    motion = _read_motion(top["mechanism"], stones, "") if "mechanism" in top else []
+    motion = next((_read_motion(top[key], stones, "") for key in ("mechanism", "motions") if key in top), [])
     if "settlements" in top:
         motion = _read_settlements(top["settlements"], stones, motion)
     bounds = _read_bounds(top) if "eps" in top else None
@@ -577,7 +595,9 @@ def _read(certificate: object, data: bytes = b"") -> _Sheet:
     tolerance = _number(top["tolerance"], "tolerance")
     if tolerance < 0:
         _refuse("tolerance is negative")
-    sheet = _Sheet(gravity, tolerance, stones, joints, pushes, forces, motion, bounds, [], live, recession)
+    sheet = _Sheet(
+        gravity, tolerance, stones, joints, pushes, forces, motion, bounds, [], live, recession, None, within
+    )
     if "tree" in top:
         part = _part_with(sheet, _name(top["component"], numbers, "component")) if "component" in top else None
         tree = _read_tree(top["tree"], part or sheet, len(text))
@@ -805,6 +825,33 @@ def _read_settlements(
     return [given.get(stone.name, row) for stone, row in zip(stones, motion, strict=True)]
 
 
+def _read_within(
+    top: Mapping[str, object], stones: Sequence[_Stone], joints: Sequence[_Joint], numbers: Mapping[str, int]
+) -> _Within:
+    """Read by how much drawings may differ, and what a state says of its contacts in all of them."""
+    entry = _fields(top["within"], {"length"}, "within: ", "slope")
+    length = _number(entry["length"], "within: length")
+    slope = _number(entry["slope"], "within: slope") if "slope" in entry else None
+    if not (length > 0 and (slope is None or slope >= 0)):
+        _refuse("within: length is not positive, or slope is negative")
+    if any(joint.bent for joint in joints) or any(any(stone.held) for stone in stones):
+        _refuse("within: neither rough or curved contacts nor blocks that are partly held are known here")
+    if "points" not in top:
+        return _Within(length, slope, [], {})
+    lists = _items(top["points"], "points")
+    if len(lists) != len(joints):
+        _refuse(f"points: {len(lists)} lists for {len(joints)} contacts")
+    inside = [
+        joint._replace(polygon=_triples(rows, f"points of contact {i}", f"points of contact {i}: point"))
+        for i, (joint, rows) in enumerate(zip(joints, lists, strict=True))
+    ]
+    ways = _fields(top["ways"], {stone.name for stone in stones if not stone.fixed}, "ways: ")
+    for name, number in ways.items():
+        if type(number) is not int or not 0 <= number < len(joints):
+            _refuse(f"ways: that of {_short(name)} is not the number of a contact")
+    return _Within(length, slope, inside, {numbers[name]: number for name, number in ways.items()})  # type: ignore[misc]
+
+
 def _read_bounds(top: Mapping[str, object]) -> _Bounds:
     eps, eta, beta = (_number(top[key], key) for key in ("eps", "eta", "beta_min"))
     if not (eps > 0 and 0 < beta < eta):
@@ -875,12 +922,20 @@ def _conditions(sheet: _Sheet) -> str:
     pulling = [joint.tension for joint in sheet.joints if joint.tension]
     if pulling:
         more += f", COUNTING ON JOINTS THAT PULL: {len(pulling)} of {len(sheet.joints)}, up to {max(pulling):.6g} Pa"
+    if sheet.within is not None:
+        return _family(sheet.within) + more
     if sheet.live is not None:
         return _claimed(sheet.live, bool(sheet.recession)) + more
     if sheet.bounds is None:
         return more
     eta, beta = (float(Fraction(x) / Fraction(sheet.bounds.eps)) for x in (sheet.bounds.eta, sheet.bounds.beta))
     return f" (eta = {eta:.15g} eps, beta_min = {beta:.15g} eps, listed contacts)" + more
+
+
+def _family(within: _Within) -> str:
+    """Which drawings a claim is about."""
+    lean = "what that allows" if within.slope is None else f"{math.degrees(math.atan(within.slope)):.6g} degrees"
+    return f" within {within.length:.15g} m of this one, normals within {lean} (listed contacts)"
 
 
 def _caveats(sheet: _Sheet) -> str:
@@ -1342,7 +1397,7 @@ def _lengths(sheet: _Sheet) -> Iterator[Number]:
     """Every coordinate in the file. (The tolerance is compared apart: it would make all integers long.)"""
     for stone in sheet.stones:
         yield from chain.from_iterable(stone.vertices)
-    for joint in sheet.joints:
+    for joint in (*sheet.joints, *(sheet.within.joints if sheet.within else ())):
         yield from chain.from_iterable(joint.polygon)
     for push in (*sheet.pushes, *(sheet.live.pushes if sheet.live else ())):
         yield from push.point
@@ -1602,6 +1657,7 @@ MAX_KEPT = 256  # points up to which a shape or a contact is kept, to be known a
 FEW = 16  # facets, edges and contacts up to which there is no use in sorting them by place
 
 # Steps of work: so many, and so many more for each thing in the file that they are about.
+MAX_ARMS = 400_000, 200  # blocks above each other, along the ways of a state of many drawings; for each block
 MAX_NESTING = 4_000, 100  # neighbours and triangles that tell which shells lie inside which; for each face
 MAX_SWEEP = 10_000, 100  # edges that a line in a plane sweeps over; for each edge
 MAX_LOOKS = 1_000_000, 50  # facets, and edges of large ones, that contacts look at; for each point and each face
@@ -3466,6 +3522,463 @@ def _rounded_up(x: Fraction) -> Fraction:
     return Fraction(math.ceil(x * Fraction(2) ** k)) / Fraction(2) ** k
 
 
+# ---------------------------------------------------------------------------------------------------------------------
+# rbe-state-within, rbe-mechanism-within: of every drawing that differs by no more than a length and an angle.
+
+
+class _Swing(NamedTuple):
+    """By how much what a block passes on may differ in any drawing; moments about its centre of mass here."""
+
+    mass: Fraction  # kg: of its weight, so that forces differ along gravity
+    left: Fraction  # N: of forces in any direction
+    turn: Fraction  # N m: of moments of the weight, about axes across gravity
+    twist: Fraction  # N m: of moments about any axis
+    centre: Vec  # rounded down to 2**-(per_length + ROOT_BITS) m
+
+
+class _Seating(NamedTuple):
+    """A contact in every drawing: what is left of mu where normals lean, and how far its points are off its plane."""
+
+    mu: Fraction
+    off: Fraction  # m
+
+
+class _Borne(NamedTuple):
+    """Forces of the file, at its points; `steep` is |F_t| / F.n of each."""
+
+    model: _Model
+    forces: list[Vec]
+    per_force: int
+    sizes: Sizes
+    steep: list[Fraction]
+    seatings: list[_Seating]
+
+
+def _state_within(model: _Model) -> tuple[dict[str, float], str, str]:
+    """Check forces of which every drawing of the family has others near by, inside its cones, that balance exactly.
+
+    The forces F of the file are kept in every drawing. What they leave on a block there goes down a tree of contacts to
+    the supports, as sizes: `_Swing`. A contact that passes on a force (wn, wt) and a moment t about its centre of
+    pressure m, of which tn about n, takes it up in proportion to its pressures a_k = F_k.n / sum F.n. With rho_k from m
+    in its plane,
+
+        C = sum a rho rho'    S = sum a |rho|^2
+        |dn_k| <= a_k (wn + |C^-1 rho_k| t')    |dt_k| <= a_k (wt + |rho_k| tn / S)
+
+    where t' = t + off (wt + tn / sqrt S), for points may be `off` the plane. All of it stays in the cones where
+
+        P (mu - |F_t| / F.n) >= mu (wn + |C^-1 rho_k| t') + wt + |rho_k| tn / S        P = sum F.n
+
+    with the mu that is left when the normal leans as far as it may.
+    """
+    within = model.sheet.within
+    assert within is not None
+    inside, seatings = _inside(model)
+    forces, per_force = _forces(inside, model.sheet.forces)
+    sizes, _ = _require_cones(inside, forces, per_force, False, "force")
+    if _require_modest(inside, sizes, per_force):
+        _refuse(f"friction above {STEEP}, or forces larger than a tenth of {BOUND:.0e} times weight and loads")
+    borne = _Borne(inside, forces, per_force, sizes, _steepness(inside, sizes, seatings), seatings)
+    looks = _Budget(MAX_ARMS, len(model.solids), "too many blocks above each other")
+    carried = {i: [swing] for i, swing in _swings(borne).items()}
+    used = Fraction(0)
+    for block in _leaves_first(model, within.ways):
+        patch, swings = inside.patches[within.ways[block]], carried.pop(block)
+        looks.spend(len(swings))
+        share = _room_used(borne, patch, swings)
+        if not share <= 1:
+            _refuse(f"{_label(model.sheet, patch.number)}: {float(share):.3g} times the room of its forces is needed")
+        used = max(used, share)
+        carried.get(patch.a if patch.b == block else patch.b, []).extend(swings)
+    figures = {"within": float(within.length), "room_used": float(used)}
+    return figures, f"of the room of forces at a contact at most {float(used):.3g} is needed in any drawing", ""
+
+
+def _inside(model: _Model) -> tuple[_Model, list[_Seating]]:
+    """The model with the points of the file for those of its contacts: each at least L inside the outline.
+
+    Of both the projections on the contact's plane count, the one through the mean of its corners across N. With z the
+    heights above it, a point that is e from an edge is at least sqrt(e^2 - z^2) inside.
+    """
+    within, k = model.sheet.within, model.per_length
+    assert within is not None
+    length = Fraction(within.length)
+    count = sum(len(joint.polygon) for joint in (*model.sheet.joints, *within.joints))
+    looks = _Budget(MAX_LOOKS, count, "too many points inside too many edges")
+    patches, seatings, first = [], [], 0
+    for patch, joint in zip(model.patches, within.joints, strict=True):
+        points = _vectors(joint.polygon, k)
+        facet = _Facet(patch.points, patch.normal, patch.normal2).prepared().edged()
+        corners, highest = len(facet.ring), max(abs(_rise(facet, r)) for r in facet.ring)
+        far = 0
+        for number, point in enumerate(points):
+            looks.spend(len(facet.edges))
+            off = abs(_rise(facet, point)) + highest
+            far = max(far, off)
+            least2 = (length * (1 << k)) ** 2 + Fraction(off * off, corners * corners * patch.normal2)
+            p, q = least2.as_integer_ratio()
+            beside = (edge.distance2(point) for edge in facet.edges)
+            if not facet.is_inside(facet.edges, point) or any(d * q < p * e for d, e in beside):
+                _refuse(f"{_label(model.sheet, patch.number)}: point {number} is not {within.length:g} m inside it")
+        mu, lean = Fraction(joint.mu), _lean(patch, within, k)
+        left = Fraction(-1) if lean is None else (mu - lean) / (1 + mu * lean)
+        off2 = Fraction(far * far, corners * corners * patch.normal2)
+        seatings.append(_Seating(left, length + _root_of(off2, k)))
+        rows = slice(first, first + len(points))
+        patches.append(patch._replace(points=points, rows=rows))
+        first = rows.stop
+    return replace(model, sheet=replace(model.sheet, joints=within.joints), patches=patches), seatings
+
+
+def _rise(facet: _Facet, point: Vec) -> int:
+    """Height above the plane through the mean of the corners, times |N| and their number."""
+    return len(facet.ring) * _dot(point, facet.normal) - facet.height
+
+
+def _lean(patch: _Patch, within: _Within, k: int) -> Fraction | None:
+    """The tangent of the angle by which the normal may lean: as stated, or what the length allows, rounded up.
+
+    None where it may stand upright.
+
+    A plane that is nowhere further than L from a convex outline leans by no more than sin = L / r, with r the radius of
+    a circle inside it, and r is at least area / perimeter.
+    """
+    if within.slope is not None:
+        return Fraction(within.slope)
+    around = sum(_root_of(_length2(_minus(b, a)), k) for a, b in _around(patch.points))
+    sine2 = (2 * Fraction(within.length) * around) ** 2 * (1 << 4 * k) / patch.normal2
+    return _rounded_up(_root_of(sine2 / (1 - sine2))) if sine2 < 1 else None
+
+
+def _steepness(model: _Model, sizes: Sizes, seatings: Sequence[_Seating]) -> list[Fraction]:
+    """|F_t| / F.n at every point, rounded up; it has to be no more than what is left of mu."""
+    found = []
+    for patch, seating in zip(model.patches, seatings, strict=True):
+        for number, (along, force2) in enumerate(sizes[patch.rows]):
+            across2 = force2 * patch.normal2 - along * along
+            steep = _rounded_up(_root_of(Fraction(across2, along * along))) if along else Fraction(0)
+            if force2 and not steep <= seating.mu:
+                _refuse(
+                    f"{_label(model.sheet, patch.number)}: the force at point {number} leaves the cone of a normal that"
+                    " leans as far as it may"
+                )
+            found.append(steep)
+    return found
+
+
+def _swings(borne: _Borne) -> dict[int, _Swing]:
+    """What forces may leave on every free block in any drawing, of which only the sizes are known.
+
+    Beside what they leave here: points of contacts move along n by no more than `off`, those of loads by L, and volume
+    and first moment of the block as `_swelling` says.
+    """
+    model, forces, per_force = borne.model, borne.forces, borne.per_force
+    within, k = model.sheet.within, model.per_length
+    assert within is not None
+    turns = [Fraction(0)] * len(model.solids)
+    for patch, seating in zip(model.patches, borne.seatings, strict=True):
+        pairs = borne.sizes[patch.rows]
+        total = sum(_root_of(force2 - Fraction(along * along, patch.normal2), per_force) for along, force2 in pairs)
+        for block in (patch.a, patch.b):
+            turns[block] += seating.off * total
+    for block, force, _ in model.loads:
+        turns[block] += Fraction(within.length) * _root_of(_length2(force), model.per_force)
+    wrenches, unit = _wrenches(model, forces, per_force)
+    gravity = [abs(Fraction(x)) for x in model.sheet.gravity]
+    known: dict[int, tuple[Fraction, list[Fraction]]] = {}
+    found = {}
+    for i, stone, solid in model.free():
+        if id(solid.shape) not in known:
+            known[id(solid.shape)] = _swelling(stone, solid, k, Fraction(within.length))
+        volume, (mx, my, mz) = known[id(solid.shape)]
+        gx, gy, gz = gravity
+        turned = [my * gz + mz * gy, mz * gx + mx * gz, mx * gy + my * gx]
+        density, (pull, turn) = Fraction(stone.density), wrenches[i]
+        twist = turns[i] + Fraction(_quotient_above(_root_above(_length2(turn)), 4 * solid.volume6), 24 << unit + k)
+        moment = density * _root_of(sum(x * x for x in turned))
+        left = Fraction(_root_above(_length2(pull)), 24 << unit)
+        mass, left, moment, twist = (_rounded_up(x) for x in (density * volume, left, moment, twist))
+        found[i] = _Swing(mass, left, moment, twist, _centre(solid))
+    return found
+
+
+def _centre(solid: _Solid) -> Vec:
+    """The centre of mass, each coordinate rounded down to 2**-(per_length + ROOT_BITS) m."""
+    x, y, z = solid.moment24
+    d = 4 * solid.volume6
+    return (x << ROOT_BITS) // d, (y << ROOT_BITS) // d, (z << ROOT_BITS) // d
+
+
+def _swelling(stone: _Stone, solid: _Solid, k: int, length: Fraction) -> tuple[Fraction, list[Fraction]]:
+    """How much the volume (m3) of a block and its first moments about its centre of mass (m4) may change; rounded up.
+
+    While vertices move by L at most, a fan triangle with sides u, v sweeps no more than L B, with the mean of its area
+    B = A + L (|u| + |v|) / 2 + 2 L^2 / 3. It takes first moments of L B (x + L) with it, where x, its mean distance
+    from the centre along an axis, is at most the root of the mean square, (sum x_i^2 + (sum x_i)^2) / 12.
+    """
+    bits = k + ROOT_BITS
+    reach, (cx, cy, cz) = math.ceil(length * (1 << bits)), _centre(solid)
+    at = [
+        ((x << ROOT_BITS) - cx, (y << ROOT_BITS) - cy, (z << ROOT_BITS) - cz) for x, y, z in _vectors(stone.vertices, k)
+    ]
+    total, moments = 0, [0, 0, 0]
+    for face in stone.surface.faces:
+        for a, b, c in _fan([at[i] for i in face]):
+            u, v = _minus(b, a), _minus(c, a)
+            sides = _root_above(_length2(u)) + _root_above(_length2(v))
+            swept6 = 3 * _root_above(_length2(_cross(u, v))) + 3 * reach * sides + 4 * reach * reach
+            total += swept6
+            for axis in range(3):
+                p, q, r = a[axis], b[axis], c[axis]
+                mean6 = _root_above(3 * (p * p + q * q + r * r + (p + q + r) ** 2))
+                moments[axis] += swept6 * (mean6 + 6 * reach + 6)
+    volume = Fraction(reach * total, 6 << 3 * bits)
+    return volume, [Fraction(reach * moment, 36 << 4 * bits) for moment in moments]
+
+
+def _leaves_first(model: _Model, ways: Mapping[int, int]) -> list[int]:
+    """The free blocks, each before the one that its way leads to; all ways end at supports."""
+    stones, patches = model.sheet.stones, model.patches
+    above = [0] * len(stones)
+    parents = {}
+    for block, number in ways.items():
+        patch = patches[number]
+        if block not in (patch.a, patch.b):
+            _refuse(f"ways: {_label(model.sheet, number)} is not at block {_short(stones[block].name)}")
+        parents[block] = patch.a if patch.b == block else patch.b
+        above[parents[block]] += 1
+    order = []
+    pending = [block for block in ways if not above[block]]
+    while pending:
+        block = pending.pop()
+        order.append(block)
+        parent = parents[block]
+        above[parent] -= 1
+        if not above[parent] and not stones[parent].fixed:
+            pending.append(parent)
+    if len(order) != len(ways):
+        _refuse("ways: some of them go round and never come to a support")
+    return order
+
+
+def _room_used(borne: _Borne, patch: _Patch, swings: list[_Swing]) -> Fraction:
+    """What a contact needs to pass swings on, in the room that its forces have inside their cones: `_state_within`.
+
+    With X_k = rho_k times an integer, and C, S, D their sums weighed by F.N (D = det C in the plane, (S^2 - tr C^2) /
+    2), C^-1 rho is (S X - C X) / D.
+    """
+    model, seating, pressed = borne.model, borne.seatings[patch.number], [along for along, _ in borne.sizes[patch.rows]]
+    total, where = sum(pressed), _label(model.sheet, patch.number)
+    if not total:
+        _refuse(f"{where}: it bears nothing and cannot pass anything on")
+    flat, middle = _from_middle(patch, pressed)
+    spread = [_summed_up(_times(a * x[axis], x) for a, x in zip(pressed, flat, strict=True)) for axis in range(3)]
+    s = spread[0][0] + spread[1][1] + spread[2][2]
+    d = (s * s - sum(_length2(row) for row in spread)) // 2
+    if not d > 0:
+        _refuse(f"{where}: its points with forces are in one line")
+    scale = total * patch.normal2 << model.per_length  # X counts in so many to the metre
+    along, across, turn, twist = _passed_on(model, patch, swings, middle)
+    s2 = Fraction(s, total * scale * scale)
+    tilting = Fraction(total * scale, d) * (turn + seating.off * (across + twist / _root_of(s2, up=False)))
+    press = Fraction(total, 1 << borne.per_force) / _root_of(patch.normal2)
+    used = Fraction(0)
+    for x, a, slope in zip(flat, pressed, borne.steep[patch.rows], strict=True):
+        if a:
+            cx, cy, cz = (_dot(row, x) for row in spread)
+            normal = along + tilting * _root_of(_length2(_minus(_times(s, x), (cx, cy, cz))))
+            aside = across + twist * _root_of(_length2(x)) / (scale * s2)
+            need, room = seating.mu * normal + aside, press * (seating.mu - slope)
+            if not room > 0:
+                _refuse(f"{where}: a force has no room inside its cone")
+            used = max(used, _rounded_up(need / room))
+    return used
+
+
+def _from_middle(patch: _Patch, pressed: Sequence[int]) -> tuple[list[Vec], Vec]:
+    """P |N|^2 (r - m) of every point along the plane, and m rounded down to 2**-(per_length + ROOT_BITS) m.
+
+    With P the sum of what presses, F.N, and m the centre of it.
+    """
+    first, normal, total = patch.points[0], patch.normal, sum(pressed)
+    arms = [_minus(point, first) for point in patch.points]
+    mean = _summed_up(_times(a, arm) for a, arm in zip(pressed, arms, strict=True))
+    away = [_minus(_times(total, arm), mean) for arm in arms]
+    flat = [_minus(_times(patch.normal2, x), _times(_dot(x, normal), normal)) for x in away]
+    x, y, z = (((r * total + x) << ROOT_BITS) // total for r, x in zip(first, mean, strict=True))
+    return flat, (x, y, z)
+
+
+def _summed_up(vectors: Iterable[Vec]) -> Vec:
+    x, y, z = (sum(axis) for axis in zip(*vectors, strict=True))
+    return x, y, z
+
+
+def _passed_on(
+    model: _Model, patch: _Patch, swings: list[_Swing], middle: Vec
+) -> tuple[Fraction, Fraction, Fraction, Fraction]:
+    """Sizes of what swings come to at a contact, rounded up: the force along n and across it, N; the moment about a
+    point m, and the part of that about n, N m.
+
+    What is across gravity has at most the share |g x n| / |g| of its size along n. Centres of mass and m are rounded:
+    each distance by less than 4 units.
+    """
+    per, bits, normal, normal2 = (
+        _exponent(model.sheet.gravity),
+        model.per_length + ROOT_BITS,
+        patch.normal,
+        patch.normal2,
+    )
+    gravity = _vector(model.sheet.gravity, per)
+    gravity2, level2 = _length2(gravity), _length2(_cross(gravity, normal))
+    slack, bowed, loose = 4 * _root_above(gravity2), Fraction(0), Fraction(0)
+    mass, left = sum(swing.mass for swing in swings), sum(swing.left for swing in swings)
+    for swing in swings:
+        arm = _minus(swing.centre, middle)
+        swung = Fraction(_root_above(_length2(_cross(gravity, arm))) + slack, 1 << per + bits)
+        bowed += swing.turn + swing.mass * swung
+        loose += swing.twist + swing.left * Fraction(_root_above(_length2(arm)) + 4, 1 << bits)
+    along = Fraction(abs(_dot(gravity, normal)), 1 << per) / _root_of(normal2, up=False)
+    share = _root_of(Fraction(level2, gravity2 * normal2)) if gravity2 else Fraction(0)
+    sizes = mass * along + left, mass * _root_of(Fraction(level2, normal2), per) + left, bowed + loose
+    one, two, three, four = (_rounded_up(x) for x in (*sizes, share * bowed + loose))
+    return one, two, three, four
+
+
+def _mechanism_within(model: _Model) -> tuple[dict[str, float], str, str]:
+    """Check a motion that no drawing of the family resists, and in which its loads do work in every one.
+
+    At a contact whose blocks do not move alike, with mu' what friction is where the normal leans as far as it may, at
+    every corner of its convex outline
+
+        dn - mu' |dd_t| >= sqrt(1 + mu'^2) |w| e        e^2 = L^2 / sin^2(angle / 2) + (L + z)^2
+
+    w being the relative spin, and e how far a corner may get when every edge moves out by L, and the plane up or down.
+    dn - mu' |dd_t| is concave, so that it is positive all over the contact then. And in some component, all contacts of
+    which are so,
+
+        p.y > sum rho (|g.v| dV + sum |(g x w)_k| dQ_k) + sum L |F x w| + BALANCE sum w (|v| + D |w|)
+    """
+    within, sheet = model.sheet.within, model.sheet
+    assert within is not None
+    per = _exponent(chain.from_iterable(sheet.motion))
+    motions = [
+        _Motion(_times(1 << model.per_length, _vector(row[:3], per)), _vector(row[3:], per)) for row in sheet.motion
+    ]
+    shut: dict[int, str] = {}
+    for patch in model.patches:
+        if fault := _resists(model, patch, motions, per):
+            shut.setdefault(patch.part, fault)
+    unit = 24 << model.per_force + per + model.per_length
+    powers, slacks, lost = _powers24(model, motions), _slacks24(model, motions), _power_lost(model, motions, per)
+    shares = {c: (lost[c] + slacks[c] / unit) / Fraction(powers[c], unit) for c in range(model.parts) if powers[c] > 0}
+    if not shares:
+        _refuse("the loads do no work in this motion")
+    free = {c: share for c, share in shares.items() if c not in shut}
+    if not free:
+        _refuse(next(shut[c] for c in shares))
+    least = min(free.values())
+    figures = {"within": float(within.length), "power_used": float(least)}
+    if not least < 1:
+        _refuse(f"in some drawing the loads may do no work in this motion ({float(least):.3g} of it is lost)", figures)
+    return figures, f"no contact resists, and of the loads' work {float(least):.3g} is lost in no drawing at most", ""
+
+
+def _resists(model: _Model, patch: _Patch, motions: Motions, per: int) -> str:
+    """What is wrong with how a contact opens, if anything is; nothing where its blocks move alike."""
+    a, b, within, k = motions[patch.a], motions[patch.b], model.sheet.within, model.per_length
+    if a == b:
+        return ""
+    assert within is not None
+    where, mu, lean = _label(model.sheet, patch.number), Fraction(patch.joint.mu), _lean(patch, within, k)
+    if lean is None or not mu * lean < 1:
+        return f"{where}: with normals that lean so far it may resist anything"
+    mu = (mu + lean) / (1 - mu * lean)
+    spin = _root_of(1 + mu * mu) * _root_of(_length2(_minus(b.spin, a.spin)), per)
+    wide, narrow = _root_of(patch.normal2), _root_of(patch.normal2, up=False)
+    facet = _Facet(patch.points, patch.normal, patch.normal2).prepared()
+    moves = _moves(patch, motions)
+    for i, number, j in _hull(patch):
+        d, e = _dot(moves[number], patch.normal), _length2(moves[number])
+        across = _root_of(e * patch.normal2 - d * d) / narrow
+        off = _root_of(Fraction(_rise(facet, patch.points[number]) ** 2, len(facet.ring) ** 2 * patch.normal2), k)
+        aside2 = _aside2(patch, [patch.points[x] for x in (i, number, j)])
+        if aside2 is None:
+            return f"{where}: the corner at point {number} is too sharp"
+        length = Fraction(within.length)
+        far = _root_of(length**2 * aside2 + (length + off) ** 2)
+        if not (d / wide - mu * across) / (1 << per + k) >= spin * far:
+            return f"{where}: at point {number} it does not open enough for every drawing"
+    return ""
+
+
+def _aside2(patch: _Patch, corner: Sequence[Vec]) -> Fraction | None:
+    """1 / sin^2 of half the angle at the middle one of three points, seen along N, rounded up; None where it is 0."""
+    before, here, after = corner
+
+    def product(u: Vec, v: Vec) -> int:
+        return _dot(u, v) * patch.normal2 - _dot(u, patch.normal) * _dot(v, patch.normal)
+
+    u, v = _minus(before, here), _minus(after, here)
+    both, sizes = product(u, v), product(u, u) * product(v, v)
+    if not sizes:
+        return None
+    cosine = both / _root_of(sizes, up=both < 0)
+    return 2 / (1 - cosine) if cosine < 1 else None
+
+
+def _hull(patch: _Patch) -> list[tuple[int, int, int]]:
+    """The corners of the convex outline of a contact, seen along N, each between the ones beside it.
+
+    In the plane without the axis along which N is longest: that leaves convex what is convex. Andrew's monotone chain.
+    """
+    drop = max(range(3), key=lambda axis: abs(patch.normal[axis]))
+    seen = [_minus(_times(patch.normal2, r), _times(_dot(r, patch.normal), patch.normal)) for r in patch.points]
+    flat = [(point[drop - 2], point[drop - 1]) for point in seen]
+    outline: list[int] = []
+    order = sorted(range(len(flat)), key=flat.__getitem__)
+    for way in (order, order[::-1]):
+        side: list[int] = []
+        for i in way:
+            while len(side) > 1 and _left(flat[side[-2]], flat[side[-1]], flat[i]) <= 0:
+                side.pop()
+            side.append(i)
+        outline += side[:-1]
+    return [
+        (before, here, after)
+        for (before, here), (_, after) in zip(_around(outline), _around(outline[1:] + outline[:1]), strict=True)
+    ]
+
+
+def _left(a: tuple[int, int], b: tuple[int, int], c: tuple[int, int]) -> int:
+    """Positive where c lies to the left of the way from a to b."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _power_lost(model: _Model, motions: Motions, per: int) -> list[Fraction]:
+    """By how much p.y of every component may be less in some drawing, W, rounded up."""
+    within, k = model.sheet.within, model.per_length
+    assert within is not None
+    length, lost = Fraction(within.length), [Fraction(0)] * model.parts
+    known: dict[int, tuple[Fraction, list[Fraction]]] = {}
+    gravity_bits = _exponent(model.sheet.gravity)
+    gravity = _vector(model.sheet.gravity, gravity_bits)
+    for i, stone, solid in model.free():
+        motion = motions[i]
+        if motion != _Motion((0, 0, 0), (0, 0, 0)):
+            if id(solid.shape) not in known:
+                known[id(solid.shape)] = _swelling(stone, solid, k, length)
+            volume, moments = known[id(solid.shape)]
+            raised = Fraction(abs(_dot(gravity, motion.flow(solid))), 4 * solid.volume6 << gravity_bits + per + k)
+            turned = zip(_cross(gravity, motion.spin), moments, strict=True)
+            moved = sum((abs(x) * moment for x, moment in turned), Fraction(0)) / (1 << gravity_bits + per)
+            lost[model.component[i]] += _rounded_up(Fraction(stone.density) * (raised * volume + moved))
+    for block, force, _ in model.loads:
+        size = _root_of(_length2(_cross(force, motions[block].spin)), model.per_force + per)
+        lost[model.component[block]] += _rounded_up(length * size)
+    return lost
+
+
 PROOFS = {
     "rbe-state": _state,
     "rbe-mechanism": _mechanism,
@@ -3473,6 +3986,8 @@ PROOFS = {
     "cra-tree": _tree,
     "limit-bounds": _limit,
     "rbe-settled": _settled,
+    "rbe-state-within": _state_within,
+    "rbe-mechanism-within": _mechanism_within,
 }
 
 

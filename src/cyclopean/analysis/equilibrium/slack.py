@@ -17,7 +17,7 @@ from cyclopean.arrays import Floats, Ints
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["AMPLE", "centred", "slack"]
+__all__ = ["AMPLE", "centred", "forest", "slack"]
 
 AMPLE = 1e2  # times what has to pass: by which a joint's room makes sure that the checker gets through
 ROUNDING = 1e-14  # of a force: what counts as inside its cone
@@ -37,7 +37,7 @@ def slack(system: EquilibriumSystem, balance: Balance, state: Polished) -> Float
     first = np.unique(balance.joint, return_index=True)[1]
     strength, room = _joints(system, balance, state)
     ends = [np.where(row[first] >= 0, row[first], m) for row in (system.row_a, system.row_b)]
-    tree, parent, via = _forest(m, np.minimum(*ends), np.maximum(*ends), strength)
+    tree, parent, via = forest(m, np.minimum(*ends), np.maximum(*ends), strength)
     force, moment = (np.linalg.norm(x, axis=1) for x in np.split(state.residual, 2, axis=1))
     at = balance.point[first][via[:m]] if len(first) else np.zeros((m, 3))
     arm = np.linalg.norm(balance.centre - at, axis=1)
@@ -87,7 +87,7 @@ def _joints(system: EquilibriumSystem, balance: Balance, state: Polished) -> tup
     return strength, least
 
 
-def _forest(m: int, a: Ints, b: Ints, strength: Floats) -> tuple[Ints, Ints, Ints]:
+def forest(m: int, a: Ints, b: Ints, strength: Floats) -> tuple[Ints, Ints, Ints]:
     """Nodes from the supports (m) outwards, the parent of each, and the joint that leads there.
 
     The spanning tree of the largest strengths [Prim]_.

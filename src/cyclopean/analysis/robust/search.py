@@ -1,0 +1,135 @@
+"""For how large a length does the answer hold in every drawing within it? What is told has passed the checker."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cyclopean.analysis.certificates import certify
+from cyclopean.analysis.preparation import PreparedModel
+from cyclopean.analysis.robust.falling import bodies, falling
+from cyclopean.analysis.robust.family import Family
+from cyclopean.analysis.robust.standing import standing
+from cyclopean.analysis.verdict import Result, Within
+from cyclopean.errors import InputError
+from cyclopean.proof import verify
+
+__all__ = ["certain_length", "drawings", "require_known"]
+
+CLOSE = 1.1  # how near the largest length is found, as a factor
+TRIES = 12  # lengths at most
+LEAST = 1e-6  # of the first length: shorter ones are not looked at
+FURTHER = 50.0  # by which the next length is larger or smaller at most
+FIRST = 1e-3  # of the smallest contact's width: the length that is tried first where none is asked for
+
+Attempt = Callable[[float], tuple[dict[str, Any] | None, float]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """The largest length (m) at which an attempt succeeded, and the certificate of it."""
+
+    length: float = 0.0
+    certificate: dict[str, Any] | None = None
+
+
+def require_known(model: PreparedModel) -> None:
+    """Say what drawings of a family are not known of.
+
+    Raises
+    ------
+    InputError
+        Joints that pull, a settlement, partial supports, rough or curved contacts.
+    """
+    pairs = zip(model.assembly.blocks, model.fixed, strict=True)
+    held = next((block.id for block, whole in pairs if block.held and not whole), None)
+    for known, what in (
+        (not model.contacts.strength.any(), "joints that pull"),
+        (model.settled is None, "a settlement"),
+        (held is None, f"blocks that are partly held, such as '{held}'"),
+        (bool(np.isnan(model.contacts.leaning).all()), "rough or curved contacts"),
+    ):
+        if not known:
+            raise InputError(f"`within` does not go with {what}; leave it out")
+
+
+def drawings(model: PreparedModel, result: Result, length: float, degrees: float | None) -> Result:
+    """The result with what is certain of the drawings within a length (m) and an angle: undecided unless it is proved.
+
+    Parameters
+    ----------
+    model : PreparedModel
+        As it was analysed.
+    result : Result
+        By rigid-block equilibrium.
+    length, degrees : float
+        As asked for.
+    """
+    found = _search(_attempt(model, result, Family(length, degrees)), length, False)
+    within = Within(length, degrees, found.length >= length, found.length)
+    if within.holds:
+        reason = f"{result.reason} {within.words()}"
+        return replace(result, reason=reason, within=within, certificate=found.certificate)
+    if result.verdict == "undecided":
+        return replace(result, within=within)
+    reason = f"As drawn it is {result.verdict}. {within.words()}"
+    return replace(result, verdict="undecided", reason=reason, within=within, certificate=None)
+
+
+def certain_length(model: PreparedModel, result: Result) -> float:
+    """The largest length (m), to a tenth, for which an answer was proved of all drawings; 0 where none was."""
+    try:
+        require_known(model)
+    except InputError:
+        return 0.0
+    if not len(model.contacts) or model.fixed.all():
+        return 0.0
+    first = FIRST * float(np.min(model.contacts.area / model.contacts.perimeter))
+    return _search(_attempt(model, result, Family(first)), first, True).length
+
+
+def _attempt(model: PreparedModel, result: Result, family: Family) -> Attempt:
+    """A proof for one length, and the share of it that was needed, where that can be told; else infinite."""
+    system = model.system()
+    if result.verdict == "stable":
+        return lambda length: _certified(model, "rbe-state-within", standing(model, family.of(length)))
+    labels = [] if result.mechanism is None else list(bodies(model, system, result.mechanism))
+
+    def fall(length: float) -> tuple[dict[str, Any] | None, float]:
+        found = next(filter(None, (falling(model, system, label, family.of(length)) for label in labels)), None)
+        return _certified(model, "rbe-mechanism-within", (found, np.inf))
+
+    return fall
+
+
+def _certified(
+    model: PreparedModel, kind: str, found: tuple[dict[str, Any] | None, float]
+) -> tuple[dict[str, Any] | None, float]:
+    return None if found[0] is None else certify(model, model.system(), kind, found[0]), found[1]
+
+
+def _search(attempt: Attempt, first: float, grows: bool) -> _Found:
+    """The largest length to a tenth; no larger than the first unless it `grows`.
+
+    What is needed grows with the length about in proportion, which tells where to look next.
+    """
+    known: list[_Found] = []
+    low, high, length = 0.0, np.inf, first
+    for _ in range(TRIES):
+        certificate, share = attempt(length)
+        if certificate is None:
+            high = length
+        else:
+            low = length
+            known.append(_Found(length, certificate))
+        if (low == first and not grows) or high <= CLOSE * low:
+            break
+        guess = 0.95 * length / share if 0.0 < share < np.inf else length * (8.0 if low else 0.125)
+        if low and high < np.inf:
+            near = (high / low) ** 0.2
+            guess = np.clip(guess, low * near, high / near)
+        length = float(np.clip(guess, length / FURTHER, FURTHER * length))
+        if length < LEAST * first:
+            break
+    return next((one for one in reversed(known) if verify(one.certificate or {}).proved), _Found())
