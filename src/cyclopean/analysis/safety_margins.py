@@ -17,6 +17,7 @@ from cyclopean.analysis.limit_analysis.live_load import Live
 from cyclopean.analysis.limit_analysis.polar import last_least
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.proving import polished, prove, rigid_claim
+from cyclopean.analysis.robust.search import certain_length
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result, relative_motion
 from cyclopean.assembly import Contacts, length_tolerance
@@ -47,6 +48,7 @@ class Margins:
     joints: Bracket | None  # share of its size, about its centroid, to which every joint may shrink
     tilt: Bracket | None  # degrees by which the ground may tilt, towards the worst of the azimuths looked at
     azimuth: float | None = None  # degrees from +x to +y: that one
+    drawings: float = 0.0  # m: it is proved to stand in every drawing within this length; 0 = within none
     seconds: float = 0.0
 
     @property
@@ -68,11 +70,12 @@ def shrunk(contacts: Contacts, share: float) -> Contacts:
 
 
 def margins(model: PreparedModel, settings: Settings, stands: bool = False) -> Margins:
-    """Find the least friction and the smallest joints with which a model stands, and how far the ground may tilt.
+    """Find the least friction and joints with which a model stands, and how far the ground or the drawing may be off.
 
-    The first two are found by bisection to a thousandth, the third by limit analysis towards eight azimuths. Both sides
-    of each are proved: the model that stands and the one that falls have certificates that have passed the independent
-    checker.
+    The first two are found by bisection to a thousandth, the tilt of the ground by limit analysis towards eight
+    azimuths. Both sides of each are proved: the model that stands and the one that falls have certificates that have
+    passed the independent checker. So has that of all drawings within the last length, which is found to a tenth; that
+    some beyond it fall is not said.
 
     Parameters
     ----------
@@ -95,7 +98,7 @@ def margins(model: PreparedModel, settings: Settings, stands: bool = False) -> M
     if not contacts.strength.any():  # what is left of a joint that pulls would pull elsewhere
         joints = _bracket(case, lambda s: _smaller(model, s), SPECK)
     tilt, azimuth = _least_tilt(model)
-    return Margins(friction, joints, tilt, azimuth, time.perf_counter() - began)
+    return Margins(friction, joints, tilt, azimuth, certain_length(model), time.perf_counter() - began)
 
 
 def _smaller(model: PreparedModel, share: float) -> PreparedModel:

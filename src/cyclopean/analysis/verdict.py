@@ -42,7 +42,11 @@ class Within:
 
     def words(self) -> str:
         """What is certain, in a sentence."""
-        lean = "" if self.degrees is None else f", their normals within {self.degrees:g} degrees"
+        lean = (
+            ""
+            if self.degrees is None
+            else f", their normals within {self.degrees:g} degree{'s' * (self.degrees != 1.0)}"
+        )
         if self.holds:
             return f"The answer holds for every drawing within {millimetres(self.asked)} of this one{lean}."
         if not self.certain:

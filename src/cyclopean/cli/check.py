@@ -128,6 +128,8 @@ def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
     """How far it is from falling, on one line."""
     if found is None:
         return []
+    from cyclopean.analysis.verdict import millimetres
+
     told = []
     if (friction := found.friction) is not None:
         mu = result.contacts.mu
@@ -139,6 +141,8 @@ def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
         told.append(f"geometric safety {over}{found.geometric_safety:.4g}")
     if (tilt := found.tilt) is not None:
         told.append(f"tilt up to {tilt.stands:.2f} degrees towards azimuth {found.azimuth:g}")
+    if found.drawings:
+        told.append(f"holds for drawings within {millimetres(found.drawings)}")
     return [f"  margins  {', '.join(told)} (by rbe)"] if told else []
 
 

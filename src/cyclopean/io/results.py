@@ -187,7 +187,8 @@ def margins_dict(found: "Margins", result: "Result") -> dict[str, Any]:
     joints = side(found.joints)
     if joints is not None:
         joints["geometric_safety"] = found.geometric_safety
-    return {"method": "rbe", "friction": friction, "joints": joints, "tilt": tilt, "seconds": found.seconds}
+    told = {"method": "rbe", "friction": friction, "joints": joints, "tilt": tilt}
+    return told | {"drawings": found.drawings or None, "seconds": found.seconds}
 
 
 def sensitivity_dict(found: "Sensitivity") -> dict[str, Any]:

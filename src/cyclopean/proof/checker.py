@@ -5,7 +5,7 @@ Standard library only, one file, nothing of the program that wrote the certifica
     python checker.py CERT.json        python -m cyclopean.proof CERT.json        verify(json.load(file))
 
 **What is proved.** A certificate `cyclopean.certificate/2` holds blocks (closed polygon meshes, metres), contacts
-(planar polygons, whose area normal N points from block `a` into block `b`), loads, gravity, and one of six proofs. A
+(planar polygons, whose area normal N points from block `a` into block `b`), loads, gravity, and one of eight proofs. A
 tolerance belongs to the block, the point or the component (free blocks that contacts join) that it is about.
 
 *rbe-state*, "stable under rigid-block equilibrium": a force F on `b` (and -F on `a`) at every vertex of every contact
@@ -56,6 +56,12 @@ of `b` relative to `a` no point closes or slides without opening, dn >= mu |dd_t
 F.dd = 0, and what has opened carries nothing, |F| dn = 0. All to `SETTLING` of the largest displacement of a contact
 point of the component on a block that the ground moves. The first two make it the least of -p.y over all such, so that
 nothing moves further; with the third no force is due to sliding that opens, which dry stone does not do.
+
+**Other drawings.** *rbe-state-within*, *rbe-mechanism-within*: that every drawing of a family stands, or falls. In the
+family vertices and the points of loads are within a length L of where they are here, and so are contacts, whose normals
+lean by no more than an angle. A state lists points inside the contacts, which have points of every drawing above or
+below them, and forces there: these and small ones beside them, of which only sizes are known, balance every drawing.
+A motion is one that no drawing resists. See `_state_within` and `_mechanism_within`.
 
 **What is checked first.** Meshes closed, turned outward (exact volume > 0) and bounding solids (no shell without volume
 or inside out, no two faces that lie on each other: see `_require_solid`); every contact point within `tolerance`

@@ -26,6 +26,14 @@ _PROVES = {
         "No forces and virtual displacement within the bounds go together as coupled analysis asks.",
         "The cases leave nothing out, and each is refuted with numbers that the checker recomputes exactly.",
     ],
+    "rbe-state-within": [
+        "In every drawing within the length and the angle that the claim names, forces next to the listed ones stay"
+        " within friction at every contact and balance every free block exactly."
+    ],
+    "rbe-mechanism-within": [
+        "In every drawing within the length and the angle that the claim names, the loads drive this motion of the"
+        " rigid blocks and no contact listed resists it."
+    ],
 }
 
 _LIMITS = [
@@ -52,6 +60,9 @@ _PROVES_NOT = {
         " this model, so there is no collapse mechanism to show.",
     ],
 }
+
+
+_PROVES_NOT |= {f"{kind}-within": _PROVES_NOT[kind] for kind in ("rbe-state", "rbe-mechanism")}
 
 
 def proves(result: Result) -> list[str]:

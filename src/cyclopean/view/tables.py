@@ -8,6 +8,7 @@ import numpy as np
 
 from cyclopean.analysis import LimitResult, Margins, Result, Subsidence, SubsidenceStep, openings
 from cyclopean.analysis.safety_margins import Bracket
+from cyclopean.analysis.verdict import millimetres
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
 from cyclopean.view.colours import classes, fill
@@ -313,6 +314,8 @@ def _margin_rows(found: Margins, result: Result) -> list[tuple[str, str, str]]:
     if found.tilt is not None:
         much = f"{found.tilt.stands:.2f}° towards azimuth {found.azimuth:g}°, the worst of eight"
         rows.append(("The ground may tilt by", much, _governing(found.tilt, result)))
+    if found.drawings:
+        rows.append(("Drawings may be off by", f"{millimetres(found.drawings)}, proved of all within that", ""))
     return rows
 
 

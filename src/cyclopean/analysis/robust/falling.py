@@ -28,15 +28,13 @@ SPARE = 1e-8  # of the fastest body's speed, by which contacts open more than th
 WORK = 1e-9  # of weights times the fastest body: the least that loads may do in every drawing
 
 
-def bodies(model: PreparedModel, system: EquilibriumSystem, motion: Floats) -> Iterator[Ints]:
+def bodies(system: EquilibriumSystem, motion: Floats) -> Iterator[Ints]:
     """(m,) the rigid body that each free block belongs to, -1 = at rest; several ways to see a mechanism.
 
     Parameters
     ----------
-    model : PreparedModel
-        With n blocks, m of them free.
     system : EquilibriumSystem
-        Of it.
+        m free of n blocks.
     motion : (n, 6)
         Velocities of its centres of mass, spins.
     """

@@ -12,6 +12,7 @@ from cyclopean.analysis.robust.falling import bodies, falling
 from cyclopean.analysis.robust.family import Family
 from cyclopean.analysis.robust.standing import standing
 from cyclopean.analysis.verdict import Result, Within
+from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
 from cyclopean.proof import verify
 
@@ -66,7 +67,9 @@ def drawings(model: PreparedModel, result: Result, length: float, degrees: float
     length, degrees : float
         As asked for.
     """
-    found = _search(_attempt(model, result, Family(length, degrees)), length, False)
+    moved = np.zeros((0, 6)) if result.mechanism is None else result.mechanism
+    attempt = _attempt(model, Family(length, degrees), None if result.verdict == "stable" else moved)
+    found = _Found() if result.verdict == "undecided" else _search(attempt, length, False)
     within = Within(length, degrees, found.length >= length, found.length)
     if within.holds:
         reason = f"{result.reason} {within.words()}"
@@ -77,8 +80,11 @@ def drawings(model: PreparedModel, result: Result, length: float, degrees: float
     return replace(result, verdict="undecided", reason=reason, within=within, certificate=None)
 
 
-def certain_length(model: PreparedModel, result: Result) -> float:
-    """The largest length (m), to a tenth, for which an answer was proved of all drawings; 0 where none was."""
+def certain_length(model: PreparedModel, mechanism: Floats | None = None) -> float:
+    """The largest length (m), to a tenth, for which an answer was proved of all drawings; 0 where none was.
+
+    The answer is that the model stands, or with an (n, 6) mechanism that it falls.
+    """
     try:
         require_known(model)
     except InputError:
@@ -86,15 +92,15 @@ def certain_length(model: PreparedModel, result: Result) -> float:
     if not len(model.contacts) or model.fixed.all():
         return 0.0
     first = FIRST * float(np.min(model.contacts.area / model.contacts.perimeter))
-    return _search(_attempt(model, result, Family(first)), first, True).length
+    return _search(_attempt(model, Family(first), mechanism), first, True).length
 
 
-def _attempt(model: PreparedModel, result: Result, family: Family) -> Attempt:
+def _attempt(model: PreparedModel, family: Family, mechanism: Floats | None) -> Attempt:
     """A proof for one length, and the share of it that was needed, where that can be told; else infinite."""
-    system = model.system()
-    if result.verdict == "stable":
+    if mechanism is None:
         return lambda length: _certified(model, "rbe-state-within", standing(model, family.of(length)))
-    labels = [] if result.mechanism is None else list(bodies(model, system, result.mechanism))
+    system = model.system()
+    labels = list(bodies(system, mechanism)) if len(mechanism) else []
 
     def fall(length: float) -> tuple[dict[str, Any] | None, float]:
         found = next(filter(None, (falling(model, system, label, family.of(length)) for label in labels)), None)
