@@ -261,7 +261,10 @@ def test_what_cannot_be_written_is_refused(found, here) -> None:
         (lambda w, s: cyclopean.check(w, beta_min=-1.0), r"^beta_min"),
         (lambda w, s: cyclopean.check(w, method="cra", cone="inscribed:8"), r"^cone inscribed:8: .*use method rbe$"),
         (lambda w, s: cyclopean.check(w, units="mm"), r"^units: 'mm' is for files"),
-        (lambda w, s: cyclopean.check(3), r"^model: expected a file, an Assembly or a wall, got int$"),
+        (
+            lambda w, s: cyclopean.check(3),
+            r"^model: expected a file, an Assembly, a wall, or bodies: .* faces; got int$",
+        ),
         (lambda w, s: cyclopean.check("missing.json"), r"^missing\.json: no such file"),
         (lambda w, s: cyclopean.polygonal_wall(width=-1.0), r"^width"),
         (lambda w, s: cyclopean.match(s, w, gap=0.2, weight=1.0), r"^weight: gap finds it"),

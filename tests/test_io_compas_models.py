@@ -20,6 +20,7 @@ from hypothesis.extra.numpy import arrays
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.io import read_model
+from cyclopean.io.models import read_as_drawn
 from laws import examples
 
 CUBE = Box(1.0)
@@ -294,3 +295,41 @@ def test_refusals(read, data, line):
     with pytest.raises(InputError) as caught:
         read(data)
     assert str(caught.value) == f"a.json: {line}"
+
+
+STRANGE = [None, True, -1, 1e300, "x", [], {}, [1], {"a": 1}, [None], [{}], {"node": {}}, {"0": None}, math.nan]
+
+
+def places(value, above=()):
+    """Every place in a document: the keys that lead to it."""
+    yield above
+    rows = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in rows:
+        yield from places(inner, (*above, key))
+
+
+@settings(max_examples=examples(400))
+@given(st.data())
+def test_law_of_strange_documents(tmp_path_factory, data):
+    """Whatever stands anywhere in a document, it is read or refused in one line; never a fault of ours."""
+    point = {"block_index": 8, "force": [5.0, 0, 0], "moment": [0, 0, 1.0], "point": None}
+    spread = {"block_index": 8, "polygon": {"points": TOP}, "magnitude": 3.0, "direction": None}
+    held = {"block_index": 7, "translation": [0, 0, 0], "rotation": [0, 0, 0]}
+    whole = problem(law={"phi": 30.0}, point_loads=[point], surface_loads=[spread], displacements=[held])
+    document = said(
+        data.draw(st.sampled_from([whole, {"rows": [[CUBE], [FLAT]], "supports": [Mesh.from_shape(CUBE)]}]))
+    )
+    *above, last = data.draw(st.sampled_from(list(places(document))[1:]))
+    owner = document
+    for key in above:
+        owner = owner[key]
+    owner[last] = data.draw(st.sampled_from(STRANGE))
+    path = tmp_path_factory.mktemp("law") / "a.json"
+    path.write_text(json.dumps(document))
+    refusal = f"{path}: read"
+    try:
+        read_as_drawn(path, "m")
+    except InputError as error:
+        refusal = str(error)
+    assert refusal.startswith(f"{path}: ")
+    assert "\n" not in refusal

@@ -175,10 +175,10 @@ def test_damaged_drawings():
     made.saveas("a.dxf")
     with open("a.dxf", "rb") as file:
         whole = file.read()
-    for content in (b"0\nSECTION\n", whole[: len(whole) // 2], whole.replace(b"AcDbSubDMesh", b"AcDbSubDMush")):
+    for content in (b"0\nSECTION\n", whole[: len(whole) // 2]):
         with open("a.dxf", "wb") as file:
             file.write(content)
-        with pytest.raises(InputError, match=r"^a.dxf: (is a damaged DXF file|holds no meshes)"):
+        with pytest.raises(InputError, match=r"^a.dxf: is a damaged DXF file \("):
             read_model("a.dxf")
 
 

@@ -71,7 +71,7 @@ def check(
 
     Parameters
     ----------
-    model : path, Assembly or anything with an `assembly`
+    model : path, Assembly, anything with an `assembly`, or a list or table of bodies
         The structure; contacts are detected where it gives none.
     settings : Settings, optional
         Options in one object; keywords win over it.
@@ -226,7 +226,7 @@ def build_sequence(
 
     Parameters
     ----------
-    model : path, Assembly or anything with an `assembly`
+    model : path, Assembly, anything with an `assembly`, or a list or table of bodies
         The finished structure.
     settings : Settings, optional
         Options in one object; keywords win over it. 10 seconds for the search of one stage where not given.

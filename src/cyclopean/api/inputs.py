@@ -1,7 +1,7 @@
 """What the one-call functions accept: a file, or what another function gave; options as keywords."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
 
@@ -28,7 +28,8 @@ class HasAssembly(Protocol):
 
 
 Path: TypeAlias = str | os.PathLike[str]
-Model: TypeAlias = "Path | Assembly | HasAssembly"
+Bodies: TypeAlias = "Sequence[Any] | Mapping[str, Any]"  # of meshes: see `io.python_bodies`
+Model: TypeAlias = "Path | Assembly | HasAssembly | Bodies"
 Stones: TypeAlias = "Path | Inventory | Sequence[Stone]"
 
 
@@ -55,8 +56,9 @@ def assembly_of(model: Model, reading: Reading = Reading()) -> "tuple[Assembly, 
 
     Parameters
     ----------
-    model : path, Assembly or anything with an `assembly`
-        Where it is.
+    model : path, Assembly, anything with an `assembly`, or bodies
+        Where it is. Bodies are meshes of trimesh or COMPAS, or pairs of vertices and faces: a list, a table by name, or
+        one of them; a model of COMPAS too.
     reading : Reading
         Units of a file that does not say them, and whether blocks may be mended.
 
@@ -72,14 +74,18 @@ def assembly_of(model: Model, reading: Reading = Reading()) -> "tuple[Assembly, 
         return read_model(model, reading.units, reading.strict)
     from cyclopean.assembly import Assembly, mended
 
-    _refuse_units(reading.units)
-    given = model.assembly if isinstance(model, HasAssembly) else model
-    if not isinstance(given, Assembly):
-        raise InputError(f"model: expected a file, an Assembly or a wall, got {type(model).__name__}")
+    given: Any = model.assembly if isinstance(model, HasAssembly) else model
+    said: tuple[str, ...] = ()
+    if isinstance(given, Assembly):
+        _refuse_units(reading.units)
+    else:
+        from cyclopean.io.python_bodies import read_bodies
+
+        given, said = read_bodies(given, reading.units)
     found = mended(given)
     if reading.strict:
         found.refused("model")
-    return found.assembly, found.said
+    return found.assembly, (*said, *found.said)
 
 
 def inventory_of(stones: Stones, reading: StoneReading) -> "tuple[Inventory, tuple[str, ...]]":

@@ -103,7 +103,7 @@ def limit(
 
     Parameters
     ----------
-    model : path, Assembly or anything with an `assembly`
+    model : path, Assembly, anything with an `assembly`, or a list or table of bodies
         The structure.
     live : Live, optional
         What grows, in one object.

@@ -123,7 +123,7 @@ def match(
     ----------
     stones : path, Inventory or sequence of Stone
         Folder or file of scanned stones, or stones in memory.
-    wall : path, Assembly or anything with an `assembly`
+    wall : path, Assembly, anything with an `assembly`, or a list or table of bodies
         Its free blocks are the cells; they can move only in a wall from `polygonal_wall`, or the file of one.
     settings : MatchSettings, optional
         Options in one object; keywords win over it.

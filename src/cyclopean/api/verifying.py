@@ -25,7 +25,7 @@ def verify(
     ----------
     certificate : mapping
         As `Result.certificate` holds it; whatever is malformed is answered with `proved=False`.
-    model : path, Assembly or anything with an `assembly`, optional
+    model : path, Assembly, anything with an `assembly`, or a list or table of bodies, optional
         What it has to be about. Where it is about another one, `proved` is false and `reason` says what differs. What
         the model leaves open, such as gravity, is no difference; `Report.assumed` says all that the proof assumes.
     units : str, optional

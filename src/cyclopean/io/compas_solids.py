@@ -71,6 +71,8 @@ def kind_of(value: Any) -> str:
 
 def name_of(value: Any) -> str | None:
     """The name that an object says of itself; None where it is that of its class."""
+    if not isinstance(value, dict):
+        return None
     data = unwrapped(value)
     inner = data if isinstance(data, dict) else {}
     attributes = inner.get("attributes")
