@@ -217,7 +217,16 @@ def within_faces(
         lean = np.nan_to_num(contacts.leaning, nan=0.0)[contacts.patch[system.used]]
         system = replace(system, mu=np.tan(np.maximum(np.arctan(system.mu) - lean, 0.0)))
         second = prove(model, settings, system, solved(model, settings, system, progress))
-    return second if second.verdict == "stable" else result
+    if second.verdict == "stable" or "friction cone" not in str(result.provenance["refused"]):
+        return second if second.verdict == "stable" else result
+    k = int(np.nanargmax(contacts.leaning))
+    a, b = (model.assembly.blocks[int(side[k])].id for side in (contacts.a, contacts.b))
+    said = (
+        "Forces balance every load within friction of the contacts' planes, but none were found within friction of the"
+        f" faces too, which lean from these planes by up to {np.degrees(contacts.leaning[k]):.2g} degrees ('{a}' and"
+        f" '{b}'). Flatter faces or more friction may decide it."
+    )
+    return replace(result, reason=said)
 
 
 def _narrowed(
