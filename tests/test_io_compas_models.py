@@ -115,7 +115,7 @@ def test_law_of_placement(tmp_path_factory, matrix):
     move = Transformation(rows.tolist())
     file = tmp_path_factory.mktemp("law") / "a.json"
     file.write_text(json_dumps(model([element("e", Box(1, 2, 3), move)])))
-    found, _ = read_model(file, "m")
+    found, _ = read_as_drawn(file, "m")
     expected = Mesh.from_shape(Box(1, 2, 3)).transformed(move).to_vertices_and_faces()[0]
     np.testing.assert_allclose(found.blocks[0].vertices, expected, atol=1e-12)
     assert found.mass.volume[0] == pytest.approx(6 * abs(np.linalg.det(rows[:3, :3])))

@@ -94,6 +94,20 @@ def test_names_of_groups_and_of_inserted_blocks():
     }
 
 
+def test_inserts_that_touch_are_told_apart_whichever_way_their_faces_wind():
+    """Faces round an edge that stones share are paired by how they wind, which draughtsmen do not heed."""
+    made = drawing()
+    block = made.blocks.new("stone")
+    for k, face in enumerate(FACES):
+        block.add_3dface(CUBE[list(face if k % 2 else face[::-1])].tolist())
+    for x in range(3):
+        made.modelspace().add_blockref("stone", (x, 0, 0))
+    found, _ = read(made)
+    assert [b.id for b in found.blocks] == ["stone", "stone-2", "stone-3"]
+    assert mesh_faults(found.mesh) == []
+    np.testing.assert_allclose(found.mass.volume, 1.0)
+
+
 @settings(max_examples=examples(40))
 @given(
     angle=st.floats(-180, 180),

@@ -32,6 +32,7 @@ EXTRAS = {
     "cluster": (("distributed", "distributed"),),
     "rhino": (("rhino3dm", "rhino3dm"), ("starlette", "starlette"), ("uvicorn", "uvicorn")),
     "ifc": (("ifcopenshell", "ifcopenshell"),),
+    "dxf": (("ezdxf", "ezdxf"),),
     "plot": (("matplotlib", "matplotlib"),),
     "peer": (("compas-cra", "compas_cra"),),
 }
@@ -41,6 +42,7 @@ FOR_WHAT = {
     "cluster": "match on a dask cluster",
     "rhino": "Rhino files, Grasshopper",
     "ifc": "IFC files",
+    "dxf": "DXF files",
     "plot": "plots",
     "peer": "comparison with compas_cra",
 }
