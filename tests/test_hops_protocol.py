@@ -21,7 +21,7 @@ from cyclopean.service.solving import solved
 
 rhino3dm = pytest.importorskip("rhino3dm", reason="the extra rhino is not installed")
 
-from cyclopean.io.bodies import face_triangles  # noqa: E402
+from cyclopean.geometry.polyhedra import face_triangles  # noqa: E402
 from cyclopean.io.rhino_json import (  # noqa: E402
     RHINO_UNITS,
     mesh_body,
