@@ -27,7 +27,9 @@ from cyclopean.assembly import (
     meant,
     mended,
     paired_friction,
+    refuse_stones_in_stones,
     resolved_loads,
+    slips,
     supports,
 )
 from cyclopean.errors import InputError
@@ -123,7 +125,16 @@ def prepare(
     contacts, narrow = bearing(assembly, contacts, tolerance)
     clock["contacts"] = time.perf_counter()
     contacts, unsaid = paired_friction(assembly, contacts)
-    warnings = (*warnings, *_detached(assembly), *narrow, *unsaid, *_idle_options(assembly, contacts, settings))
+    if assembly.contacts is None:
+        refuse_stones_in_stones(assembly, contacts)
+    warnings = (
+        *warnings,
+        *slips(assembly, contacts),
+        *_detached(assembly),
+        *narrow,
+        *unsaid,
+        *_idle_options(assembly, contacts, settings),
+    )
     assumed: dict[str, Any] = {}
     if np.isnan(contacts.mu).any() and settings.mu is None:
         assumed["mu"] = MU

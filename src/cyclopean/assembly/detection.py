@@ -102,7 +102,7 @@ def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Det
         *_listed([_lonely(names, mesh, near, i) for i in alone[: LISTED + 1]], len(alone), "blocks that touch nothing"),
         *([told] if told else []),
         *near.only(touched[near.a] & touched[near.b]).told(names),
-        *_listed([f"blocks '{names[i]}' and '{names[j]}' stand in the same place" for i, j in same], 0, "duplicates"),
+        *_twice([f"'{names[i]}' and '{names[j]}'" for i, j in same]),
         *_listed(_collisions(names, mesh, regions, apart, asked.gap, origin), 0, "pairs that run into each other"),
     )
     return Detection(contacts, alone, warnings, max(off, digits), near, told)
@@ -246,6 +246,14 @@ def _loose(
     said = np.array([i * n + j for i, j in same], np.int64)
     untold = ~np.isin(key, np.concatenate([said, np.minimum(near.a, near.b) * n + np.maximum(near.a, near.b)]))
     return pairs[0][untold], pairs[1][untold], np.isin(key[untold], contacts.a * n + contacts.b).astype(np.int64)
+
+
+def _twice(pairs: Sequence[str]) -> Sequence[str]:
+    """One line for all pairs that stand in the same place."""
+    if len(pairs) < 2:
+        return [f"blocks {pair} stand in the same place" for pair in pairs]
+    more = f" and {len(pairs) - LISTED} more pairs" if len(pairs) > LISTED else ""
+    return [f"blocks {', '.join(pairs[:LISTED])}{more} stand in the same place: is the model in the file twice?"]
 
 
 def _listed(lines: Sequence[str], count: int, what: str) -> Sequence[str]:

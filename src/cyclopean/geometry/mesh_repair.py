@@ -24,10 +24,11 @@ from cyclopean.geometry.crossing import crossing
 from cyclopean.geometry.frames import solid_angles
 from cyclopean.geometry.mending import Done, Reach, Work, place_text, sewn, shaped
 from cyclopean.geometry.polyhedra import Polyhedra, bodies_of, face_triangles, mass_properties, pack, unpacked
+from cyclopean.geometry.shells import convex
 from cyclopean.geometry.sides import parted
 from cyclopean.geometry.sides import pieces as pieces_of
 
-__all__ = ["Piece", "Repair", "repair", "solid_angle"]
+__all__ = ["Piece", "Repair", "repair", "self_crossings", "solid_angle"]
 
 # A loose piece whose diagonal is below this share of the largest piece's is dust of the scan: 1/8000 of its volume.
 DUST = 0.05
@@ -139,6 +140,18 @@ def _star_shaped(vertices: Floats, triangles: Ints, centre: Floats) -> bool:
     six = np.einsum("ti,ti->t", p[:, 0], np.cross(p[:, 1], p[:, 2]))
     scale = float(np.abs(p).max()) ** 3
     return bool((six > 1e-12 * scale).all()) and abs(solid_angle(vertices, triangles, centre) - 1.0) < 1e-6
+
+
+def self_crossings(mesh: Polyhedra) -> list[tuple[int, Floats]]:
+    """Bodies that cross themselves, and where, (3,) in m; convex and star-shaped ones are passed over at once."""
+    centre = mass_properties(mesh).centroid
+    found = []
+    for body in np.flatnonzero(~convex(mesh)).tolist():
+        vertices, corners = _triangles(mesh, body)
+        if not _star_shaped(vertices, corners, centre[body]):
+            where = crossing(vertices, corners)
+            found += [] if where is None else [(body, where)]
+    return found
 
 
 def solid_angle(vertices: Floats, triangles: Ints, centre: Floats) -> float:

@@ -23,7 +23,7 @@ from cyclopean.geometry.frames import cross_2d, frames_from_normals, solid_angle
 from cyclopean.geometry.packed import components, following, offsets, ragged, ragged_batches
 from cyclopean.geometry.polyhedra import Polyhedra, bodies_of, face_normals, triangles
 
-__all__ = ["Nesting", "detached_pieces", "nested", "solid_faults"]
+__all__ = ["Nesting", "convex", "detached_pieces", "nested", "solid_faults"]
 
 ROUNDING = 1e-9  # of a body's size: lengths below it are rounding
 SAMPLES = 8  # places of a shell that are looked up in the others of its body
@@ -37,7 +37,7 @@ def solid_faults(mesh: Polyhedra, closed: Bools) -> list[tuple[int, str]]:
     outside of all that is solid. No two faces may lie on each other, back to back or facing the same way. Surfaces that
     cross each other elsewhere are not looked for (see `crossing`).
     """
-    bodies = np.flatnonzero(closed & ~_convex(mesh))
+    bodies = np.flatnonzero(closed & ~convex(mesh))
     if not len(bodies):
         return []
     part = _of_own_size(mesh, bodies)
@@ -50,7 +50,7 @@ def detached_pieces(mesh: Polyhedra) -> Ints:
     """(n,) number of outer shells of each body: what is of several pieces moves as one all the same."""
     faces = np.diff(mesh.face_start) > 0
     pieces = faces.astype(np.int64)
-    bodies = np.flatnonzero(faces & ~_convex(mesh))
+    bodies = np.flatnonzero(faces & ~convex(mesh))
     if len(bodies):
         shells = _Shells.of(_of_own_size(mesh, bodies))
         pieces[bodies] = np.bincount(shells.body[shells.volume > 0.0], minlength=len(bodies))
@@ -82,7 +82,7 @@ def nested(mesh: Polyhedra) -> Nesting:
     return Nesting(shells.label, shells.body, shells.volume * size**3, depth)
 
 
-def _convex(mesh: Polyhedra) -> Bools:
+def convex(mesh: Polyhedra) -> Bools:
     """(n,) whether a body is convex: at each edge, and with V - E + F = 2 (see `penetration.convex_bodies`)."""
     n = len(mesh)
     if not len(mesh.corner):

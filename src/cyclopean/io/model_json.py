@@ -36,7 +36,7 @@ from cyclopean.io.fields import (
     text,
     vector,
 )
-from cyclopean.io.units import check_units, metres
+from cyclopean.io.units import ASSUMED, check_units, metres
 
 __all__ = ["SCHEMA", "model_dict", "read_document"]
 
@@ -91,7 +91,7 @@ def read_document(path: str, stem: str, data: dict[str, Any], units: str | None)
         units = given
     elif units is None:
         units = "m"
-        warnings.append(f'{path}: says no "units"; metres assumed')
+        warnings.append(f'{path}: says no "units"; {ASSUMED}')
     name = optional(data.get("name"), f"{path}: name", text) or stem
     if "blocks" not in data:
         raise InputError(f'{path}: has no "blocks"')

@@ -5,6 +5,8 @@ from collections.abc import Iterable
 from pathlib import PurePath
 from typing import Any
 
+import numpy as np
+
 from cyclopean.assembly import Assembly, Contacts, MendedAssembly, mended
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import assembly_of
@@ -13,9 +15,12 @@ from cyclopean.io.fields import label, parsed
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes, write_bytes, write_json
 from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
-from cyclopean.io.units import check_units
+from cyclopean.io.units import ASSUMED, LONG, check_units, likely_unit
 
 __all__ = ["file_format", "read_as_drawn", "read_json", "read_mended", "read_model", "write_mesh", "write_model"]
+
+
+SIZES = 0.01, 100.0  # m: across; half of the blocks outside them is a slip of units
 
 
 def read_model(path: PathLike, units: str | None = None, strict: bool = False) -> tuple[Assembly, tuple[str, ...]]:
@@ -56,7 +61,18 @@ def read_mended(
         found = mended(assembly)
     except InputError as error:
         raise InputError(f"{shown}: {error}") from None
-    return found.refused(shown) if strict else found, warnings
+    sizes = _suspicion(found.assembly, any(ASSUMED in line for line in warnings))
+    return found.refused(shown) if strict else found, (*warnings, *(f"{shown}: {line}" for line in sizes))
+
+
+def _suspicion(assembly: Assembly, unsaid: bool) -> tuple[str, ...]:
+    """Name the unit that would make stones of what is too large or too small for stones."""
+    size = float(np.median(assembly.mesh.diagonal)) if len(assembly) else 0.0
+    if not size > 0.0 or SIZES[0] <= size <= SIZES[1]:
+        return ()
+    best = likely_unit(size, "m", SIZES) if unsaid else None
+    guess = "check the units" if best is None else f"are these {LONG[best]}? (`units` {best})"
+    return (f"half of the blocks are {'less' if size < SIZES[0] else 'more'} than {size:.3g} m across: {guess}",)
 
 
 def read_as_drawn(path: PathLike, units: str | None = None) -> tuple[Assembly, tuple[str, ...]]:
@@ -139,7 +155,7 @@ def read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[As
 
 
 def _assumed(shown: str, units: str | None) -> tuple[str, ...]:
-    return () if units is not None else (f"{shown}: does not say its units; metres assumed (`units`)",)
+    return () if units is not None else (f"{shown}: does not say its units; {ASSUMED} (`units`)",)
 
 
 def _listed(suffixes: Iterable[str]) -> str:

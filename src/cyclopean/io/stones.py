@@ -26,13 +26,11 @@ from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
 from cyclopean.io.models import read_as_drawn, write_mesh
 from cyclopean.io.obj import obj_text
 from cyclopean.io.stone_cache import Reading, cache_folder, pack_path, read_pack, write_pack
-from cyclopean.io.units import UNITS, check_units, metres
+from cyclopean.io.units import ASSUMED, LONG, check_units, likely_unit, metres
 
 __all__ = ["inventory_dict", "read_stones", "write_stones"]
 
 SIZES = 0.02, 5.0  # m: diameters of pebbles and of megaliths; half of an inventory outside them is a slip of units
-USUAL = 0.4  # m: what two people lift; of the units that would explain a slip, the one that comes nearest is named
-_LONG = {"m": "metres", "cm": "centimetres", "mm": "millimetres"}  # inches are told from centimetres by nobody
 _UNSHARED = (".glb", ".stl")  # formats whose faces do not share vertices: welding is no repair there
 
 
@@ -91,7 +89,7 @@ def _unsaid(path: PathLike, files: Sequence[Path], units: str | None) -> tuple[s
     if units is not None or all(file.suffix.lower() == ".glb" for file in files):  # glTF is in metres
         return ()
     said = "does not say its units" if len(files) == 1 else "no file says its units"
-    return (f"{one_line(path)}: {said}; metres assumed (`units`)",)
+    return (f"{one_line(path)}: {said}; {ASSUMED} (`units`)",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -332,15 +330,12 @@ def _suspicion(inventory: Inventory, units: str) -> tuple[str, ...]:
     size = float(np.median([size_of(stone) for stone in inventory.stones]))
     if SIZES[0] <= size <= SIZES[1]:
         return ()
-    times, over = UNITS[units]
-    scaled = {name: size * over / times * UNITS[name][0] / UNITS[name][1] for name in _LONG}
-    likely = {name: value for name, value in scaled.items() if SIZES[0] <= value <= SIZES[1]}
     over_or_under = "less" if size < SIZES[0] else "more"
     said = f"{inventory.source}: half of the stones are {over_or_under} than {size:.3g} m across"
-    if not likely:
+    best = likely_unit(size, units, SIZES)
+    if best is None:
         return (f"{said}, which no stone is; check the units (`units`)",)
-    best = min(likely, key=lambda name: abs(np.log(likely[name] / USUAL)))
-    return (f"{said}; the lengths look as if in {_LONG[best]}: `units` {best}",)
+    return (f"{said}; the lengths look as if in {LONG[best]}: `units` {best}",)
 
 
 def inventory_dict(inventory: Inventory, warnings: Sequence[str] = (), every: bool = True) -> dict[str, Any]:
