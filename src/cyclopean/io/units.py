@@ -6,16 +6,11 @@ from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
 from cyclopean.io.files import one_line
 
-<<<<<<< HEAD
-__all__ = ["UNITS", "Units", "check_units", "metres", "stated_units"]
-=======
-__all__ = ["ASSUMED", "UNITS", "Units", "check_units", "likely_unit", "metres"]
+__all__ = ["ASSUMED", "UNITS", "Units", "check_units", "likely_unit", "metres", "stated_units"]
 
 ASSUMED = "metres assumed"  # how warnings say it
 USUAL = 0.4  # m: what two people lift; of the units that would explain a slip, the one that comes nearest is named
 LONG = {"m": "metres", "cm": "centimetres", "mm": "millimetres"}  # inches are told from centimetres by nobody
-
->>>>>>> 84c407d (Slips of a drawing are told: units no stone has, two units in one file, a model twice, stones in stones, crossed surfaces)
 
 Units = tuple[int, int]  # metres = value * first / second: whole numbers, so that 300 mm is 0.3 m to the last digit
 UNITS: dict[str, Units] = {"m": (1, 1), "cm": (1, 100), "mm": (1, 1000), "in": (127, 5000), "ft": (381, 1250)}
@@ -34,7 +29,6 @@ def check_units(units: str, where: str) -> str:
     return units
 
 
-<<<<<<< HEAD
 def stated_units(path: str, said: str, units: str | None) -> tuple[str, list[str]]:
     """Unit of a file that says `said` ("" = nothing), and `units` where the user says it; what was assumed.
 
@@ -52,7 +46,8 @@ def stated_units(path: str, said: str, units: str | None) -> tuple[str, list[str
     if said:
         raise InputError(f"{path}: its unit is {said}; set it to metres, centimetres, millimetres, inches or feet")
     return units or "m", [] if units else [f"{path}: does not say its units; {ASSUMED} (`units`)"]
-=======
+
+
 def likely_unit(size: float, units: str, sizes: tuple[float, float]) -> str | None:
     """The unit in which a size (m, of what was read in `units`) would be among `sizes`, as that of stones is.
 
@@ -65,7 +60,6 @@ def likely_unit(size: float, units: str, sizes: tuple[float, float]) -> str | No
     scaled = {name: size * over / times * UNITS[name][0] / UNITS[name][1] for name in LONG}
     likely = [name for name, value in scaled.items() if sizes[0] <= value <= sizes[1]]
     return min(likely, key=lambda name: abs(math.log(scaled[name] / USUAL)), default=None)
->>>>>>> 84c407d (Slips of a drawing are told: units no stone has, two units in one file, a model twice, stones in stones, crossed surfaces)
 
 
 def metres(values: Floats, units: str | Units) -> Floats:
