@@ -27,7 +27,6 @@ from cyclopean.assembly import (
     meant,
     mended,
     paired_friction,
-    refuse_stones_in_stones,
     resolved_loads,
     slips,
     supports,
@@ -103,12 +102,7 @@ def prepare(
     settings, clock = Settings() if settings is None else settings, {} if clock is None else clock
     if not len(assembly):
         raise InputError("the model has no blocks")
-    faults = mesh_faults(assembly.mesh)
-    if faults:
-        more = f" (and {len(faults) - 1} more blocks with faults)" if len(faults) > 1 else ""
-        name = assembly.blocks[faults[0][0]].id
-        said = dict(mended(assembly).faults).get(name, f"{faults[0][1]}; mend its mesh")
-        raise InputError(f"block '{name}' {said}{more}")
+    _refuse_faults(assembly)
     fixed, rule = supports(assembly, settings.supports)
     density = DENSITY if settings.density is None else settings.density
     chosen = loading(assembly, settings.combination, settings.factors)
@@ -125,8 +119,6 @@ def prepare(
     contacts, narrow = bearing(assembly, contacts, tolerance)
     clock["contacts"] = time.perf_counter()
     contacts, unsaid = paired_friction(assembly, contacts)
-    if assembly.contacts is None:
-        refuse_stones_in_stones(assembly, contacts)
     warnings = (
         *warnings,
         *slips(assembly, contacts),
@@ -201,6 +193,15 @@ def joined(assembly: Assembly, settings: Settings, fixed: Bools) -> tuple[Detect
             break
         forgiven, found = wider, detect(assembly, wider)
     return found, forgiven
+
+
+def _refuse_faults(assembly: Assembly) -> None:
+    faults = mesh_faults(assembly.mesh)
+    if faults:
+        more = f" (and {len(faults) - 1} more blocks with faults)" if len(faults) > 1 else ""
+        name = assembly.blocks[faults[0][0]].id
+        said = dict(mended(assembly).faults).get(name, f"{faults[0][1]}; mend its mesh")
+        raise InputError(f"block '{name}' {said}{more}")
 
 
 def _detached(assembly: Assembly) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from cyclopean.assembly.near_misses import Forgiven, NearMisses, grounded, meant
 from cyclopean.assembly.parts import part
 from cyclopean.assembly.patches import Patch, rough_contacts
 from cyclopean.assembly.precision import length_tolerance
-from cyclopean.assembly.slips import refuse_stones_in_stones, slips
+from cyclopean.assembly.slips import slips
 from cyclopean.assembly.survey import Survey, Volumes, survey
 
 __all__ = [
@@ -58,7 +58,6 @@ __all__ = [
     "mended",
     "paired_friction",
     "part",
-    "refuse_stones_in_stones",
     "resolved_loads",
     "rough_contacts",
     "slips",

@@ -14,7 +14,7 @@ from cyclopean.geometry.mending import place_text
 from cyclopean.geometry.mesh_repair import self_crossings
 from cyclopean.geometry.polyhedra import bodies_of, triangles
 
-__all__ = ["refuse_stones_in_stones", "slips"]
+__all__ = ["slips"]
 
 FACTORS = (25.4, 100.0, 304.8, 1000.0)  # between inches, feet, centimetres or metres and millimetres or metres
 NEAR_FACTOR = 1.5  # times that sizes may be off such a factor: stones are not all alike
@@ -23,7 +23,15 @@ SAMPLES = 8  # corners of a block that are looked up in another
 
 
 def slips(assembly: Assembly, contacts: Contacts) -> tuple[str, ...]:
-    """Warnings, one line for each kind of slip."""
+    """Warnings, one line for each kind of slip.
+
+    Raises
+    ------
+    InputError
+        A block lies wholly inside another and touches it nowhere, where the model does not give its contacts itself.
+    """
+    if assembly.contacts is None:
+        _refuse_stones_in_stones(assembly, contacts)
     return (*_two_units(assembly, contacts), *_crossed(assembly))
 
 
@@ -63,14 +71,7 @@ def _crossed(assembly: Assembly) -> Sequence[str]:
     )
 
 
-def refuse_stones_in_stones(assembly: Assembly, contacts: Contacts) -> None:
-    """Refuse blocks that lie wholly inside another and touch it nowhere.
-
-    Raises
-    ------
-    InputError
-        There is one; it names both, and the place in m.
-    """
+def _refuse_stones_in_stones(assembly: Assembly, contacts: Contacts) -> None:
     low, high = assembly.mesh.boxes()
     a, b = box_pairs(low, high, 0.0)
     i, j = np.concatenate([a, b]), np.concatenate([b, a])
