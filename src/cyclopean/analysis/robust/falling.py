@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from cyclopean.analysis.equilibrium.components import connected
 from cyclopean.analysis.equilibrium.reference import solve_program
 from cyclopean.analysis.preparation import PreparedModel
-from cyclopean.analysis.robust.family import Family, swelling
+from cyclopean.analysis.robust.family import Family, swelling, warps
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Contacts
 from cyclopean.solvers import Cone, ConicProgram
@@ -161,7 +161,8 @@ def _opening(model: PreparedModel, group: _Bodies, family: Family) -> tuple[list
     if not (contacts.mu[known] * lean < 1.0).all():
         return None
     mu = (contacts.mu[known] + lean) / (1.0 - contacts.mu[known] * lean)
-    far = np.concatenate([np.zeros(0), *(_far(contacts, int(k), family.length) for k in known)])
+    warp = warps(contacts)
+    far = np.concatenate([np.zeros(0), *(_far(contacts, int(k), family.length, float(warp[k])) for k in known)])
     hull = np.flatnonzero(far > 0.0)
     corner, joint, far = corner[hull], joint[hull], far[hull] / system.length_unit
     count, g = len(known), group.matrix.shape[1]
@@ -183,7 +184,7 @@ def _opening(model: PreparedModel, group: _Bodies, family: Family) -> tuple[list
     return [cones, spins], count, (("second-order", 3, len(corner)), ("second-order", 4, count))
 
 
-def _far(contacts: Contacts, k: int, length: float) -> Floats:
+def _far(contacts: Contacts, k: int, length: float, warp: float) -> Floats:
     """(p,) m: how far each corner of a contact may get, 0 for those that are no corners of its convex outline."""
     import shapely
 
@@ -192,7 +193,8 @@ def _far(contacts: Contacts, k: int, length: float) -> Floats:
     outline = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(flat)))[:-1]
     back, on = np.roll(outline, 1, 0) - outline, np.roll(outline, -1, 0) - outline
     cosine = np.einsum("ij,ij->i", back, on) / (np.linalg.norm(back, axis=1) * np.linalg.norm(on, axis=1))
-    reach = {tuple(x): length * np.sqrt(1.0 + 2.0 / max(1.0 - c, 1e-12)) for x, c in zip(outline, cosine, strict=True)}
+    aside = length * np.sqrt(2.0 / np.maximum(1.0 - cosine, 1e-12))
+    reach = dict(zip(map(tuple, outline), np.hypot(aside, length + warp).tolist(), strict=True))
     return np.array([reach.get(tuple(x), 0.0) for x in flat])
 
 

@@ -15,7 +15,7 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.geometry import triangles
 
-__all__ = ["Family", "swelling"]
+__all__ = ["Family", "swelling", "warps"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +48,17 @@ class Family:
     def entry(self) -> dict[str, float]:
         """As it stands in a certificate."""
         return {"length": self.length} | ({} if self.slope is None else {"slope": self.slope})
+
+
+def warps(contacts: Contacts) -> Floats:
+    """(c,) m: how far corners of contacts are off the plane through their mean at most."""
+    if not len(contacts):
+        return np.zeros(0)
+    patch, count = contacts.patch, np.diff(contacts.start)
+    local = contacts.point - contacts.point[contacts.start[:-1]][patch]
+    rise = np.einsum("pi,pi->p", local, contacts.frame[patch, 0])
+    mean = np.add.reduceat(rise, contacts.start[:-1]) / count
+    return np.asarray(np.maximum.reduceat(np.abs(rise - mean[patch]), contacts.start[:-1]))
 
 
 def swelling(assembly: Assembly, length: float) -> tuple[Floats, Floats]:

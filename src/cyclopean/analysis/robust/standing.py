@@ -23,7 +23,7 @@ from cyclopean.analysis.equilibrium.reference import solve_program
 from cyclopean.analysis.equilibrium.slack import forest
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.proving import polished
-from cyclopean.analysis.robust.family import Family, swelling
+from cyclopean.analysis.robust.family import Family, swelling, warps
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import worn
 from cyclopean.solvers import Cone, ConicProgram
@@ -38,7 +38,7 @@ FLOOR = 1e-3  # of the lighter block's weight, spread over the points, which eve
 SMALL = 1e-6  # price of forces beside that of room: it keeps those bounded that nothing else bounds
 THIN = 1e-12  # of a contact's spread, below which its points are in a line
 TINY = 1e-300  # what is divided by instead of zero
-INSET = 1e-9  # by which points are further inside than L, so that rounding cannot bring them out
+INSET = 1e-6  # by which points are further inside than L: rounding, and corners that are two, must not bring them out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +47,7 @@ class _Case:
 
     model: PreparedModel
     system: EquilibriumSystem
+    off: Floats  # (j,) m: how far points may be off the planes of contacts
     family: Family
     origin: Ints  # (c,) contact of the whole model that each one of these is a part of
     joint: Ints  # (q,) number of it among those that bear
@@ -91,6 +92,8 @@ def standing(model: PreparedModel, family: Family) -> tuple[dict[str, Any] | Non
     share : float
         Of the room of some contact, in the best forces found; infinite where there are none.
     """
+    if model.fixed.all():
+        return {"within": family.entry(), "points": [], "forces": [], "ways": {}}, 0.0
     case = _case(model, family)
     if case is None:
         return None, np.inf
@@ -121,9 +124,9 @@ def _case(model: PreparedModel, family: Family) -> _Case | None:
     bears = np.flatnonzero((left > 0.0) & ~(model.fixed[contacts.a] & model.fixed[contacts.b]))
     if not len(bears):
         return None
-    far = float(np.max(np.abs(contacts.point)))
-    depth = family.length * (1.0 + INSET) + 16.0 * np.spacing(far)
-    drawn, part = worn(replace(contacts, mu=left.clip(0.0)).only(bears), np.full(len(bears), depth))
+    rounding, warp = 16.0 * np.spacing(float(np.max(np.abs(contacts.point)))), warps(contacts)
+    depth = np.hypot(family.length, 2.0 * warp[bears]) * (1.0 + INSET) + rounding
+    drawn, part = worn(replace(contacts, mu=left.clip(0.0)).only(bears), depth)
     small = replace(model, contacts=drawn)
     system, origin = small.system(), bears[part]
     if len(np.setdiff1d(np.arange(system.blocks), (system.row_a, system.row_b))):
@@ -140,6 +143,7 @@ def _case(model: PreparedModel, family: Family) -> _Case | None:
     return _Case(
         small,
         system,
+        family.length + 2.0 * warp[known],
         family,
         origin,
         joint,
@@ -202,7 +206,7 @@ def _pressures(case: _Case, state: Polished) -> _Pressures:
     uu, uv, vv = (summed(share * one * two) for one, two in ((u, u), (u, v), (v, v)))
     spread, area = uu + vv, uu * vv - uv**2
     tilt = np.hypot(vv[joint] * u - uv[joint] * v, uu[joint] * v - uv[joint] * u)
-    off = case.family.length * summed(across)
+    off = case.off * summed(across)
     twist = case.push + np.linalg.norm(state.residual[:, 3:], axis=1)
     for end in case.ends.T:
         np.add.at(twist, end[end >= 0], off[end >= 0])
@@ -233,7 +237,7 @@ def _need(case: _Case, state: Polished) -> _Need:
     start = np.searchsorted(joint, np.arange(len(ends) + 1))
     for j, (along, across, turn, twist) in _passed(case, at, down).items():
         k = slice(int(start[j]), int(start[j + 1]))
-        t = turn + case.family.length * (across + twist / np.sqrt(at.spread[j]))
+        t = turn + case.off[j] * (across + twist / np.sqrt(at.spread[j]))
         more = mu[k] * (along + at.lever[k] * t) + across + at.arm[k] * twist / at.spread[j]
         room = at.whole[j] * (mu[k] - at.steep[k])
         used = np.where(at.press[k] > 0.0, more, 0.0) / np.maximum(room, TINY)
