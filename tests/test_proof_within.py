@@ -125,6 +125,58 @@ def test_a_load_moves_by_the_length():
     )
 
 
+def test_what_is_left_is_passed_on_by_hand():
+    """Forces too large by e W: wn = wt = e, and t = tn = e / 2 by the arm of half a metre. L is next to nothing."""
+    e, tiny, mu = 1e-6, 1e-12, 0.5
+    used = verify(state(tiny, 0.0, a=0.5 - 2 * tiny, forces=[[0, 0, (1 + e) * W / 4]] * 4)).figures["room_used"]
+    lever, torsion = 4 * math.sqrt(0.5), math.sqrt(0.5) / 0.5
+    assert used == pytest.approx(e * (1 + lever / 2 + (1 + torsion / 2) / mu), rel=1e-4)
+    tilted = [[0, 0, (1 + s * e) * W / 4] for s in (-1, 1, 1, -1)]  # nothing but a moment is left, of e W / 2
+    used = verify(state(tiny, 0.0, a=0.5 - 2 * tiny, forces=tilted)).figures["room_used"]
+    assert used == pytest.approx(e / 2 * (lever + torsion / mu), rel=1e-4)
+
+
+def test_a_cube_that_slides_by_hand():
+    """(1, 0, rise) on a slope of 1: no force resists while rise >= tan(atan mu + theta); lost is 6 L of |g.v|."""
+    mu, slope, gravity = 0.4, 0.1, (G, 0, -G)
+    least = (mu + slope) / (1 - mu * slope)
+
+    def at(rise, length=1e-6):
+        base = contact("ground", "cube", level(-0.5, -0.5, 0.5, 0.5), mu)
+        within, moved = {"length": length, "slope": slope}, {"cube": [1, 0, rise, 0, 0, 0]}
+        return _certificate(
+            "rbe-mechanism-within", [GROUND, CUBE], [base], gravity, (), 1e-6, within=within, motions=moved
+        )
+
+    assert verify(at(1.0001 * least)).figures["power_used"] == pytest.approx(6e-6, rel=1e-2)
+    refused(at(0.9999 * least), "does not open enough")
+
+
+def test_a_contact_that_is_not_flat_opens_by_more():
+    """Corners z above and below the plane: e^2 = 2 L^2 + (L + z)^2, and at the edge z of sliding for 1 of spin."""
+    z, length, mu = 1e-4, 1e-5, 0.5
+    reach, sides = -0.125, ((-0.5, -0.5, 1), (-0.125, -0.5, -1), (-0.125, 0.5, 1), (-0.5, 0.5, -1))
+    least = mu * z + math.sqrt(1 + mu * mu) * math.sqrt(2 * length**2 + (length + z) ** 2)
+
+    def at(lift):
+        made = motion(length, lift, mu=mu, slope=0.0)
+        polygon = [[x, y, side * z] for x, y, side in sides]
+        return sealed({**made, "tolerance": 1e-3, "contacts": [{**made["contacts"][0], "polygon": polygon}]})
+
+    assert reach == sides[1][0]
+    assert verify(at(1.001 * least)).proved
+    refused(at(0.999 * least), "does not open enough")
+
+
+def test_a_load_does_less_work_by_hand():
+    """Of a load F at its point: L |F x w|, here W L of the power W / 4 of weight and load, both 1/8 from the edge."""
+    length = 1e-6
+    load = {"block": "cube", "force": [0, 0, -W], "point": [0, 0, 0.5]}
+    made = motion(length, 3 * length, slope=0.0)
+    alone, both = (verify(x).figures["power_used"] for x in (made, sealed({**made, "loads": [load]})))
+    assert both == pytest.approx((alone * 1 / 8 + length) * 4, rel=1e-2)
+
+
 # --- forgeries -------------------------------------------------------------------------------------------------------
 
 

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import cyclopean
-from cyclopean.analysis import Settings
+from cyclopean.analysis import Settings, prepare
+from cyclopean.analysis.certificates import certify
 from cyclopean.analysis.checking import decide
 from cyclopean.analysis.equilibrium.deciding import decide_rigid
 from cyclopean.analysis.robust.family import Family, swelling
 from cyclopean.analysis.robust.search import certain_length
+from cyclopean.analysis.robust.standing import standing
 from cyclopean.analysis.verdict import Within, millimetres
 from cyclopean.cli import main
 from cyclopean.errors import InputError
@@ -58,6 +60,23 @@ def test_drawings_far_beyond_it_do(lengths):
 
 def test_nearly_all_hold_for_some_length(lengths):
     assert np.mean([length > 0.0 for _, word, length, _ in lengths if word != "undecided"]) > 0.9
+
+
+def test_the_checker_needs_what_the_solver_says():
+    """Both compute by themselves how much of the room of a contact is needed; gravity from any side."""
+    told = 0
+    for seed in range(cases("CYCLOPEAN_WITHIN", 32)):
+        rng = np.random.default_rng((9, seed))
+        model = prepare(
+            any_model(rng), Settings(method="rbe", tilt=(float(rng.uniform(0, 9)), float(rng.uniform(0, 360))))
+        )
+        proof, share = standing(model, Family(1e-4, None if rng.random() < 0.5 else 0.1))
+        if proof is not None:
+            report = verify(certify(model, model.system(), "rbe-state-within", proof))
+            assert report.proved, report.reason
+            assert report.figures["room_used"] == pytest.approx(share, rel=1e-5)
+            told += 1
+    assert told
 
 
 def test_swelling_bounds_what_vertices_that_move_do():
