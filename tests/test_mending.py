@@ -88,6 +88,25 @@ def test_what_was_spoilt_is_what_it_was(seed):
     assert mended(found.assembly).assembly is found.assembly
 
 
+@settings(max_examples=examples(120), deadline=None)
+@given(seed=SEEDS)
+def test_whatever_comes_is_a_solid_or_left_and_named(seed):
+    """Faces at random, or a solid of which some were lost and the rest shaken: nothing is half mended."""
+    draw = np.random.default_rng(seed)
+    if seed % 3:
+        vertices, faces = spoilt(solid(draw), draw)
+        faces = [face for face in faces if draw.random() > 0.12]
+        vertices = vertices + draw.normal(scale=1e-5, size=vertices.shape) * (seed % 2)
+    else:
+        vertices = draw.choice([0.0, 0.5, 1.0], size=(draw.integers(3, 9), 3))
+        size = [draw.integers(3, min(5, len(vertices)) + 1) for _ in range(draw.integers(9))]
+        faces = [tuple(draw.choice(len(vertices), k, replace=False).tolist()) for k in size]
+    drawn = blocks((vertices, faces))
+    found = mended(drawn)
+    assert [name for name, _ in found.faults] == ["b0"] * len(mesh_faults(found.assembly.mesh))
+    assert not found.faults or found.assembly is drawn
+
+
 @settings(max_examples=examples(8), deadline=None)
 @given(seed=SEEDS)
 def test_the_verdict_is_that_of_what_was_drawn(seed):

@@ -195,7 +195,7 @@ def _once(before: Mended, reach: Reach) -> Mended:
     """Mend what has a fault, from what it came as; all bodies in their order, what could not be mended as it came."""
     bad = np.array([body for body, _ in before.fault])
     work = shaped(sewn(Work.of(bodies_of(before.mesh, bad)), reach), reach)
-    still = dict(mesh_faults(work.mesh))
+    still = _pinched(work.mesh) | dict(mesh_faults(work.mesh))
     fault = {int(bad[k]): work.fault.get(k) or _where(work, k, still[k]) for k in sorted({*still, *work.fault})}
     row = np.arange(len(before.mesh))
     fresh = np.flatnonzero(~np.isin(bad, list(fault)))
@@ -208,6 +208,14 @@ def _once(before: Mended, reach: Reach) -> Mended:
     origin = np.concatenate([before.origin, work.origin])[face]
     turned = np.concatenate([before.turned, work.turned])[face]
     return Mended(bodies_of(both, row), tuple(done), tuple(fault.items()), origin, turned)
+
+
+def _pinched(mesh: Polyhedra) -> dict[int, str]:
+    """Bodies with a face that comes to one vertex twice: no polygon."""
+    face = mesh.corner_face
+    key, count = np.unique(face * max(len(mesh.vertex), 1) + mesh.corner, return_counts=True)
+    twice = mesh.face_body[key[count > 1] // max(len(mesh.vertex), 1)]
+    return dict.fromkeys(np.unique(twice).tolist(), "has a face that comes to one vertex twice")
 
 
 def _where(work: Work, body: int, said: str) -> str:
@@ -462,7 +470,7 @@ class _Hole:
         area = float(np.linalg.norm(normal)) / 2.0
         off = float(np.abs((point - middle) @ unit(normal)).max())
         kind = "tiny" if length <= reach.hole * diagonal else ""
-        if not kind and reach.lids and off <= FLAT * diagonal and triangulated(point) is not None:
+        if not kind and len(ring) > 2 and reach.lids and off <= FLAT * diagonal and triangulated(point) is not None:
             kind = "flat"
         return cls(ring, kind if len(ring) > 2 else "", length, area, middle)
 
@@ -508,7 +516,7 @@ def _outward(work: Work) -> Work:
     work.told("out", np.bincount(shell.body, out, n).astype(np.int64))
     lost = np.bincount(shell.body, inner * shell.volume, n)
     whole = mass_properties(work.mesh).volume - lost
-    size = {b: f"of {lost[b] / whole[b]:.2%} of its volume" for b in np.flatnonzero(lost).tolist()}
+    size = {b: f"of {lost[b] / max(whole[b], 1e-300):.2%} of its volume" for b in np.flatnonzero(lost).tolist()}
     return work.told("inner", np.bincount(shell.body, inner, n).astype(np.int64), size).kept(~inner[shell.label])
 
 

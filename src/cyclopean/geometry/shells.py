@@ -110,7 +110,8 @@ def _of_own_size(mesh: Polyhedra, bodies: Ints) -> Polyhedra:
     whose, place = part.face_body[part.corner_face], part.vertex[part.corner]
     np.minimum.at(low, whose, place)
     np.maximum.at(high, whose, place)
-    size = (high - low).max(axis=1)
+    size = np.where(np.diff(part.face_start) > 0, (high - low).max(axis=1), 0.0)
+    low[size == 0.0] = 0.0
     owner = part.vertex_body
     return replace(part, vertex=(part.vertex - low[owner]) / np.where(size > 0.0, size, 1.0)[owner][:, None])
 
