@@ -188,8 +188,8 @@ def test_obj_groups_share_vertices_and_keep_their_names():
 
 
 def test_units_of_a_mesh():
-    after, warnings = read_model(put("a.obj", OBJ), "mm")
-    assert after.mass.volume[0] == pytest.approx(1e-9)
+    after, warnings = read_model(put("a.obj", OBJ), "cm")
+    assert after.mass.volume[0] == pytest.approx(1e-6)
     assert warnings == ("a.obj: made 1 block, from the one named mesh",)
 
 
