@@ -12,6 +12,7 @@ from cyclopean.assembly.blocks import (
 from cyclopean.assembly.checking import bearing, bearing_cones, check_contacts
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.detection import Detection, detect
+from cyclopean.assembly.healing import Healing, heal
 from cyclopean.assembly.joint_wear import worn
 from cyclopean.assembly.loading import Loading, load_cases, loading, resolved_loads, surface_loads_at_points
 from cyclopean.assembly.loads import DEAD, SELF, BodyLoad, Combination, Load, SurfaceLoad
@@ -36,6 +37,7 @@ __all__ = [
     "Detection",
     "Forgiven",
     "FrictionPair",
+    "Healing",
     "Load",
     "Loading",
     "MendedAssembly",
@@ -50,6 +52,7 @@ __all__ = [
     "check_contacts",
     "detect",
     "grounded",
+    "heal",
     "held_directions",
     "length_tolerance",
     "load_cases",

@@ -2,10 +2,10 @@
 
 from cyclopean.geometry.arrangement import arrangement
 from cyclopean.geometry.boxes import box_pairs
-from cyclopean.geometry.coplanar import PlanarRegions, planar_regions
+from cyclopean.geometry.coplanar import PlanarRegions, flattened, planar_regions
 from cyclopean.geometry.frames import crossed, frames_from_normals, newell_normals, rotations
 from cyclopean.geometry.overlap import Overlaps, facing_regions, region_overlaps
-from cyclopean.geometry.packed import following, offsets, ragged, ragged_batches
+from cyclopean.geometry.packed import components, following, offsets, ragged, ragged_batches
 from cyclopean.geometry.penetration import convex_bodies, penetration_depths
 from cyclopean.geometry.polyhedra import (
     MassProperties,
@@ -29,6 +29,7 @@ __all__ = [
     "Subdivision",
     "arrangement",
     "box_pairs",
+    "components",
     "convex_bodies",
     "crossed",
     "detached_pieces",
@@ -36,6 +37,7 @@ __all__ = [
     "face_normals",
     "face_warp",
     "facing_regions",
+    "flattened",
     "following",
     "frames_from_normals",
     "mass_properties",

@@ -33,6 +33,7 @@ class PlanarRegions:
     corner_start: Ints  # (G + 1,)
     corner: Ints  # (K,) index into vertex
     across: Ints  # (K,) region beyond the edge from this corner to the next one; -1 = none
+    of_face: Ints  # (F,) region of each face of the mesh, as `flattened`
 
     def __len__(self) -> int:
         return len(self.body)
@@ -85,16 +86,17 @@ class _Faces:
         return cls(mesh, normal, unit(normal), _centres(mesh), twin_edges(mesh))
 
 
-def planar_regions(mesh: Polyhedra, tolerance: float | Floats) -> PlanarRegions:
+def planar_regions(mesh: Polyhedra, tolerance: float | Floats, bent: float | None = None) -> PlanarRegions:
     """Merge neighbouring faces of each body that lie in one plane within half the tolerance (m; or (n,), its own).
 
-    Faces that are not flat are fan-triangulated first, as for volumes. Two neighbours merge when the corners of the
-    smaller lie in the plane of the larger; a sliver, which has no plane worth the name, joins its largest neighbour.
-    A chain of merges that has crept out of its mean plane (a finely faceted curve) is undone face by face. Edges that
-    run inside a region vanish, also the seam of a face that is drawn round a hole.
+    Faces that are not flat, within half of `bent` (m) where that is given, are fan-triangulated first, as for
+    volumes. Two neighbours merge when the corners of the smaller lie in the plane of the larger; a sliver, which
+    has no plane worth the name, joins its largest neighbour. A chain of merges that has crept out of its mean plane
+    (a finely faceted curve) is undone face by face. Edges that run inside a region vanish, also the seam of a face
+    that is drawn round a hole.
     """
     own = np.broadcast_to(np.asarray(tolerance, float), len(mesh))
-    faces = _Faces.of(flattened(mesh, own)[0])
+    faces = _Faces.of(flattened(mesh, own if bent is None else bent)[0])
     label = _merged(faces, own[faces.mesh.face_body])
     body = np.zeros(label.max(initial=-1) + 1, np.int64)
     body[label] = faces.mesh.face_body
@@ -119,6 +121,7 @@ def planar_regions(mesh: Polyhedra, tolerance: float | Floats) -> PlanarRegions:
         corner_start=offsets(size[order]),
         corner=faces.mesh.corner[edges],
         across=across,
+        of_face=label,
     )
 
 
