@@ -86,9 +86,9 @@ def moved_into_planes(point: Floats, planes: Planes) -> tuple[Floats, Planes]:
         step = pattern.step(planes, weight, planes.off(point) - given, now)
         planes = planes.after(step)
         weight = pattern.weights(planes)
-        force = -np.bincount(pattern.one, weight * (planes.off(point) - given)[pattern.two], count)
+        force = np.negative(np.bincount(pattern.one, weight * (planes.off(point) - given)[pattern.two], count))
         now = point + _summed(planes.vertex, force[:, None] * planes.frame[planes.plane, 0], len(point))
-        furthest = float(np.abs(step).max())
+        furthest = max(float(np.abs(step).max()), float(np.abs(SOFT * force - given).max()))
         if furthest <= still or (k >= FEWEST and furthest > last / 2.0):
             break
         last = furthest

@@ -62,19 +62,19 @@ def heal(assembly: Assembly, length: float) -> Healing:
         replace(block, vertices=moved[i:j]) if (moved[i:j] != block.vertices).any() else block
         for block, i, j in zip(assembly.blocks, start[:-1], start[1:], strict=True)
     )
-    if all(new is old for new, old in zip(blocks, assembly.blocks, strict=True)):
-        none = np.zeros(len(blocks))
-        return Healing(assembly, none, none, attempt.matched, attempt.warnings)
-    healed = replace(assembly, blocks=blocks, contacts=None)
-    _refuse_damage(assembly, healed)
-    contacts, said = _contacts(assembly, healed)
-    return Healing(
-        replace(healed, contacts=contacts),
-        attempt.moved,
-        healed.mass.volume / assembly.mass.volume - 1.0,
-        attempt.matched,
-        (*attempt.warnings, *said),
-    )
+    healed = assembly
+    if any(new is not old for new, old in zip(blocks, assembly.blocks, strict=True)):
+        healed = replace(assembly, blocks=blocks, contacts=None)
+        _refuse_damage(assembly, healed)
+    found = detect(healed)
+    said = list(attempt.warnings)
+    if found.near is not None:  # strips beside an edge are not worth a word
+        said += found.near.only(found.near.width > length).told([block.id for block in blocks])
+    if healed is not assembly and assembly.contacts is not None:
+        contacts, told = _anew(assembly.contacts, found.contacts, len(blocks))
+        healed, said = replace(healed, contacts=contacts), [*said, told]
+    growth = healed.mass.volume / assembly.mass.volume - 1.0
+    return Healing(healed, attempt.moved, growth, attempt.matched, tuple(said))
 
 
 def _longest(assembly: Assembly, length: float) -> float:
@@ -178,14 +178,10 @@ def _refuse_damage(assembly: Assembly, healed: Assembly) -> None:
         raise InputError(f"block '{name}': healed, it {faults[0][1]}; choose a smaller length")
 
 
-def _contacts(assembly: Assembly, healed: Assembly) -> tuple[Contacts | None, tuple[str, ...]]:
-    """Contacts found anew where the model gave any, with what it said of their pairs of blocks; and what is told."""
-    given = assembly.contacts
-    if given is None:
-        return None, ()
+def _anew(given: Contacts, found: Contacts, count: int) -> tuple[Contacts | None, str]:
+    """Contacts found, with what the model said of their pairs of blocks, None where it said nothing; what is told."""
     if np.isnan([given.mu, given.strength_given]).all():
-        return None, ("the contacts of the model are dropped: they are found anew in what is healed",)
-    found, count = detect(healed).contacts, len(assembly)
+        return None, "the contacts of the model are dropped: they are found anew in what is healed"
     pair = np.minimum(found.a, found.b) * count + np.maximum(found.a, found.b)
     known = np.minimum(given.a, given.b) * count + np.maximum(given.a, given.b)
     key, place = np.unique(np.concatenate([known, pair]), return_inverse=True)
@@ -195,8 +191,8 @@ def _contacts(assembly: Assembly, healed: Assembly) -> tuple[Contacts | None, tu
         np.fmin.at(least, place[: len(known)], value)
         said.append(np.where(np.isfinite(least), least, np.nan)[place[len(known) :]])
     new = int(np.count_nonzero(~np.isin(pair, known)))
-    more = f"; {new} of pairs of blocks that had none say nothing of it" if new else ""
+    more = f"; {new} are of pairs of blocks of which nothing is said" if new else ""
     return replace(found, mu=said[0], tension=said[1]), (
         f"the {len(given)} contacts of the model are found anew, {len(found)} of them, with the least friction and"
-        f" tension of their pair of blocks{more}",
+        f" tension given for their pair of blocks{more}"
     )

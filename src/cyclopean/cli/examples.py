@@ -16,7 +16,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "info": ("cyclopean info arch.json", "cyclopean info scans --units mm --strict --json inventory.json"),
     "convert": (
         "cyclopean convert arch.json arch.3dm --result result.json",
-        "cyclopean convert stones.stl stones.json --units mm",
+        "cyclopean convert drawing.obj stones.json --units mm --heal 0.002",
     ),
     "sequence": (
         "cyclopean sequence wall.json --out order.json --report building.html",

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
+
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.inputs import Reading
 from cyclopean.cli.command import argument, command, written
@@ -16,11 +18,13 @@ from cyclopean.options import Option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Comparison
+    from cyclopean.assembly import Healing
     from cyclopean.proof import Report
 
 __all__ = ["convert", "verify"]
 
 MESHES = (".glb", ".obj", ".ply", ".stl")
+LISTED = 10  # blocks in the table of what was moved
 LARGEST = 1 << 30  # bytes that a certificate may have
 
 
@@ -150,6 +154,16 @@ def convert(
             metavar="F",
         ),
     ] = (),
+    heal: Annotated[
+        float | None,
+        Option(
+            "Move vertices by up to L (m) so that faces that are meant to touch lie in one plane.",
+            "number",
+            metavar="L",
+            above=0.0,
+            unit="m",
+        ),
+    ] = None,
     reading: Reading = Reading(),
 ) -> int:
     """Write a model in another format, in metres.
@@ -157,18 +171,54 @@ def convert(
     Endings: .json, .compas.json, .3dm (Rhino), .ifc, .glb, .obj, .ply, .stl, .3ddat (3DEC), .csv (tables).
     """
     from cyclopean import io
+    from cyclopean.assembly import heal as healed
 
     outputs = [str(path) for path in io.exchange_paths(target)]
     names = ["OUT", "OUT, contacts"][: len(outputs)]
     for kept in (source, *result):
         planned(dict(zip(names, outputs, strict=True)), keep=kept)
+    if heal is not None and result:
+        raise InputError.of(
+            "heal", heal, "a result is of the model as it is drawn; heal it, then check what is written"
+        )
     assembly, warnings = io.read_model(source, reading.units, reading.strict)
     assembly, findings, more = io.read_findings(result, assembly)
     drawn, stale = io.read_drawing(source)
     drawing = None if drawn is None else io.drawing_dict(drawn)
+    lines: list[str] = []
+    if heal is not None:
+        with long_work(f"healing {source}"), of_file(source):
+            healing = healed(assembly, heal)
+        assembly, more, lines = healing.assembly, (*more, *healing.warnings), _moved(healing)
+        if drawing is not None and healing.moved.any():
+            drawing, more = (
+                None,
+                (*more, f"{source}: how the wall was drawn is dropped: what is healed is no longer that"),
+            )
     lost = io.write_exchange(target, assembly, findings, drawing)
     for warning in (*warnings, *more, *(stale if drawn is None else ()), *lost):
         warn(warning)
     written = outputs[:1] if assembly.contacts is None else outputs
-    say(f"{assembly.name}: {len(assembly)} blocks; written {', '.join(written)}")
+    say("\n".join([f"{assembly.name}: {len(assembly)} blocks; written {', '.join(written)}", *lines]))
     return 0
+
+
+def _moved(healing: "Healing") -> list[str]:
+    """What was moved, and a table of the blocks that moved most."""
+    moved, blocks = np.flatnonzero(healing.moved), healing.assembly.blocks
+    if not len(moved):
+        return ["  healed     nothing had to move"]
+    most, growth = 1e3 * float(healing.moved.max()), 100.0 * float(np.abs(healing.growth).max())
+    lines = [
+        f"  healed     {len(moved)} of {len(blocks)} blocks: vertices by up to {most:.3g} mm,"
+        f" volumes by up to {growth:.2g} %"
+    ]
+    rows = moved[np.argsort(-healing.moved[moved], kind="stable")][:LISTED].tolist()
+    wide = max(5, *(len(one_line(blocks[k].id)) for k in rows))
+    lines.append(f"  {'block':{wide}}  moved, mm  volume, %  planes shared")
+    lines += [
+        f"  {one_line(blocks[k].id):{wide}}  {1e3 * healing.moved[k]:9.3g}  {100.0 * healing.growth[k]:+9.2g}"
+        f"  {healing.matched[k]:13d}"
+        for k in rows
+    ]
+    return [*lines, f"  ... and {len(moved) - LISTED} more"] if len(moved) > LISTED else lines
