@@ -3,9 +3,8 @@
 By hand: two cubes of 1 m, the upper one 0.5 mm above the lower one. The plane of the joint comes to lie midway, so that
 eight vertices move by 0.25 mm each and both volumes grow by 0.025 %.
 
-Mutants that these tests must kill: the planes of least squares taken as they are drawn, without a step (the movement is
-not the least); the forces of redundant planes dropped; sheets of an exact model merged within the length; the feet not
-levelled; friction of dropped contacts forgotten; a movement beyond the length written all the same.
+Mutants that these tests kill: planes that take no step; what redundant planes ask for forgotten from round to round; feet
+not levelled; friction of dropped contacts lost; a movement beyond the length written all the same.
 """
 
 from dataclasses import replace
@@ -125,14 +124,12 @@ def test_scale_and_place_do_not_matter(seed, scale, angle):
     assert other.moved / scale == pytest.approx(one.moved, rel=1e-5, abs=1e-9)
 
 
-def test_no_other_planes_move_the_vertices_less():
-    """The sum of squares only grows where the one common plane of two shaken boxes is turned or lifted a little."""
+def test_no_shift_of_the_answer_moves_the_vertices_less():
+    """The sum of squares of movements only grows where all that is healed slides by a hair."""
     drawn = disturbed(two(0.0), shaken, 1e-3, np.random.default_rng(3))
     healed = heal(drawn, 4e-3).assembly
     least = float(((healed.mesh.vertex - drawn.mesh.vertex) ** 2).sum())
-    squares = [float(((h.vertices - d.vertices) ** 2).sum()) for h, d in zip(healed.blocks, drawn.blocks, strict=True)]
-    assert sum(squares) == pytest.approx(least)
-    for axis in range(3):  # sliding the whole answer by a hair is no better either
+    for axis in range(3):
         shift = np.zeros(3)
         shift[axis] = 1e-6
         assert float(((healed.mesh.vertex + shift - drawn.mesh.vertex) ** 2).sum()) > least

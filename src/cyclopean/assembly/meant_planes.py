@@ -9,11 +9,11 @@ A plane of three vertices asks for nothing.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.common_planes import Planes, largest
 from cyclopean.assembly.precision import length_tolerance
@@ -34,7 +34,6 @@ from cyclopean.geometry import (
 __all__ = ["MeantPlanes"]
 
 LEVEL = 0.995  # cosine of the slope up to which a face may be a foot
-WHOLE = 1e-4  # share of an overlap that may be without contact where faces touch as drawn
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,17 +54,17 @@ class MeantPlanes:
         """
         digits = length_tolerance(assembly)
         mesh = flattened(mesh, 2.0 * length)[0]
-        near = box_pairs(*mesh.boxes(), length)
+        fine, face = planar_regions(mesh, digits), flattened(mesh, digits)[1]
         regions = planar_regions(mesh, 2.0 * length if merging else digits, 2.0 * length)
-        coarse = _Facing.of(regions, np.arange(len(mesh.corner_start) - 1), near, length, digits)
-        fine = _Facing.of(planar_regions(mesh, digits), flattened(mesh, digits)[1], near, digits, digits)
-        coarse = coarse.but(fine)
-        feet = _feet(assembly, coarse.regions, length)
-        merged = np.isin(coarse.regions.of_face, np.concatenate([coarse.pairs.ravel(), feet]))
-        same = np.concatenate([fine.joined(np.ones(len(fine.face), bool)), coarse.joined(merged)])
-        sheet = components(len(mesh.corner_start) - 1, *same.T)
-        own = sheet[coarse.first[feet]]
-        pairs = np.concatenate([sheet[fine.first[fine.pairs]], sheet[coarse.first[coarse.pairs]]])
+        facing = _facing(regions, box_pairs(*mesh.boxes(), length), length, digits)
+        feet = _feet(assembly, regions, length)
+        first = _first(regions)
+        merged = np.flatnonzero(np.isin(regions.of_face, np.concatenate([facing.ravel(), feet])))
+        one = np.concatenate([face, merged])
+        two = np.concatenate([face[_first(fine)][fine.of_face], first[regions.of_face[merged]]])
+        sheet = components(len(mesh.corner_start) - 1, one, two)
+        own = sheet[first[feet]]
+        pairs = sheet[first[facing]]
         plane = _grouped(mesh, sheet, np.concatenate([np.stack([own[:-1], own[1:]], 1), pairs]), length)
         return cls(mesh, sheet, plane, own, pairs)
 
@@ -106,55 +105,27 @@ class MeantPlanes:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Facing:
-    """Planar regions, and those of different blocks that face each other (m pairs, the nearest first)."""
+def _first(regions: PlanarRegions) -> Ints:
+    """(R,) first face of each region."""
+    return np.asarray(np.unique(regions.of_face, return_index=True)[1])
 
-    regions: PlanarRegions
-    face: Ints  # (F',) face of the mesh that each face of the regions is, or is part of
-    pairs: Ints  # (m, 2) regions
-    area: Floats  # (m,) m2
 
-    @classmethod
-    def of(cls, regions: PlanarRegions, face: Ints, near: tuple[Ints, Ints], length: float, digits: float) -> "_Facing":
-        """Pairs of regions, of blocks that are near, within a length (m).
+def _facing(regions: PlanarRegions, near: tuple[Ints, Ints], length: float, digits: float) -> Ints:
+    """(m, 2) regions of blocks that are near, which face each other within a length (m); the nearest first.
 
-        Where they are not in one plane to the digits (m), overlaps no wider than the length are strips beside an edge,
-        and faces that are further apart elsewhere are not meant to touch.
-        """
-        a, b = facing_regions(regions, near, length)
-        found = region_overlaps(regions, a, b, digits, length)
-        side = np.linalg.norm(found.point[following(found.start)] - found.point, axis=1)
-        around = np.add.reduceat(side, found.start[:-1]) if len(found.pair) else np.zeros(0)
-        double = np.linalg.norm(newell_normals(found.point, found.start), axis=1)
-        apart = np.abs(found.apart).max(axis=1, initial=0.0)
-        pairs = np.stack([a[found.pair], b[found.pair]], 1)
-        off = np.minimum(_furthest(regions, *pairs.T), _furthest(regions, *pairs.T[::-1]))
-        wide = (double > length * around) & (off <= 2.0 * length)
-        kept = np.flatnonzero(wide & (length > digits) | (off <= digits))
-        kept = kept[np.argsort(apart[kept], kind="stable")]
-        pairs = pairs[kept]
-        return cls(regions, face, pairs, double[kept] / 2.0)
-
-    @property
-    def first(self) -> Ints:
-        """(R,) a face of the mesh in each region."""
-        return np.asarray(self.face[np.unique(self.regions.of_face, return_index=True)[1]])
-
-    def joined(self, merged: Bools) -> Ints:
-        """(k, 2) faces of the mesh that are in one region, of those faces (F',) of the regions that are merged."""
-        return np.stack([self.face[merged], self.first[self.regions.of_face[merged]]], 1)
-
-    def but(self, fine: "_Facing") -> "_Facing":
-        """Without the pairs that touch all over their overlap as they are drawn; regions are of whole faces."""
-        total = np.int64(len(self.regions))
-        within = self.regions.of_face[fine.first[fine.pairs]]
-        one, two = (rows[:, 0] * total + rows[:, 1] for rows in (self.pairs, within))
-        key, place = np.unique(np.concatenate([one, two]), return_inverse=True)
-        mine, theirs = place[: len(one)], place[len(one) :]
-        whole, touching = np.bincount(mine, self.area, len(key)), np.bincount(theirs, fine.area, len(key))
-        open_ = (touching < (1.0 - WHOLE) * whole)[mine]
-        return replace(self, pairs=self.pairs[open_], area=self.area[open_])
+    Where they are not in one plane to the digits (m), overlaps no wider than the length are strips beside an edge, and
+    faces that are further apart elsewhere are not meant to touch.
+    """
+    a, b = facing_regions(regions, near, length)
+    found = region_overlaps(regions, a, b, digits, length)
+    side = np.linalg.norm(found.point[following(found.start)] - found.point, axis=1)
+    around = np.add.reduceat(side, found.start[:-1]) if len(found.pair) else np.zeros(0)
+    double = np.linalg.norm(newell_normals(found.point, found.start), axis=1)
+    a, b = a[found.pair], b[found.pair]
+    off = np.minimum(_furthest(regions, a, b), _furthest(regions, b, a))
+    kept = np.flatnonzero((off <= digits) | ((double > length * around) & (off <= 2.0 * length)))
+    apart = np.abs(found.apart).max(axis=1, initial=0.0)[kept]
+    return np.stack([a, b], 1)[kept[np.argsort(apart, kind="stable")]]
 
 
 def _furthest(regions: PlanarRegions, a: Ints, b: Ints) -> Floats:
