@@ -136,6 +136,17 @@ def test_what_is_left_is_passed_on_by_hand():
     assert used == pytest.approx(e / 2 * (lever + torsion / mu), rel=1e-4)
 
 
+def test_points_off_the_plane_by_hand():
+    """Points z above the plane: every drawing's are z from them, and friction q W / 4 there has a moment of z q W."""
+    z, tiny, mu, q = 1e-6, 1e-12, 0.5, 0.2
+    a = 0.5 - 2 * z
+    forces = [[s * q * W / 4, 0, W / 4] for s in (1, -1, -1, 1)]
+    made = state(tiny, 0.0, a=a, forces=forces)
+    used = verify(forged(made, change("points", [level(-a, -a, a, a, z)]))).figures["room_used"]
+    lever, torsion = 4 * math.sqrt(0.5), math.sqrt(0.5) / 0.5
+    assert used == pytest.approx(z * q * (mu * lever + torsion) / (mu - q), rel=1e-4)
+
+
 def test_a_cube_that_slides_by_hand():
     """(1, 0, rise) on a slope of 1: no force resists while rise >= tan(atan mu + theta); lost is 6 L of |g.v|."""
     mu, slope, gravity = 0.4, 0.1, (G, 0, -G)
@@ -188,6 +199,7 @@ STATES = {
     "point at the edge": (state(a=0.5 - 0.9 * L), "is not 0.001 m inside"),
     "point outside": (state(a=0.75), "is not 0.001 m inside"),
     "too large a length": (state(0.055), "times the room"),
+    "upright": (state(0.26), "leans as far as it may"),
     "pulls": (state(forces=[[0, 0, W / 2], [0, 0, W / 2], [0, 0, W / 2], [0, 0, -W / 2]]), "pulls"),
     "out of balance": (state(forces=[[0, 0, W]] * 4), "times the room"),
     "one line": (state(forces=[[0, 0, W / 2], [0, 0, 0], [0, 0, W / 2], [0, 0, 0]]), "in one line"),

@@ -70,7 +70,7 @@ def test_the_checker_needs_what_the_solver_says():
         model = prepare(
             any_model(rng), Settings(method="rbe", tilt=(float(rng.uniform(0, 9)), float(rng.uniform(0, 360))))
         )
-        proof, share = standing(model, Family(1e-4, None if rng.random() < 0.5 else 0.1))
+        proof, share = standing(model, Family(float(rng.uniform(1e-4, 3e-3)), None if rng.random() < 0.5 else 0.1))
         if proof is not None:
             report = verify(certify(model, model.system(), "rbe-state-within", proof))
             assert report.proved, report.reason
