@@ -3,8 +3,8 @@
 By hand: two cubes of 1 m, the upper one 0.5 mm above the lower one. The plane of the joint comes to lie midway, so that
 eight vertices move by 0.25 mm each and both volumes grow by 0.025 %.
 
-Mutants that these tests kill: planes that take no step; what redundant planes ask for forgotten from round to round; feet
-not levelled; friction of dropped contacts lost; a movement beyond the length written all the same.
+Mutants that these tests kill: planes that take no step; what redundant planes ask for forgotten from round to round;
+feet not levelled; friction of dropped contacts lost; a movement beyond the length written all the same.
 """
 
 from dataclasses import replace

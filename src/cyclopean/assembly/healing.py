@@ -139,7 +139,10 @@ class _Attempt:
             needed = _attempt(assembly, length).needed
             if needed <= length:
                 return f"{said}; {length:g} would do"
-        return f"{said}; no length below {most:.2g} m, which the thinnest block bears, was found to do; `tolerance` of check forgives"
+        return (
+            f"{said}; no length below {most:.2g} m, which the thinnest block bears, was found to do;"
+            " `tolerance` of check forgives"
+        )
 
 
 def _attempt(assembly: Assembly, length: float) -> _Attempt:
