@@ -19,11 +19,12 @@ from cyclopean.geometry import (
     ragged_batches,
 )
 
-__all__ = ["ALIGNED", "bearing", "bearing_cones", "check_contacts", "face_distances", "seated"]
+__all__ = ["ALIGNED", "bearing", "bearing_cones", "check_contacts", "face_distances", "off_faces", "seated"]
 
 ALIGNED = 0.95  # cosine between a contact's normal and that of a face it may lie on, as the certificate checker has it
 NARROW = 4  # tolerances: contacts no wider carry nothing
 TANGENT = 1e-9  # rad: a cone that touches another from inside must not leave it by rounding
+FINE = 1e-3  # of the length tolerance: faces that are in one plane within it are one
 FLAT = 1e-6  # of a polygon's own size: rounding that a file may carry
 NEEDLE = 1e-9  # width / perimeter of a polygon that has no area
 CLEARLY = 0.1  # a contact is turned when that brings it ten times nearer
@@ -100,6 +101,17 @@ def seated(assembly: Assembly, contacts: Contacts) -> tuple[Contacts, float, Int
     on = replace(on, bent=on.bent | (distance > FLAT_SHARE * size))
     kept = np.flatnonzero(distance <= ROUGH_SHARE * size)
     return on.labelled().only(kept), float(distance[kept].max(initial=0.0)), kept
+
+
+def off_faces(assembly: Assembly, contacts: Contacts) -> Bools:
+    """(c,) contacts with a point at which no single face, however small, is along them: a proof could not use them."""
+    mesh, origin = local_mesh(assembly)
+    tol = length_tolerance(assembly)
+    regions = planar_regions(mesh, FINE * tol, 4.0 * tol)  # flat is what is so within the tolerance of a certificate
+    point, normal = contacts.point - origin, contacts.frame[:, 0]
+    distance = _side_distances(regions, contacts, point, normal, np.arange(len(contacts))).max(axis=1)
+    lean = _leans(regions, contacts, point, normal, np.full(len(contacts), tol), tol)
+    return np.asarray((distance > tol) | (np.sin(lean) > LEANS))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cyclopean.arrays import Floats, Ints
+from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly.blocks import Assembly
-from cyclopean.assembly.checking import seated
+from cyclopean.assembly.checking import off_faces, seated
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.near_misses import EQUAL, Forgiven, NearMisses, near_misses
 from cyclopean.assembly.precision import LEANS, ROUGH_SHARE, length_tolerance, local_mesh
@@ -18,6 +18,7 @@ from cyclopean.geometry import (
     Polyhedra,
     box_pairs,
     convex_bodies,
+    face_warp,
     facing_regions,
     penetration_depths,
     planar_regions,
@@ -86,8 +87,11 @@ def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Det
     pairs = box_pairs(*mesh.boxes(), asked.gap)
     regions, a, b, found = asked.found(mesh, pairs)
     contacts, order = _ordered(regions, a, b, found, origin, digits)
-    off, told = digits, ""
-    if forgiven is not None:
+    off, told, left = digits, "", 0
+    if forgiven is None:
+        leaning = (regions.lean[a[found.pair]] > LEANS) | (regions.lean[b[found.pair]] > LEANS)
+        contacts, left = _on_faces(assembly, contacts, leaning[order], digits)
+    else:
         wide = asked.wide(contacts, mesh.diagonal)
         contacts, off, kept = seated(assembly, contacts.only(wide))
         told = _forgiven(regions, a, b, found, order[wide][kept], digits)
@@ -101,6 +105,10 @@ def detect(assembly: Assembly, tolerance: float | Forgiven | None = None) -> Det
     warnings = (
         *_listed([_lonely(names, mesh, near, i) for i in alone[: LISTED + 1]], len(alone), "blocks that touch nothing"),
         *([told] if told else []),
+        *(
+            [f"{left} slivers of contacts lie on no single face and are left out; `tolerance` may count them"]
+            * (left > 0)
+        ),
         *near.only(touched[near.a] & touched[near.b]).told(names),
         *_twice([f"'{names[i]}' and '{names[j]}'" for i, j in same]),
         *_listed(_collisions(names, mesh, regions, apart, asked.gap, origin), 0, "pairs that run into each other"),
@@ -140,6 +148,17 @@ class _Asked:
         a, b = facing_regions(regions, pairs, self.gap, self.angle)
         most = self.most(mesh.diagonal, regions.body[a], regions.body[b])
         return regions, a, b, region_overlaps(regions, a, b, self.digits, most)
+
+
+def _on_faces(assembly: Assembly, contacts: Contacts, leaning: Bools, digits: float) -> tuple[Contacts, int]:
+    """Contacts without those that lie on no single face, and how many these are; leaning (c,) of merged faces."""
+    bent = np.zeros(len(assembly), bool)
+    bent[assembly.mesh.face_body[face_warp(assembly.mesh) > digits / 2.0]] = True
+    doubtful = np.flatnonzero(leaning | bent[contacts.a] | bent[contacts.b])
+    if not len(doubtful):
+        return contacts, 0
+    off = doubtful[off_faces(assembly, contacts.only(doubtful))]
+    return contacts.only(np.setdiff1d(np.arange(len(contacts)), off)), len(off)
 
 
 def _forgiven(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, kept: Ints, digits: float) -> str:

@@ -33,6 +33,7 @@ class PlanarRegions:
     corner_start: Ints  # (G + 1,)
     corner: Ints  # (K,) index into vertex
     across: Ints  # (K,) region beyond the edge from this corner to the next one; -1 = none
+    lean: Floats  # (R,) sine of the angle by which a face leans from its region at most
     of_face: Ints  # (F,) region of each face of the mesh, as `flattened`
 
     def __len__(self) -> int:
@@ -103,6 +104,8 @@ def planar_regions(mesh: Polyhedra, tolerance: float | Floats, bent: float | Non
     normal, point = _planes(faces, label)
     length = np.linalg.norm(normal, axis=1)
     edges, size, region = _rings(faces, label)
+    lean = np.zeros(len(normal))
+    np.maximum.at(lean, label, np.linalg.norm(np.cross(faces.unit, unit(normal)[label]), axis=1))
     corner_start = offsets(size)
     drawn = newell_normals(faces.mesh.vertex[faces.mesh.corner[edges]], corner_start)
     turning = np.einsum("gi,gi->g", drawn, normal[region])
@@ -121,6 +124,7 @@ def planar_regions(mesh: Polyhedra, tolerance: float | Floats, bent: float | Non
         corner_start=offsets(size[order]),
         corner=faces.mesh.corner[edges],
         across=across,
+        lean=lean,
         of_face=label,
     )
 
