@@ -269,7 +269,7 @@ def test_the_result_holds_what_it_should(check):
     common |= {"residuals", "certificate", "provenance", "seconds"}
     _, result, _ = check(pair())
     assert result.keys() == common | {"forces", "displacement", "margins"}
-    assert result["margins"].keys() == {"method", "friction", "joints", "tilt", "seconds"}
+    assert result["margins"].keys() == {"method", "friction", "joints", "tilt", "within", "seconds"}
     assert result["displacement"]["b"] == pytest.approx(
         [0, 0, -1, 0, 0, 0], abs=1e-9
     )  # it overlaps by eps, and stays upright

@@ -48,7 +48,7 @@ class Margins:
     joints: Bracket | None  # share of its size, about its centroid, to which every joint may shrink
     tilt: Bracket | None  # degrees by which the ground may tilt, towards the worst of the azimuths looked at
     azimuth: float | None = None  # degrees from +x to +y: that one
-    drawings: float = 0.0  # m: it is proved to stand in every drawing within this length; 0 = within none
+    within: float = 0.0  # m: it is proved to stand in every drawing within this length; 0 = within none
     seconds: float = 0.0
 
     @property

@@ -141,8 +141,8 @@ def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
         told.append(f"geometric safety {over}{found.geometric_safety:.4g}")
     if (tilt := found.tilt) is not None:
         told.append(f"tilt up to {tilt.stands:.2f} degrees towards azimuth {found.azimuth:g}")
-    if found.drawings:
-        told.append(f"holds for drawings within {millimetres(found.drawings)}")
+    if found.within:
+        told.append(f"holds for drawings within {millimetres(found.within)}")
     return [f"  margins  {', '.join(told)} (by rbe)"] if told else []
 
 

@@ -188,7 +188,7 @@ def margins_dict(found: "Margins", result: "Result") -> dict[str, Any]:
     if joints is not None:
         joints["geometric_safety"] = found.geometric_safety
     told = {"method": "rbe", "friction": friction, "joints": joints, "tilt": tilt}
-    return told | {"drawings": found.drawings or None, "seconds": found.seconds}
+    return told | {"within": found.within or None, "seconds": found.seconds}
 
 
 def sensitivity_dict(found: "Sensitivity") -> dict[str, Any]:

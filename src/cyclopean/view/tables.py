@@ -314,8 +314,8 @@ def _margin_rows(found: Margins, result: Result) -> list[tuple[str, str, str]]:
     if found.tilt is not None:
         much = f"{found.tilt.stands:.2f}° towards azimuth {found.azimuth:g}°, the worst of eight"
         rows.append(("The ground may tilt by", much, _governing(found.tilt, result)))
-    if found.drawings:
-        rows.append(("Drawings may be off by", f"{millimetres(found.drawings)}, proved of all within that", ""))
+    if found.within:
+        rows.append(("Drawings may be off by", f"{millimetres(found.within)}, proved of all within that", ""))
     return rows
 
 
