@@ -104,7 +104,7 @@ def test_units_asked_for(at):
         read_model(at(model()), "mm")
     assert str(caught.value) == "wall.json: says that its units are m; leave out units mm"
     assembly, warnings = read_model(at(model(units=ABSENT)), "mm")
-    assert warnings == ()
+    assert warnings == ("wall.json: half of the blocks are less than 0.00173 m across: check the units",)
     assert assembly.mass.volume[0] == pytest.approx(1e-9)
     assert read_model(at(model(units=ABSENT)))[1] == ('wall.json: says no "units"; metres assumed',)
 
@@ -145,15 +145,16 @@ nan, inf = float("nan"), float("inf")
 REFUSALS = [
     (
         changed("schema", ABSENT),
-        'is not a model: expected an object with "schema": "cyclopean.model/1", or a COMPAS assembly',
+        "holds no blocks: it is an object with the keys 'name' and 'units' and 'blocks' and 'contacts' and more;"
+        ' expected COMPAS meshes, or "schema": "cyclopean.model/1"',
     ),
     (
         changed("schema", "cyclopean.result/1"),
         'its schema is \'cyclopean.result/1\'; a model has "schema": "cyclopean.model/1"',
     ),
     (changed("schema", 1), 'its schema is not text; a model has "schema": "cyclopean.model/1"'),
-    ([], 'is not a model: expected an object with "schema": "cyclopean.model/1", or a COMPAS assembly'),
-    (7, 'is not a model: expected an object with "schema": "cyclopean.model/1", or a COMPAS assembly'),
+    ([], 'holds no blocks: it is a list of 0 items; expected COMPAS meshes, or "schema": "cyclopean.model/1"'),
+    (7, 'is not a model: expected an object with "schema": "cyclopean.model/1", or COMPAS JSON'),
     (changed("units", "furlong"), "units: 'furlong' is not a unit of length; use m, cm, mm, in or ft"),
     (changed("units", None), "units must be text in quotes, found null"),
     (changed("name", "a\nb"), "name must be text of one line, not empty, found 'a\\nb'"),
@@ -269,7 +270,7 @@ def test_refused_paths(at, tmp_path):
         "folder.json": "folder.json: is a folder; name a file in it",
         "no\nline.json": "no\\nline.json: no such file; check the path",
         "nul\0.json": "nul\\x00.json: is not a path",
-        at(b"x", "model.dwg"): "model.dwg: '.dwg' files cannot be read; use json, 3dm, glb, ifc, obj, ply or stl",
+        at(b"x", "model.dwg"): "model.dwg: '.dwg' files cannot be read; use json, 3dm, dxf, glb, ifc, obj, ply or stl",
     }
     for path, line in cases.items():
         with pytest.raises(InputError) as caught:

@@ -6,9 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-
-from cyclopean.analysis.settings import Settings
 from cyclopean.api.inputs import Reading
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files, planned
@@ -64,7 +61,7 @@ def verify(
         raise InputError(f"{certificate or repr(certificate)}: cannot be read: {why}") from None
     except NotACertificateError as error:
         raise InputError(f"{certificate}: {error}") from None
-    same = None if model is None else _compared(report, content, model, reading, Settings(tolerance=tolerance))
+    same = None if model is None else _compared(report, content, model, reading, tolerance)
     data: dict[str, Any] = {
         "proved": report.proved,
         "kind": report.kind,
@@ -82,7 +79,7 @@ def verify(
 
 
 def _compared(
-    report: "Report", content: Mapping[str, Any], model: str, reading: Reading, settings: Settings
+    report: "Report", content: Mapping[str, Any], model: str, reading: Reading, tolerance: Any
 ) -> "Comparison | None":
     """Hold what has been proved against a model file; of what has not, only the file is read."""
     from cyclopean import io
@@ -93,10 +90,10 @@ def _compared(
             warn(warning)
         if not report.proved:
             return None
-        from cyclopean.analysis import compare
+        from cyclopean.analysis import Settings, compare
 
         with long_work(f"comparing with {model}"):
-            return compare(content, assembly, settings)
+            return compare(content, assembly, Settings(tolerance=tolerance))
 
 
 def _told(report: "Report", model: str | None, same: "Comparison | None") -> list[str]:
@@ -205,15 +202,16 @@ def convert(
 
 def _moved(healing: "Healing") -> list[str]:
     """What was moved, and a table of the blocks that moved most."""
-    moved, blocks = np.flatnonzero(healing.moved), healing.assembly.blocks
-    if not len(moved):
+    by, blocks = healing.moved.tolist(), healing.assembly.blocks
+    moved = sorted((k for k, far in enumerate(by) if far), key=lambda k: -by[k])
+    if not moved:
         return ["  healed     nothing had to move"]
-    most, growth = 1e3 * float(healing.moved.max()), 100.0 * float(np.abs(healing.growth).max())
+    most, growth = 1e3 * max(by), 100.0 * max(map(abs, healing.growth.tolist()))
     lines = [
         f"  healed     {len(moved)} of {len(blocks)} blocks: vertices by up to {most:.3g} mm,"
         f" volumes by up to {growth:.2g} %"
     ]
-    rows = moved[np.argsort(-healing.moved[moved], kind="stable")][:LISTED].tolist()
+    rows = moved[:LISTED]
     wide = max(5, *(len(one_line(blocks[k].id)) for k in rows))
     lines.append(f"  {'block':{wide}}  moved, mm  volume, %  planes shared")
     lines += [

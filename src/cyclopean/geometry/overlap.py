@@ -97,7 +97,9 @@ def region_overlaps(
     xy, whose = shapely.get_coordinates(shapely.get_exterior_ring(part), return_index=True)
     closing = np.concatenate([whose[1:] != whose[:-1], [True]])[: len(whose)]
     start = offsets(np.bincount(whose[~closing], minlength=len(part)))
-    loose = np.maximum(2.0 * most[index] if gap is not None else 0.0, tolerance)  # two outlines drawn so imprecisely
+    loose = np.maximum(
+        2.0 * most[index] if gap is not None else np.zeros(len(index)), tolerance
+    )  # two outlines drawn so imprecisely
     xy, start = _without_collinear(_counter_clockwise(xy[~closing], start), start, loose)
     return pairs.lifted(index, xy, start, most)
 
