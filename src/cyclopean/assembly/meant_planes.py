@@ -16,6 +16,7 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.common_planes import Planes, largest
+from cyclopean.assembly.near_misses import EQUAL
 from cyclopean.assembly.precision import length_tolerance
 from cyclopean.geometry import (
     PlanarRegions,
@@ -53,6 +54,7 @@ class MeantPlanes:
         Faces of a block that are flat together within the length are taken for one where `merging` is wanted.
         """
         digits = length_tolerance(assembly)
+        length *= 1.0 + EQUAL
         mesh = flattened(mesh, 2.0 * length)[0]
         fine, face = planar_regions(mesh, digits), flattened(mesh, digits)[1]
         regions = planar_regions(mesh, 2.0 * length if merging else digits, 2.0 * length)
