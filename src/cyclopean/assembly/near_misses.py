@@ -21,6 +21,7 @@ STEP = 2.0  # gaps that follow each other more closely belong together
 SKEW = 0.05  # rad: faces that lean less from each other, and are near, are meant to touch
 UP = 0.1  # sine of the least slope of a face that something can stand on
 EQUAL = 1e-9  # share by which a gap may exceed what is forgiven: numbers in files are rounded
+SPECK = 1e-3  # of the other: a gap or an overlap that is less is not worth a word
 DIGITS = 3  # to which a tolerance that is chosen is rounded up
 
 
@@ -67,7 +68,8 @@ class NearMisses:
 
     def sizes(self, k: int) -> str:
         """How far one of them misses, in words."""
-        parts = [f"{x:.2g} m {word}" for x, word in ((self.gap[k], "apart"), (self.overlap[k], "into each other")) if x]
+        both, least = ((self.gap[k], "apart"), (self.overlap[k], "into each other")), SPECK * self.distance[k]
+        parts = [f"{x:.2g} m {word}" for x, word in both if x > least]
         askew = np.degrees(self.angle[k])
         return " and ".join([*parts, *([f"{askew:.2g} degrees askew"] if askew >= 1e-3 else [])])
 
