@@ -18,7 +18,7 @@ from cyclopean.analysis.coupled.biconvex import alternation
 from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
 from cyclopean.analysis.coupled.hopping import hop
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
-from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.analysis.coupled.states import Bounds, merit
 from cyclopean.analysis.coupled.tree import Node, refute
 from cyclopean.analysis.equilibrium.components import Part, components, in_own_units
 from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
@@ -34,6 +34,7 @@ TREE_SHARE = 0.6  # of the time left for the tree; hopping takes the rest
 FEW = 4  # free blocks up to which conic programmes are the quickest from the start
 SMOOTH = 1e-6  # friction coefficient that the stiffening route needs at least
 STIFFENINGS = 10  # rounds of it; most models need one to seven
+FOLDS = 8  # contact points named where the search ends
 LARGE = 1000  # contact points beyond which "A at scale" takes nearly all the time: the others do not get that far
 NEARLY = 0.95  # of the time left, for "A at scale" of a large model
 SHARES = {"A at scale": 0.6, "A": 0.4, "B": 0.6}  # of the time left
@@ -54,6 +55,7 @@ class CoupledOutcome:
     part: EquilibriumSystem | None = None  # of the component that the tree is about; None = the whole model
     merit: float = np.inf  # of the best triple
     bound: float = 0.0  # share of the tree that is closed
+    folds: tuple[int, ...] = ()  # contact points (of q) at which an undecided search ends, the most blamed first
     route: str = ""  # "RBE", "A", "A at scale", "B", "D", "hopping"
     provenance: dict[str, Any] = field(default_factory=dict)
 
@@ -132,6 +134,7 @@ def _together(
     """Each component apart: one that is refuted refutes the model; one that stays open leaves it open."""
     f, dq = np.zeros((system.points, 3)), np.zeros((system.blocks, 6))
     merit, bound, open_ones, last = 0.0, 1.0, 0, None
+    folds: list[int] = []
     for part in parts:
         own, force, length = in_own_units(part.system)
         start = None if given is None else given[part.points] / force
@@ -145,12 +148,15 @@ def _together(
         merit, bound = merit + found.merit, min(bound, found.bound)
         if found.word != "coupled":
             open_ones, last = open_ones + 1, found
+            folds += part.points[list(found.folds)].tolist()
     if last is None:
         route = str(tried[-1]["route"])
         return CoupledOutcome("coupled", f, dq.ravel(), merit=merit, route=route, provenance=_provenance(route, tried))
     why = f"{last.provenance.get('why', '')} ({open_ones} of {len(parts)} groups of blocks that touch are open)"
     provenance = _provenance("", tried) | {"why": why}
-    return CoupledOutcome("undecided", f, dq.ravel(), merit=merit, bound=bound, provenance=provenance)
+    return CoupledOutcome(
+        "undecided", f, dq.ravel(), merit=merit, bound=bound, folds=tuple(folds), provenance=provenance
+    )
 
 
 def _component(system: EquilibriumSystem, asked: _Asked, given: Floats | None, tried: Tried) -> CoupledOutcome:
@@ -206,7 +212,7 @@ def _branched(system: EquilibriumSystem, asked: _Asked, best: Attempt, tried: Tr
     bounds, began = asked.bounds, time.perf_counter()
     left = asked.deadline - began
     if left <= 0.0:
-        return _undecided(best, tried, 0.0, "the time was up before the refuting search began")
+        return _undecided(system, bounds, best, tried, 0.0, "the time was up before the refuting search began")
     small = system.points <= TREE_POINTS
     asked.progress("refuting by branching")
     answer = refute(system, bounds, TREE_SHARE * left, asked.nodes if small else min(asked.nodes, GLANCE))
@@ -231,7 +237,7 @@ def _branched(system: EquilibriumSystem, asked: _Asked, best: Attempt, tried: Tr
         why += f"; the refuting search is exponential, so beyond {TREE_POINTS} contact points it is cut short"
     elif answer.nodes < asked.nodes and answer.seconds < TREE_SHARE * left:
         why += "; a case of the refuting search is too narrow for floating point"
-    return _undecided(best, tried, answer.bound, why)
+    return _undecided(system, bounds, best, tried, answer.bound, why)
 
 
 def _coupled(best: Attempt, route: str, tried: Tried) -> CoupledOutcome:
@@ -239,9 +245,15 @@ def _coupled(best: Attempt, route: str, tried: Tried) -> CoupledOutcome:
     return CoupledOutcome("coupled", best.f, best.dq, merit=best.merit, route=route, provenance=provenance)
 
 
-def _undecided(best: Attempt, tried: Tried, bound: float, why: str) -> CoupledOutcome:
+def _undecided(
+    system: EquilibriumSystem, bounds: Bounds, best: Attempt, tried: Tried, bound: float, why: str
+) -> CoupledOutcome:
     provenance = _provenance("", tried) | {"why": why}
-    return CoupledOutcome("undecided", best.f, best.dq, merit=best.merit, bound=bound, provenance=provenance)
+    work = sum(merit(system, bounds, best.f, best.dq))
+    folds = tuple(np.argsort(-work, kind="stable")[:FOLDS].tolist())
+    return CoupledOutcome(
+        "undecided", best.f, best.dq, merit=best.merit, bound=bound, folds=folds, provenance=provenance
+    )
 
 
 def _entry(route: str, solver: str, word: str, began: float, **counts: int) -> dict[str, Any]:
