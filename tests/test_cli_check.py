@@ -119,8 +119,8 @@ def test_files_name_each_other_from_where_they_are(run, cube):
 def test_undecided_leaves_no_certificate(run, cube, monkeypatch):
     decided = analysis.check
 
-    def undecided(*argv):
-        return replace(decided(*argv), verdict="undecided", reason="Too close to call.", certificate=None)
+    def undecided(*argv, **said):
+        return replace(decided(*argv, **said), verdict="undecided", reason="Too close to call.", certificate=None)
 
     monkeypatch.setattr(analysis, "check", undecided)
     status, out, err = run("check", cube, "--certificate", "c.json", "--json", "r.json")
@@ -248,16 +248,41 @@ def test_a_beam_that_hangs_on_friction_is_refuted_by_cases(run, frame):
 
 
 def test_a_budget_that_is_too_small_leaves_it_undecided(run, frame):
+    """By hand (see `coupled_cases`): with friction of height over half-length, 1, it stands; 1.25 x 0.84 = 1.05."""
     status, out, err = run("check", frame, "--nodes", "1", "--json", "r.json")
     assert (status, err) == (3, "")
-    assert out.startswith(
-        "undecided: Rigid-block equilibrium alone says stable, with proof; coupled analysis does not decide. Neither a"
-    )
+    lines = out.splitlines()
+    assert lines[0].startswith("undecided: Coupled analysis met neither a state in which the stones")
+    assert lines[1] == "  rbe      rigid-block equilibrium alone says stable, with proof"
+    assert "  stone    stone 'beam0' rests on nothing and stands only if 'left' and 'right' jam it" in lines
+    assert "  change   with friction 1.05 it is proved stable" in lines
     with open("r.json") as file:
         data = json.load(file)
     assert data["residuals"].keys() == {"merit", "bound"}
     assert 0.0 < data["residuals"]["merit"] < 100.0
     assert 0.0 <= data["residuals"]["bound"] < 1.0
+    assert data["provenance"]["rbe"] == "stable"
+    assert [stone["block"] for stone in data["provenance"]["folds"]] == ["beam0"]
+    assert data["change"]["friction"] == {"factor": 1.25, "mu": 1.05}
+    assert "stable_at" not in data
+    assert [len(row) for row in data["nearest"]["forces"][0]["force"]] == [3] * 4
+    assert len(data["nearest"]["displacement"]["beam0"]) == 6
+
+
+def test_a_state_at_a_larger_eta_is_proved_beside(run, tmp_path):
+    """By hand: a beam of half-length 1 and height 0.25 needs eta = 4 (1 / 0.25) eps + beta_min = 16.01 eps."""
+    write_model(tmp_path / "long.json", beams(1.0, 0.25, 0.4))
+    status, out, err = run("check", "long.json", "--nodes", "1", "--json", "r.json", "--certificate", "p.json")
+    assert status == 3
+    assert err.startswith("cyclopean: warning: --certificate p.json: nothing was proved")
+    assert "  at eta   a state exists for eta >= 16.02, with proof (10 was asked for)" in out
+    with open("r.json") as file:
+        found = json.load(file)["stable_at"]
+    assert found == {"eta": 16.02, "certificate": {"kind": "cra-state", "file": "p-at-eta.json"}}
+    assert sorted(os.listdir()) == ["long.json", "p-at-eta.json", "r.json"]
+    status, out, _ = run("verify", "p-at-eta.json", "--model", "long.json")
+    assert status == 0
+    assert out.startswith("proved: stable under coupled rigid-block analysis (eta = 16.02 eps")
 
 
 def test_only_ratios_of_the_bounds_matter(run, cube):

@@ -10,9 +10,10 @@ from cyclopean.analysis.equilibrium.deciding import decide_rigid
 from cyclopean.analysis.equilibrium.rbe import tension
 from cyclopean.analysis.equilibrium.reference import parse_cone
 from cyclopean.analysis.preparation import PreparedModel, prepare
-from cyclopean.analysis.proving import Claim, Judge, coupled_claim, prove, rigid_claim, settled_claim, spread
+from cyclopean.analysis.proving import Claim, Judge, coupled_claim, nearest, prove, rigid_claim, settled_claim, spread
 from cyclopean.analysis.robust.search import drawings, require_known
 from cyclopean.analysis.settings import Settings
+from cyclopean.analysis.undecided import Undecided, folds_at, recut_of
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, bearing_cones
@@ -36,6 +37,7 @@ def check(
     settings: Settings | None = None,
     progress: Callable[[str], None] = lambda _: None,
     warm: Claim | None = None,
+    remedies: bool = False,
 ) -> Result:
     """Decide whether the assembly stands, and prove it.
 
@@ -53,6 +55,8 @@ def check(
         Is told the name of each stage as it begins.
     warm : Claim, optional
         An answer that is likely; what the checker does not accept of it is solved from nothing.
+    remedies : bool
+        Whether to try, where coupled analysis stays undecided, what would decide it: a larger eta, more friction.
 
     Raises
     ------
@@ -74,6 +78,10 @@ def check(
             model = replace(model, settled=None)
             warnings = (*warnings, "no free block touches a support that settles, so the settlement changes nothing")
     result, claim = _decided(model, settings, lambda _: warm, verify, progress)
+    if remedies and result.undecided is not None:
+        from cyclopean.analysis.what_would_decide import what_would_decide
+
+        result = what_would_decide(model, settings, result, clock["contacts"] + settings.seconds, progress)
     if (asked := settings.drawings()) is not None:
         progress("drawings around it")
         result = drawings(model, result, *asked)
@@ -133,20 +141,22 @@ def _decided(
         result = prove(model, settings, system, claim, judge)
     result = within_faces(model, settings, system, result, progress)
     if result.verdict == "undecided" and settings.chosen_method() == "cra":
-        result = _beside_equilibrium(model, settings, result, judge)
+        result = _explained(model, settings, system, claim, result, judge)
     clock.append(time.perf_counter())
     seconds = {"solve": clock[1] - clock[0], "verify": clock[2] - clock[1], "total": clock[2] - clock[0]}
     return replace(result, seconds=seconds), claim
 
 
-def _beside_equilibrium(model: PreparedModel, settings: Settings, result: Result, judge: Judge) -> Result:
-    """What rigid-block equilibrium says, first, of a model that coupled analysis leaves undecided."""
+def _explained(
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim, result: Result, judge: Judge
+) -> Result:
+    """A result that coupled analysis leaves undecided, with what equilibrium alone says and where the search ends."""
     alone = decide(model, replace(settings, method="rbe"), judge=judge)
-    proved = "" if alone.verdict == "undecided" else ", with proof"
-    said = (
-        f"Rigid-block equilibrium alone says {alone.verdict}{proved}; coupled analysis does not decide. {result.reason}"
-    )
-    return replace(result, reason=said, provenance=result.provenance | {"rbe": alone.verdict})
+    folds = folds_at(model, system.used[list(claim.folds)])
+    force, motion = nearest(model, settings, system, claim)
+    known = Undecided(result.reason, alone.verdict, settings.bounds().eta, force, motion, folds, recut_of(model, folds))
+    provenance = result.provenance | {"rbe": alone.verdict, "folds": known.stones()}
+    return replace(result, reason=known.reason(), undecided=known, provenance=provenance)
 
 
 def _method_for(model: PreparedModel, settings: Settings) -> tuple[Settings, tuple[str, ...]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from cyclopean.analysis.certificates import certify
-from cyclopean.analysis.coupled.states import Bounds, measure, merit
+from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.analysis.equilibrium.components import component_labels, lightest
 from cyclopean.analysis.equilibrium.deciding import Decision
 from cyclopean.analysis.equilibrium.exact_balance import exact_balance
@@ -30,6 +30,7 @@ __all__ = [
     "Claim",
     "Judge",
     "coupled_claim",
+    "nearest",
     "polished",
     "prove",
     "rigid_claim",
@@ -59,6 +60,7 @@ class Claim:
     tree: Any = None
     part: EquilibriumSystem | None = None  # of the component that the tree is about; None = all
     state: Polished | None = None  # forces as a certificate wants them, where they are known already
+    folds: tuple[int, ...] = ()  # points (of q) at which a search ended
     figures: dict[str, float] = field(default_factory=dict)  # how near it came
     provenance: dict[str, Any] = field(default_factory=dict)
 
@@ -77,7 +79,9 @@ def coupled_claim(outcome: "CoupledOutcome") -> Claim:
         return Claim("rbe-mechanism", None, outcome.y, provenance=outcome.provenance)
     kind: Kind = {"coupled": "cra-state", "refuted": "cra-tree", "undecided": ""}[outcome.word]  # type: ignore[assignment]
     figures = {"merit": outcome.merit, "bound": outcome.bound}
-    return Claim(kind, outcome.f, outcome.dq, outcome.tree, outcome.part, None, figures, outcome.provenance)
+    return Claim(
+        kind, outcome.f, outcome.dq, outcome.tree, outcome.part, None, outcome.folds, figures, outcome.provenance
+    )
 
 
 def prove(
@@ -170,9 +174,7 @@ def _proof(
         state = polished(model, system, claim.f) if claim.state is None else claim.state
         force = state.f
         shown = force if claim.state is None else claim.f  # the state of least norm; the proof's may press more evenly
-        world = np.einsum("qi,qij->qj", system.true_forces(shown), system.frame)  # frames of points may lean from these
-        frame = model.contacts.frame[model.contacts.patch[system.used]] if len(model.contacts) else system.frame
-        proof: dict[str, Any] = {"force": np.einsum("qij,qj->qi", frame, world), "world_force": state.parts}
+        proof: dict[str, Any] = {"force": _in_patches(model, system, shown), "world_force": state.parts}
         if claim.kind == "rbe-state" or claim.motion is None:
             return proof, _state_residuals(system, state)
         if claim.kind == "rbe-settled":
@@ -200,6 +202,23 @@ def _proof(
         tree = {"bounds": bounds, "tree": tree_document(claim.tree, part, names, bounds.eps)}
         return tree | ({} if claim.part is None else {"component": names[part.free[0]]}), {}
     return {}, {name: float(value) for name, value in claim.figures.items() if np.isfinite(value)}
+
+
+def _in_patches(model: PreparedModel, system: EquilibriumSystem, f: Floats) -> Floats:
+    """(q, 3) scaled true forces in the frames of the patches, from which those of points may lean."""
+    world = np.einsum("qi,qij->qj", system.true_forces(f), system.frame)
+    frame = model.contacts.frame[model.contacts.patch[system.used]] if len(model.contacts) else system.frame
+    return np.asarray(np.einsum("qij,qj->qi", frame, world))
+
+
+def nearest(
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim
+) -> tuple[Floats | None, Floats | None]:
+    """The best forces (P, 3), N, and displacement (n, 6) that a search of coupled analysis met; no state."""
+    if claim.f is None or claim.motion is None:
+        return None, None
+    force = spread(system, model.contacts, _in_patches(model, system, claim.f) * system.force_unit)
+    return force, _rows(model, _turned(system, claim.motion.reshape(-1, 6) * settings.bounds().eps))
 
 
 def _turned(system: EquilibriumSystem, rows: Floats) -> Floats:
@@ -280,23 +299,18 @@ def _reason(
         claim.figures | ({} if report is None else report.figures),
         claim.provenance | {"method": settings.chosen_method()},
     )
-    return said + _worst_joint(model, settings, system, claim) + counted_on(model, claim.kind)
+    return said + _worst_joint(model, system, claim) + counted_on(model, claim.kind)
 
 
-def _worst_joint(model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim) -> str:
-    """Which joint a mechanism opens most, or keeps a coupled state from being found, and what may decide it then."""
-    if claim.motion is None or not system.points or model.idle or claim.provenance.get("solver") == "connectivity":
+def _worst_joint(model: PreparedModel, system: EquilibriumSystem, claim: Claim) -> str:
+    """Which joint a mechanism opens or slides most."""
+    if claim.kind != "rbe-mechanism" or claim.motion is None or not system.points:
         return ""
-    if claim.kind == "rbe-mechanism":
-        moved = np.abs(system.gap(claim.motion.ravel()))
-        normal, tangential = moved[:, 0], np.hypot(moved[:, 1], moved[:, 2])
-        said = f"{'opens' if np.max(normal) > np.max(tangential) else 'slides'} most."
-    elif not claim.kind and settings.chosen_method() == "cra" and claim.f is not None:
-        normal, tangential = merit(system, settings.bounds().unit(), claim.f, claim.motion)
-        said = "is the furthest from it. More `seconds`, a larger `eta` or other friction may decide it."
-    else:
+    if model.idle or claim.provenance.get("solver") == "connectivity":
         return ""
+    moved = np.abs(system.gap(claim.motion.ravel()))
+    normal, tangential = moved[:, 0], np.hypot(moved[:, 1], moved[:, 2])
     k = int(np.argmax(normal + tangential))
     contact, blocks = int(model.contacts.patch[system.used][k]), model.assembly.blocks
     a, b = (blocks[int(side[contact])].id for side in (model.contacts.a, model.contacts.b))
-    return f" The joint of '{a}' and '{b}' {said}"
+    return f" The joint of '{a}' and '{b}' {'opens' if np.max(normal) > np.max(tangential) else 'slides'} most."

@@ -138,6 +138,7 @@ def _undecided(bounds: Bounds, figures: Mapping[str, float], provenance: Mapping
     merit = f"best merit {figures['merit']:.1e}, 0 wanted" if np.isfinite(figures["merit"]) else "none at all"
     why = provenance.get("why", "")
     return (
-        f"Neither a coupled state ({merit}) nor a proof that there is none ({figures['bound']:.0%} of the cases"
-        f" closed) was found for {_named(bounds)}{': ' + why if why else ''}."
+        f"Coupled analysis met neither a state in which the stones bring forth the forces that hold them ({merit}) nor"
+        f" a proof that there is none ({figures['bound']:.0%} of the cases closed), for {_named(bounds)}"
+        f"{': ' + why if why else ''}."
     )

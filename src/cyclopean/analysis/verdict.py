@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from cyclopean.analysis.large_displacement.subsidence import Subsidence
     from cyclopean.analysis.safety_margins import Margins
     from cyclopean.analysis.sensitivity_study.sampling import Sensitivity
+    from cyclopean.analysis.undecided import Undecided
 
 OPEN = 1e-6  # of the largest displacement: what gaps less counts as shut
 
@@ -96,6 +97,7 @@ class Result:
     loading: Loading | None = None  # cases and their factors, where the model or the user told them apart
     path: "Subsidence | None" = None  # the steps of a settlement, where it was followed
     sensitivity: "Sensitivity | None" = None  # what became of samples, where some were drawn
+    undecided: "Undecided | None" = None  # where coupled analysis is: what is known all the same
     within: Within | None = None  # for which drawings around the model it holds, where that was asked
     spare: "Callable[[], Margins] | None" = None  # finds `margins`; once, when they are first asked for
 

@@ -121,7 +121,7 @@ def examined(
     if more.rough is not None:
         assembly, notes = _on_rough_surfaces(assembly, more.rough)
         said = (*said, *notes)
-    result = analysis.check(assembly, chosen, progress)
+    result = analysis.check(assembly, chosen, progress, remedies=True)
     given = _as_judged(assembly, result) if assembly.contacts is None else assembly
     if more.steps is not None and result.verdict == "stable":
         path = analysis.subsidence(given, chosen, steps=more.steps, progress=progress)

@@ -17,6 +17,7 @@ from cyclopean.options import Option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
+    from cyclopean.analysis.undecided import Undecided
 
 __all__ = ["MODEL", "assumed_line", "check", "verdict_lines", "write_result"]
 
@@ -103,8 +104,8 @@ def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
     """
     from cyclopean import io
 
-    proof = files.proof(result.certificate)
-    data = io.result_dict(result, seen_from(files.to.get("json"), proof))
+    proof, beside = files.proof(result.certificate), _at_eta(result, files)
+    data = io.result_dict(result, *(seen_from(files.to.get("json"), file) for file in (proof, beside)))
     there = files.to.get("report")
 
     def page() -> str:
@@ -112,8 +113,19 @@ def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
 
         return report_html(result, certificate_file=seen_from(there, proof), model_file=seen_from(there, Path(model)))
 
-    files.write({"certificate": lambda: result.certificate, "report": page, "json": lambda: data})
+    made = {"certificate": lambda: result.certificate, "report": page, "json": lambda: data}
+    if beside is not None and result.undecided is not None and (at := result.undecided.stable_at) is not None:
+        made, files = made | {"at eta": lambda: at.certificate}, replace(files, to={**files.to, "at eta": beside})
+    files.write(made)
     return data
+
+
+def _at_eta(result: "Result", files: Files) -> Path | None:
+    """Where the certificate of a state at a larger eta goes: beside that of the verdict, which it does not prove."""
+    file, known = files.to.get("certificate"), result.undecided
+    if file is None or known is None or known.stable_at is None:
+        return None
+    return file.with_name(f"{file.stem}-at-eta{file.suffix}")
 
 
 def _lines(result: "Result", data: dict[str, Any], files: Files, spare: "Margins | None") -> list[str]:
@@ -180,8 +192,10 @@ def _sensitivity_lines(found: "Sensitivity") -> list[str]:
 
 def verdict_lines(result: "Result", data: dict[str, Any], files: Files) -> list[str]:
     """Say the verdict, why, what it rests on, and where the files are."""
+    known = result.undecided
     lines = [
-        f"{result.verdict}: {result.reason}",
+        f"{result.verdict}: {result.reason if known is None else known.why}",
+        *([] if known is None else _known_lines(known, _at_eta(result, files))),
         f"  model    {result.assembly.name}: {data['blocks']} blocks, {data['free']} of them free,"
         f" {data['contacts']} contacts; method {result.method}",
     ]
@@ -200,6 +214,12 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: Files) -> list[
         lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic{_within(result)}")
     lines += _tension_line(result)
     return lines + files.line(but=() if result.certificate else ("certificate",))
+
+
+def _known_lines(known: "Undecided", file: Path | None) -> list[str]:
+    """What is known all the same, and what would decide it."""
+    lines = [f"  {word:8} {text}" for word, text in known.lines()]
+    return lines if file is None else [*lines, f"  written  {file}, the proof of the state at that eta"]
 
 
 def assumed_line(assumed: Mapping[str, Any]) -> list[str]:

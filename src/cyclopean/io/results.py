@@ -1,5 +1,6 @@
 """What analyses found, as data: `cyclopean.result/1` and `cyclopean.limit/1`."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cyclopean import __version__
@@ -16,13 +17,16 @@ if TYPE_CHECKING:  # only a name here: converting a file must not load the solve
         Subsidence,
     )
     from cyclopean.analysis.safety_margins import Bracket
+    from cyclopean.analysis.undecided import Undecided
 
 __all__ = ["limit_dict", "margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
 
 SCHEMA, LIMIT = "cyclopean.result/1", "cyclopean.limit/1"
 
 
-def result_dict(result: "Result", certificate_file: str | None = None) -> dict[str, Any]:
+def result_dict(
+    result: "Result", certificate_file: str | None = None, stable_at_file: str | None = None
+) -> dict[str, Any]:
     """Return a verdict as plain lists, numbers and text, ready for JSON; what is not finite becomes null.
 
     Parameters
@@ -31,6 +35,8 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         The verdict.
     certificate_file : str, optional
         Where the certificate was written.
+    stable_at_file : str, optional
+        Where that of the state at a larger eta was written, where the verdict is undecided and there is one.
 
     Returns
     -------
@@ -40,7 +46,9 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         and rad/s of every free block, up to a common factor), `displacement` only when stable by coupled analysis (the
         virtual one of every free block: lengths in the unit of eps, rotations in that unit per metre). `loading`,
         `partly_held`, `joints_that_pull` and `settlement` only where the model or the command says such things;
-        `margins`, `sensitivity`, `path` and `within` (lengths in m) where they were asked for.
+        `margins`, `sensitivity`, `path` and `within` (lengths in m) where they were asked for. Where coupled analysis
+        is undecided, `nearest`, the best forces and displacement met, `change`, and `stable_at` where a state was
+        proved at a larger eta.
     """
     ids = [block.id for block in result.assembly.blocks]
     document = _head(SCHEMA, result, result.method)
@@ -60,6 +68,8 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
         document["displacement"] = _motion(result, ids, result.displacement)
     if result.settled is not None:
         document["settlement"] = _settlement(result, ids)
+    if result.undecided is not None:
+        document |= _undecided(result, result.undecided, ids, stable_at_file)
     document |= _tail(result, certificate_file)
     if result.within is not None:
         document["within"] = picked(result.within, "asked", "degrees", "holds", "certain")
@@ -70,6 +80,22 @@ def result_dict(result: "Result", certificate_file: str | None = None) -> dict[s
     if result.path is not None:
         document["path"] = subsidence_dict(result.path, result)
     return {key: plain(value) for key, value in document.items()}
+
+
+def _undecided(result: "Result", known: "Undecided", ids: list[str], file: str | None) -> dict[str, Any]:
+    """The best triple met, what would decide it, and at which eta a state is proved."""
+    found: dict[str, Any] = {}
+    if known.force is not None and known.displacement is not None:
+        force = _forces(replace(result, force=known.force, utilisation=None), ids)
+        found["nearest"] = {"forces": force, "displacement": _motion(result, ids, known.displacement)}
+    if (at := known.stable_at) is not None:
+        found["stable_at"] = {"eta": at.eta, "certificate": {"kind": at.certificate["kind"], "file": file}}
+    change: dict[str, Any] = {"untried": known.untried}
+    if known.friction is not None:
+        change["friction"] = picked(known.friction, "factor", "mu")
+    if known.recut is not None:
+        change["recut"] = picked(known.recut, "block", "on", "angle", "needed")
+    return found | {"change": change}
 
 
 def limit_dict(
