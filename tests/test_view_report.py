@@ -18,9 +18,11 @@ import pytest
 import zstandard
 
 from cyclopean.analysis import Result
+from cyclopean.analysis.undecided import Fold, Friction, Recut, StableAt, Undecided
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.view import report_html
 from cyclopean.view import scene as scene_module
+from cyclopean.view.colours import WEAK
 from cyclopean.view.markup import POLICY
 
 BOX = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -267,6 +269,33 @@ def test_says_how_near_an_undecided_coupled_analysis_came():
     assert "Rigid-block equilibrium accepts" not in Page(report_html(replace(near, provenance={"tried": tried}))).words
     assert "share of all cases that the refuting search has proved impossible" in words
     assert "would have to exceed this many times" not in words
+
+
+def test_names_and_marks_the_stones_at_which_an_undecided_search_ends():
+    one = arch()
+    known = Undecided(
+        "It is open.", "stable", 10.0,
+        folds=(Fold(one.assembly.blocks[1].id, (41.2, 44.0), 31.4, ("c<13>",)),),
+        recut=Recut(one.assembly.blocks[1].id, "foot", 41.2, 31.0),
+        stable_at=StableAt(11.82, {"kind": "cra-state"}), friction=Friction(1.25, 0.75), untried=("more friction",),
+    )  # fmt: skip
+    source = report_html(replace(one, verdict="undecided", force=None, utilisation=None, undecided=known))
+    page = Page(source)
+    name = one.assembly.blocks[1].id
+    for words in (
+        "It is open.",
+        "Rigid-block equilibrium alone says stable, with proof.",
+        "A state exists for eta >= 11.82, with proof (10 was asked for).",
+        f"Stone '{name}' rests on faces steeper than friction (41 and 44 degrees against 31)",
+        "stands only if 'c<13>' jams it.",
+        "With friction 0.75 it is proved stable.",
+        f"Recut '{name}': its face on 'foot' lies at 41 degrees and would carry it at 31.",
+        "There was no time to try more friction: more --seconds",
+        "where the search ends",
+    ):
+        assert words in page.words
+    assert f'fill="{WEAK}"' in source  # the key; faces are shaded
+    assert "where the search ends" not in Page(report_html(undecided())).words
 
 
 def test_shows_every_field_of_an_unstable_result(pages):

@@ -57,9 +57,8 @@ class Recut:
 
     def words(self) -> str:
         """What to cut."""
-        return (
-            f"recut '{self.block}': its face on '{self.on}' lies at {self.angle:.0f} degrees, {self.needed:g} carry it"
-        )
+        lies = f"its face on '{self.on}' lies at {self.angle:.0f} degrees"
+        return f"recut '{self.block}': {lies} and would carry it at {self.needed:g}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,6 +6,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 
 __all__ = [
     "ACCENT",
+    "BLAMED",
     "FORCE",
     "GHOST",
     "GRAVITY",
@@ -22,6 +23,7 @@ __all__ = [
     "SUPPORT",
     "THRUST",
     "UNKNOWN",
+    "WEAK",
     "classes",
     "fill",
     "rgb",
@@ -49,7 +51,9 @@ SOFT = "#5b5750"  # of words that may be overlooked
 LINE = "#dedbd3"  # of tables and charts
 ACCENT = {"stable": "#00695c", "unstable": "#b83a10", "undecided": "#8a5a00"}  # each >= 4.5 : 1 on white
 
-UNKNOWN, HELD = -1, -2  # classes beside 0 .. STEPS - 1
+WEAK = "#e3a63c"  # a stone at which a search ends
+
+UNKNOWN, HELD, BLAMED = -1, -2, -3  # classes beside 0 .. STEPS - 1
 
 
 def classes(value: Floats, fixed: Bools | None = None) -> Ints:
@@ -68,7 +72,7 @@ def classes(value: Floats, fixed: Bools | None = None) -> Ints:
 
 def fill(group: int) -> str:
     """Colour of a class as #rrggbb."""
-    return SUPPORT if group == HELD else NEUTRAL if group == UNKNOWN else SCALE[group]
+    return {HELD: SUPPORT, UNKNOWN: NEUTRAL, BLAMED: WEAK}.get(group) or SCALE[group]
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

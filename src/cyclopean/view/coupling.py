@@ -12,7 +12,7 @@ from cyclopean.view.figures import cases, force_text, needed_tension, number, pr
 from cyclopean.view.markup import DASHED, arrow, click_note, figure, key, legend, section, told
 from cyclopean.view.tables import cases_table, tension_table
 
-__all__ = ["coupled", "near", "refuted", "tension"]
+__all__ = ["coupled", "known_all_the_same", "near", "refuted", "tension"]
 
 NEAR = "merit"  # the residual that only an undecided coupled analysis has
 
@@ -77,6 +77,22 @@ def _accepted(result: Result) -> str:
     return ""
 
 
+def known_all_the_same(result: Result) -> str:
+    """What is known of a model that stays undecided: what is proved, the stones that are blamed, what to change."""
+    known = result.undecided
+    if known is None:
+        return ""
+    said: dict[str, list[str]] = {}
+    for word, text in known.lines():
+        said.setdefault(word, []).append(f"<li>{told(text[0].upper() + text[1:])}.</li>")
+    proved = "".join(said.get("rbe", []) + said.get("at eta", []))
+    parts = [f"<h3>What is proved</h3><ul>{proved}</ul>"]
+    if "stone" in said:
+        parts.append(f"<h3>Where the search ends</h3><ol>{''.join(said['stone'])}</ol>")
+    parts.append(f"<h3>What would decide it</h3><ul>{''.join(said['change'])}</ul>")
+    return section("Why it is open, and what would decide it", f'<div class="known">{"".join(parts)}</div>')
+
+
 def near(result: Result) -> str:
     """Say how near a coupled analysis came that ended without a proof."""
     if result.verdict != "undecided" or NEAR not in result.residuals:
@@ -88,8 +104,7 @@ def near(result: Result) -> str:
         f" work of {number(float(merit))} (in eps times a mean block weight) that a coupled state does not do. The"
         f" search for a refutation closed {number(100.0 * float(share))} % of the cases."
     )
-    way = told("A longer search (`seconds`, `nodes`) may decide it, and so may other bounds (`eta`).")
-    return section("How near it came", f"<p>{way}</p>", lead)
+    return section("How near it came", f"<p>{lead}</p>")
 
 
 def tension(result: Result) -> str:

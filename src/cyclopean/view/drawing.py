@@ -10,7 +10,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.geometry import Polyhedra, face_normals, pack
 from cyclopean.geometry.frames import unit
-from cyclopean.view.colours import classes
+from cyclopean.view.colours import BLAMED, classes
 from cyclopean.view.figures import Pressing, Resultants, block_utilisation, needed_tension, pressing, resultants
 from cyclopean.view.motion import Motion, drawn_motion
 from cyclopean.view.thrust import thrust_line
@@ -62,6 +62,7 @@ class Picture:
     pull: Floats = field(default_factory=NOWHERE.copy)  # (t, 3) m, where a joint would have to pull, the most first
     pull_share: Floats = field(default_factory=NOBODY.copy)  # (t,) of the largest tension
     thrust: Floats = field(default_factory=NOTHING.copy)  # (s, 2, 3) m, the line of thrust, where there is one
+    blamed: Floats = field(default_factory=NOWHERE.copy)  # (b, 3) m, middles of stones at which a search ends, in order
 
 
 def picture(result: Result) -> Picture:
@@ -85,9 +86,12 @@ def picture(result: Result) -> Picture:
         ghost = ghost[:0]
     quantity, value = _quantity(result, motion)
     arrow, largest = _arrows(result, None if many else resultants(result), notes)
+    blamed = _blamed(result)
+    group = classes(value, result.fixed)
+    group[blamed] = BLAMED
     drawn = Picture(
         mesh,
-        classes(value, result.fixed),
+        group,
         quantity,
         edge if drawable else edge[:0],
         ghost if drawable else ghost[:0],
@@ -98,8 +102,17 @@ def picture(result: Result) -> Picture:
         tuple(notes),
         None if motion is None else shown.vertex,
         thrust=NOTHING if many else thrust_line(result),
+        blamed=result.assembly.mass.centroid[blamed],
     )
     return drawn if many else _with_points(drawn, result)
+
+
+def _blamed(result: Result) -> list[int]:
+    """Blocks at which an undecided search ends, the most blamed first."""
+    if result.undecided is None:
+        return []
+    number = {block.id: i for i, block in enumerate(result.assembly.blocks)}
+    return [number[fold.block] for fold in result.undecided.folds]
 
 
 def picture_at_limit(result: LimitResult) -> Picture:

@@ -5,6 +5,8 @@ are dropped, the rest are painted from the furthest to the nearest. A drawing of
 too large, shows the way there at a click: SVG's own animation, without a script.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
@@ -57,6 +59,7 @@ def elevation_svg(drawn: Picture, title: str) -> str:
         _dots(drawn.press, np.full(len(drawn.press), 4.0), paper, FORCE),
         _arrows(drawn.rub, paper, RUB),
         _dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), paper, PULL),
+        *_numbers(drawn.blamed, paper),
         _gravity(drawn, paper),
         scale_bar(MARGIN, paper.height - 34.0, paper.scale, 0.22 * (paper.width - 2.0 * MARGIN)) if len(seen) else "",
     ]
@@ -167,6 +170,14 @@ def _dots(point: Floats, radius: Floats, paper: Paper, colour: str) -> str:
         drawn[x, y] = max(r, drawn.get((x, y), 0.0))
     circles = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}"/>' for (x, y), r in drawn.items())
     return f'<g fill="{colour}" stroke="#fff" stroke-width="1.2">{circles}</g>'
+
+
+def _numbers(point: Floats, paper: Paper) -> Iterator[str]:
+    """The number of each of some stones, in a disc at its middle."""
+    style = 'text-anchor="middle" font-weight="700" font-size="15"'
+    for k, (x, y) in enumerate(paper.of(point).tolist(), 1):
+        yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="11" fill="#fff" stroke="{INK}" stroke-width="1.2"/>'
+        yield text(x, y + 5.3, str(k), style)
 
 
 def _head(tail: Floats, tip: Floats, length: float) -> str:

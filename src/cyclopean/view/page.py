@@ -3,8 +3,8 @@
 from html import escape
 
 from cyclopean.analysis import Result
-from cyclopean.view.colours import FORCE, GRAVITY, PULL, THRUST
-from cyclopean.view.coupling import coupled, near, refuted, tension
+from cyclopean.view.colours import FORCE, GRAVITY, PULL, THRUST, WEAK
+from cyclopean.view.coupling import coupled, known_all_the_same, near, refuted, tension
 from cyclopean.view.drawing import Picture, picture
 from cyclopean.view.figures import force_text
 from cyclopean.view.markup import (
@@ -25,6 +25,7 @@ from cyclopean.view.markup import (
 )
 from cyclopean.view.proofs import proves, proves_not
 from cyclopean.view.sensitivity_chart import sensitivity_section
+from cyclopean.view.svg import rect
 from cyclopean.view.tables import (
     assumptions,
     contacts_table,
@@ -67,6 +68,7 @@ def report_html(
     drawn = picture(result)
     body = (
         _head(result, model_file),
+        known_all_the_same(result),
         section("How it moves" if drawn.motion else "The model", _pictures(result, drawn)),
         coupled(result, drawn),
         refuted(result),
@@ -103,7 +105,7 @@ def _head(result: Result, model_file: str | None) -> str:
         result.assembly.name,
         figures,
         _METHOD.get(result.method, result.method),
-        answer=(result.verdict.capitalize(), result.reason),
+        answer=(result.verdict.capitalize(), result.reason if (known := result.undecided) is None else known.why),
         more=_pulling(result) + (f'<p class="soft">{escape(result.drawing)}.</p>' if result.drawing else ""),
         model_file=model_file,
     )
@@ -153,6 +155,8 @@ def _caption(result: Result, drawn: Picture) -> str:
         return "Dots are points where joints would have to pull; the larger, the more."
     if result.certificate is not None and "tree" in result.certificate:
         return "There are no forces and no motion to show: what is proved is that none go together."
+    if len(drawn.blamed):
+        return "Numbers are those of the stones above."
     return "" if drawn.notes else "There are no forces and no motion to show."
 
 
@@ -163,6 +167,7 @@ def _legend(drawn: Picture) -> str:
         [
             scale_of(drawn.quantity),
             key(SUPPORTED, "support"),
+            key(rect(0.0, 0.0, 32.0, 16.0, f'fill="{WEAK}"'), "where the search ends") if len(drawn.blamed) else "",
             key(arrow(FORCE), longest) if len(drawn.arrow) else "",
             key(thrust, "line of thrust (elevation): where the load passes") if len(drawn.thrust) else "",
             key(DASHED, "where it stands") if len(drawn.ghost) else "",

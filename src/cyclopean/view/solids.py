@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.view.colours import HELD, STEPS, UNKNOWN, fill, rgb
+from cyclopean.view.colours import BLAMED, HELD, STEPS, UNKNOWN, fill, rgb
 from cyclopean.view.drawing import Picture
 
 __all__ = ["Layer", "Layers", "arrow_solids", "block_layers", "once", "wires"]
@@ -75,6 +75,9 @@ class Layers:
         )
 
 
+NAMES = {HELD: "supports", UNKNOWN: "no value", BLAMED: "where the search ends"}
+
+
 def block_layers(drawn: Picture, corner: Ints, face: Ints, shown: Any) -> list[Layer]:
     """Blocks, one mesh a colour class, see-through where there are forces inside: few, however many blocks.
 
@@ -84,10 +87,10 @@ def block_layers(drawn: Picture, corner: Ints, face: Ints, shown: Any) -> list[L
     of_vertex, of_corner = drawn.group[drawn.mesh.vertex_body], drawn.group[drawn.mesh.face_body[face]]
     through = THROUGH if len(drawn.arrow) else None
     layers = []
-    for k in (HELD, UNKNOWN, *range(STEPS)):
+    for k in (HELD, UNKNOWN, BLAMED, *range(STEPS)):
         mine = of_vertex == k
         local = (np.cumsum(mine) - 1)[corner[of_corner == k]].astype(np.uint32)
-        name = {HELD: "supports", UNKNOWN: "no value"}.get(k, f"{k / STEPS:.1f} to {(k + 1) / STEPS:.1f}")
+        name = NAMES.get(k, f"{k / STEPS:.1f} to {(k + 1) / STEPS:.1f}")
         layers.append(Layer(f"/blocks/{name}", shown[mine], local, fill(k), None if k == HELD else through))
     return layers
 

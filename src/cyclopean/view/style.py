@@ -56,7 +56,9 @@ pre{background:var(--wash);border:1px solid var(--line);border-radius:.3rem;padd
 white-space:pre-wrap;overflow-wrap:anywhere;font:.92rem/1.5 ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}
 code{font:.92em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;overflow-wrap:anywhere}
 .proof{display:grid;grid-template-columns:1fr 1fr;gap:.5rem 2.5rem}
-.proof h3{font-size:1rem;margin:1rem 0 .2rem} .proof ul{margin:.2rem 0;padding-left:1.1rem} .proof li{margin:.35rem 0}
+.proof h3,.known h3{font-size:1rem;margin:1rem 0 .2rem} .known ul,.known ol{margin:.2rem 0;padding-left:1.3rem}
+.known li{margin:.3rem 0;max-width:46rem;overflow-wrap:anywhere}
+.proof ul{margin:.2rem 0;padding-left:1.1rem} .proof li{margin:.35rem 0}
 footer{margin-top:3.5rem;padding-top:1rem;border-top:1px solid var(--line);color:var(--soft)}
 .flat .scene{display:none} .flat .elevation{margin-top:0}
 @media(max-width:40rem){main{padding:1.3rem 1rem 3rem}.verdict{padding:1.1rem 1.1rem}
