@@ -269,6 +269,12 @@ def test_a_budget_that_is_too_small_leaves_it_undecided(run, frame):
     assert len(data["nearest"]["displacement"]["beam0"]) == 6
 
 
+@pytest.mark.parametrize(("mu", "expected"), [("0", 1), ("2", 0)])
+def test_friction_may_be_none_or_more_than_one(run, frame, mu, expected):
+    status, _, err = run("check", frame, "--mu", mu)
+    assert (status, err) == (expected, "")
+
+
 def test_a_state_at_a_larger_eta_is_proved_beside(run, tmp_path):
     """By hand: a beam of half-length 1 and height 0.25 needs eta = 4 (1 / 0.25) eps + beta_min = 16.01 eps."""
     write_model(tmp_path / "long.json", beams(1.0, 0.25, 0.4))

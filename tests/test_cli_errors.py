@@ -44,12 +44,14 @@ ENTRY = [sys.executable, "-m", "cyclopean"]
         (["check", "a", "--eps", "-1"], "--eps"),
         (["check", "a", "--eps", "wide"], "--eps: 'wide' is not a number"),
         (["check", "a", "--eta", "0"], "--eta"),
+        (["check", "a", "--eta", "0.5"], "--eta 0.5: must not be smaller than eps (1), by which points overlap"),
+        (["check", "a", "--eps", "20", "--eta", "10"], "--eta 10: must not be smaller than eps (20)"),
         (["check", "a", "--eta", "nan"], "--eta"),
         (["check", "a", "--eta", "1e9"], "--eta"),
         (["check", "a", "--beta-min", "0"], "--beta-min"),
         (["check", "a", "--beta-min", "x"], "--beta-min"),
         (["check", "a", "--beta-min", "11"], "--beta-min 11: must be smaller than eta (10)"),
-        (["check", "a", "--eps", "1e12", "--eta", "1e-90"], "--beta-min"),
+        (["check", "a", "--eps", "1e-90", "--eta", "1e12"], "--beta-min"),
         (["check", "a", "--seconds", "0"], "--seconds"),
         (["check", "a", "--seconds", "inf"], "--seconds"),
         (["check", "a", "--nodes", "0"], "--nodes"),
@@ -108,7 +110,7 @@ def test_version(run, argv):
     ],
 )
 def test_what_goes_wrong_inside_never_looks_like_a_verdict(run, monkeypatch, error, status, said):
-    def fail(*_):
+    def fail(*_, **__):
         raise error
 
     run("make", "stack", 2, "--out", "m.json")

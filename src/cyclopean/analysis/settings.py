@@ -189,4 +189,6 @@ class Settings:
         from cyclopean.analysis.coupled.states import Bounds
 
         eta = 10.0 * self.eps if self.eta is None else self.eta
+        if eta < self.eps:
+            raise InputError.of("eta", eta, f"must not be smaller than eps ({self.eps:g}), by which points overlap")
         return Bounds(self.eps, eta, 0.01 * self.eps if self.beta_min is None else self.beta_min)

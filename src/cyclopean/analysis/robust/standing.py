@@ -120,7 +120,8 @@ def standing(model: PreparedModel, family: Family) -> tuple[dict[str, Any] | Non
 def _case(model: PreparedModel, family: Family) -> _Case | None:
     """The model with what is left of its contacts; None where some block is left without any."""
     contacts, lean = model.contacts, family.leans(model.contacts)
-    left = np.where(np.isfinite(lean), (contacts.mu - lean) / (1.0 + contacts.mu * lean), -1.0)
+    known = np.where(np.isfinite(lean), lean, 0.0)
+    left = np.where(np.isfinite(lean), (contacts.mu - known) / (1.0 + contacts.mu * known), -1.0)
     bears = np.flatnonzero((left > 0.0) & ~(model.fixed[contacts.a] & model.fixed[contacts.b]))
     if not len(bears):
         return None
