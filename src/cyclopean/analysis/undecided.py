@@ -38,12 +38,11 @@ class Fold:
         others = listed(self.neighbours)
         if not self.steep:
             return f"the search ends at the joint of '{self.block}' and {others}"
-        angles = listed([f"{angle:.0f}" for angle in self.faces], "")
-        lies = (
-            f"on faces steeper than friction ({angles} degrees against {self.friction:.0f})" if angles else "on nothing"
-        )
+        angles = listed(list(dict.fromkeys(f"{angle:.0f}" for angle in self.faces)), "")
+        lies = "on a face" if len(self.faces) == 1 else "on faces"
+        lies += f" steeper than friction ({angles} degrees against {self.friction:.0f})"
         jams = f" and stands only if {others} jam{'s' * (len(self.neighbours) == 1)} it" if others else ""
-        return f"stone '{self.block}' rests {lies}{jams}"
+        return f"stone '{self.block}' rests {lies if angles else 'on nothing'}{jams}"
 
 
 @dataclass(frozen=True, slots=True)
