@@ -1,6 +1,7 @@
-"""Sparse symmetric factorisation behind one small interface: analyse once, factor many times.
+"""Sparse factorisation behind one small interface: analyse once, factor many times.
 
-`rslab` (supernodal LDL', MIT) does the work; `scipy` (SuperLU) is the fallback and the reference it is tested against.
+`rslab` (supernodal LDL' and LU, MIT) does the work; `scipy` (SuperLU) is the fallback and the reference it is tested
+against. Patterns are symmetric; values may be on either side of the diagonal.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ __all__ = ["Factor", "Symbolic", "analyse"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Factor:
-    """A factorised symmetric matrix."""
+    """A factorised matrix."""
 
     handle: Any
 
@@ -41,11 +42,12 @@ class Symbolic:
 
     backend: str
     indptr: Ints  # (n + 1,) lower triangle by columns, diagonal included
-    indices: Ints  # (nnz,) rows, ascending in each column
+    indices: Ints  # (nnz,) rows, ascending in each column; of an unsymmetric matrix both triangles
     handle: Any
+    symmetric: bool = True
 
     def factor(self, data: Floats) -> Factor:
-        """Factor the symmetric matrix whose lower triangle is `data` (nnz,) on this pattern.
+        """Factor the matrix with `data` (nnz,) on this pattern: a symmetric one by its lower triangle.
 
         Raises
         ------
@@ -57,41 +59,51 @@ class Symbolic:
         try:
             if self.backend == "rslab":
                 return Factor(self.handle.factor(np.ascontiguousarray(data)))
-            return Factor(_superlu(_symmetric(self.indptr, self.indices, data)))
+            matrix = _symmetric if self.symmetric else _whole
+            return Factor(_superlu(matrix(self.indptr, self.indices, data)))
         except (RuntimeError, ValueError) as fault:
             raise SolverError(f"{self.backend}: {fault}") from None
 
 
-def analyse(indptr: Ints, indices: Ints, backend: str = "rslab", threads: int | None = None) -> Symbolic:
-    """Order the pattern of a symmetric matrix given by its lower triangle (columns, diagonal included).
+def analyse(
+    indptr: Ints, indices: Ints, backend: str = "rslab", threads: int | None = None, symmetric: bool = True
+) -> Symbolic:
+    """Order a symmetric pattern, given by its lower triangle; by both triangles where the values are not symmetric.
 
     Parameters
     ----------
     indptr, indices : (n + 1,), (nnz,) int
-        Compressed columns of the lower triangle, rows ascending.
+        Compressed columns, diagonal included, rows ascending.
     backend : {"rslab", "scipy"}
         Which factorisation to use.
     threads : int, optional
         For rslab; the answer does not depend on it.
+    symmetric : bool
+        LDL' of the lower triangle, or else LU.
     """
     if backend == "rslab":
         import rslab
 
-        count = np.ones(len(indices))
-        diagonal = indptr[:-1]
-        count[diagonal] = 2.0 * (len(indices) // max(len(diagonal), 1) + 1)
+        n = len(indptr) - 1
+        diagonal = indices == np.repeat(np.arange(n), np.diff(indptr))
+        count = np.where(diagonal, 2.0 * (len(indices) // max(n, 1) + 1), 1.0)
         options = {} if threads is None else {"threads": threads}
-        handle: Any = rslab.analyze(_symmetric(indptr, indices, count), path="ldlt", **options)
+        matrix, path = (_symmetric, "ldlt") if symmetric else (_whole, "lu")
+        handle: Any = rslab.analyze(matrix(indptr, indices, count), path=path, **options)
     elif backend == "scipy":
         handle = None
     else:
         raise SolverError(f"no sparse backend '{backend}': choose rslab or scipy")
-    return Symbolic(backend, indptr, indices, handle)
+    return Symbolic(backend, indptr, indices, handle, symmetric)
+
+
+def _whole(indptr: Ints, indices: Ints, data: Floats) -> Any:
+    n = len(indptr) - 1
+    return sp.csc_matrix((data, indices, indptr), shape=(n, n))
 
 
 def _symmetric(indptr: Ints, indices: Ints, data: Floats) -> Any:
-    n = len(indptr) - 1
-    lower = sp.csc_matrix((data, indices, indptr), shape=(n, n))
+    lower = _whole(indptr, indices, data)
     return (lower + sp.tril(lower, -1).T).tocsc()
 
 

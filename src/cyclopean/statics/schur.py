@@ -1,11 +1,13 @@
 """S = A D A' on the graph of free blocks: one pattern, many values."""
 
 import copy
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from cyclopean.arrays import Floats
+from cyclopean.arrays import Floats, Ints
 from cyclopean.solvers import Factor, Symbolic, analyse
 from cyclopean.statics.equilibrium import EquilibriumSystem
 
@@ -101,6 +103,38 @@ class Schur:
             data[self._diagonal] += self._still
         self.factorisations += 1
         return self.symbolic.factor(data)
+
+    def unsymmetric(self, D: Floats, shift: float) -> Factor:
+        """Factor A D A' + shift I for (q, 3, 3) D that are not symmetric."""
+        lower, upper = self.values(D), self.values(np.ascontiguousarray(D.transpose(0, 2, 1)))
+        lower[self._diagonal] += shift + self._still if self._still.any() else shift
+        self.factorisations += 1
+        whole = self._whole
+        return whole.symbolic.factor(np.concatenate([lower, upper[whole.strict]])[whole.order])
+
+    @cached_property
+    def _whole(self) -> "_Whole":
+        return _Whole.of(self.symbolic)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Whole:
+    """Both triangles of a pattern, for LU."""
+
+    symbolic: Symbolic
+    strict: Ints  # entries of the lower triangle off the diagonal
+    order: Ints  # (nnz,) of the lower triangle's entries, then those of the upper, by columns
+
+    @classmethod
+    def of(cls, lower: Symbolic) -> "_Whole":
+        """From the lower triangle."""
+        n, row = len(lower.indptr) - 1, lower.indices
+        column = np.repeat(np.arange(n), np.diff(lower.indptr))
+        strict = np.flatnonzero(row != column)
+        r, c = np.concatenate([row, column[strict]]), np.concatenate([column, row[strict]])
+        order = np.argsort(c * n + r)
+        indptr = np.searchsorted(c[order], np.arange(n + 1))
+        return cls(analyse(indptr, r[order], lower.backend, symmetric=False), strict, order)
 
 
 def _dofs(row: Any) -> Any:

@@ -18,7 +18,7 @@ import numpy as np
 
 from cyclopean.analysis.coupled.halves import Halves
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish, total_merit
-from cyclopean.analysis.coupled.proximal import Prices
+from cyclopean.analysis.coupled.programme_a import Prices
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.arrays import Floats
 from cyclopean.statics import EquilibriumSystem

@@ -32,7 +32,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from cyclopean.analysis.coupled.leaves import ENGAGED, UNLOADED, Cell, root_cell
-from cyclopean.analysis.coupled.proximal import Prices
+from cyclopean.analysis.coupled.programme_a import Prices
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.arrays import Floats, Ints
 from cyclopean.solvers import Cone, ConicAnswer, ConicProgram, solve

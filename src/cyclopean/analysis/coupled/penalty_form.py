@@ -30,10 +30,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from cyclopean.analysis.coupled.biconvex import alternation
-from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
+from cyclopean.analysis.coupled.continuation import continuation
 from cyclopean.analysis.coupled.halves import Halves
-from cyclopean.analysis.coupled.polish import Attempt, nothing
-from cyclopean.analysis.coupled.proximal import Prices
+from cyclopean.analysis.coupled.polish import Attempt, better, nothing
+from cyclopean.analysis.coupled.programme_a import Prices
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure, merit
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
@@ -42,8 +42,6 @@ from cyclopean.statics import EquilibriumSystem
 __all__ = ["GlueFigures", "coupled_tension", "glued"]
 
 OPENINGS = (0.5, 0.1)  # w in terms of eta: a smaller one where sliding would exceed eta
-ROUNDS = 40  # of the gap-shifted loop: further joints decide slowly
-SHARE = 0.4  # of the time left for each alternation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +53,7 @@ class GlueFigures:
     opening: float  # w in eps; 0 where no glue is needed
     residuals: Residuals  # glue points included
     mismatch: Floats  # (q,) work by which each point misses a state, in mean block weights x eps; 0 at a state
-    route: str  # "none", "A", "B" with the glue, or "programme" where it is not exact
+    route: str  # "none", "search" with the glue, or "programme" where it is not exact
 
 
 def glued(system: EquilibriumSystem, opening: float) -> EquilibriumSystem:
@@ -125,28 +123,22 @@ def coupled_tension(
         return _unglued(system, *state, residuals)
     if system.points == 0 and system.p.any():
         raise SolverError("no forces balance the loads: there is no joint to glue")
-    found = nothing(system, bounds) if system.points == 0 else de_saxce_iteration(system, bounds, deadline=deadline)
+    found = nothing(system, bounds) if system.points == 0 else _searched(system, bounds, deadline)
     if found.found:
         return _unglued(system, found.f, found.dq, found.residuals)
-    if not found.infeasible:  # a state without glue comes before any with it
-        found = alternation(system, bounds, deadline=_until(deadline))
-        if found.found:
-            return _unglued(system, found.f, found.dq, found.residuals)
     for share in OPENINGS:
         opening = share * bounds.eta
-        found = de_saxce_iteration(glued(system, opening), bounds, rounds=ROUNDS, deadline=deadline)
+        found = _searched(glued(system, opening), bounds, deadline)
         if found.found:
-            return _answer(system, bounds, opening, found, "A")
+            return _answer(system, bounds, opening, found, "search")
     opening = OPENINGS[0] * bounds.eta
-    found = alternation(glued(system, opening), bounds, deadline=_until(deadline))
-    if found.found:
-        return _answer(system, bounds, opening, found, "B")
     return _answer(system, bounds, opening, _balanced(system, bounds, opening), "programme")
 
 
-def _until(deadline: float) -> float:
-    now = time.perf_counter()
-    return now + SHARE * max(deadline - now, 0.0)
+def _searched(system: EquilibriumSystem, bounds: Bounds, deadline: float) -> Attempt:
+    """By the continuation, then by alternation."""
+    found = continuation(system, bounds, deadline=deadline).attempt
+    return found if found.found else better(found, alternation(system, bounds, deadline=deadline))
 
 
 def _unglued(

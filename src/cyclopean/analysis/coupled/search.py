@@ -1,9 +1,9 @@
 """Coupled rigid-block analysis: the search for a state, and for a proof that there is none.
 
-In this order: equilibrium alone (where no forces balance the loads at all, a mechanism says so), friction that stiffens
-(route "A at scale"), the gap-shifted loop (route "A"), the alternation between forces and motion (route "B"), the
-branching tree (route "D"), which can also prove that no state exists, and last hopping from start to start. Whatever a
-route claims is measured here at every contact point.
+In this order: equilibrium alone (where no forces balance the loads at all, a mechanism says so), the continuation from
+dilating to Coulomb friction, the alternation between forces and motion with restarts, and the branching tree, which can
+also prove that no state exists. Whatever a route claims is measured here at every contact point. Budgets count
+factorisations, programmes and nodes, so that the same question has the same answer on any machine; time only stops.
 """
 
 import time
@@ -13,33 +13,25 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cyclopean.analysis.coupled.at_scale import solve_at_scale
 from cyclopean.analysis.coupled.biconvex import alternation
-from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
-from cyclopean.analysis.coupled.hopping import hop
-from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
+from cyclopean.analysis.coupled.continuation import continuation
+from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing
 from cyclopean.analysis.coupled.states import Bounds, merit
 from cyclopean.analysis.coupled.tree import Node, refute
 from cyclopean.analysis.equilibrium.components import Part, components, in_own_units
 from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError, SolverError
-from cyclopean.statics import EquilibriumSystem, Schur
+from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["CoupledOutcome", "solve_cra"]
 
+DENSE = 40_000  # points times blocks beyond which the conic programmes of alternation and tree are not set up
 TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
 GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
-TREE_SHARE = 0.6  # of the time left for the tree; hopping takes the rest
-FEW = 4  # free blocks up to which conic programmes are the quickest from the start
-SMOOTH = 1e-6  # friction coefficient that the stiffening route needs at least
-STIFFENINGS = 10  # rounds of it; most models need one to seven
 FOLDS = 8  # contact points named where the search ends
-LARGE = 1000  # contact points beyond which "A at scale" takes nearly all the time: the others do not get that far
-NEARLY = 0.95  # of the time left, for "A at scale" of a large model
-SHARES = {"A at scale": 0.6, "A": 0.4, "B": 0.6}  # of the time left
 
-Route = tuple[str, str, Callable[[float], Attempt]]  # name, solver, and what to run until a deadline
+Route = tuple[str, str, Callable[[], Attempt]]  # name, solver, and what to run
 Tried = list[dict[str, Any]]  # what each route did
 
 
@@ -56,7 +48,7 @@ class CoupledOutcome:
     merit: float = np.inf  # of the best triple
     bound: float = 0.0  # share of the tree that is closed
     folds: tuple[int, ...] = ()  # contact points (of q) at which an undecided search ends, the most blamed first
-    route: str = ""  # "RBE", "A", "A at scale", "B", "D", "hopping"
+    route: str = ""  # "RBE", "continuation", "alternation", "tree"
     provenance: dict[str, Any] = field(default_factory=dict)
 
 
@@ -91,10 +83,10 @@ def solve_cra(
     bounds : Bounds
         Of the displacement; only eta / eps and beta_min / eps matter.
     solver : str
-        Of rigid-block equilibrium; "clarabel" keeps the large programmes to Clarabel as well. (OSQP knows linear cones
-        only: coupled programmes go to Clarabel with "osqp", too.)
+        Of rigid-block equilibrium; "clarabel" and "osqp" leave out the continuation, whose equations are not convex, so
+        that all is Clarabel's. (OSQP knows linear cones only.)
     seconds : float
-        Budget of the whole search, shared out among the routes.
+        After which the search stops wherever it is; nothing else depends on it.
     nodes : int
         Budget of the tree.
     progress : callable
@@ -161,18 +153,16 @@ def _together(
 
 def _component(system: EquilibriumSystem, asked: _Asked, given: Floats | None, tried: Tried) -> CoupledOutcome:
     """The routes, one after the other, for blocks that touch; `given` are forces of rigid-block equilibrium."""
-    best = nothing(system, asked.bounds)
+    best, folds = nothing(system, asked.bounds), list[int]()
     if best.found:  # nothing loaded, or nothing free
         return _coupled(best, "RBE", tried)
-    for name, by, run in _routes(system, asked, [] if given is None else [given]):
-        left = asked.deadline - time.perf_counter()
-        if left <= 0.0:
+    for name, by, run in _routes(system, asked, [] if given is None else [given], folds):
+        if time.perf_counter() > asked.deadline:
             break
         asked.progress(f"searching a coupled state: {name}")
         began = time.perf_counter()
         try:
-            share = NEARLY if name == "A at scale" and system.points > LARGE else SHARES[name]
-            found = run(began + share * left)
+            found = run()
         except (SolverError, np.linalg.LinAlgError):  # numerically beyond this route; the next may do better
             tried.append(_entry(name, by, "failed", began))
             continue
@@ -182,62 +172,59 @@ def _component(system: EquilibriumSystem, asked: _Asked, given: Floats | None, t
         best = better(best, found)
         if best.found:
             return _coupled(best, name, tried)
-    return _branched(system, asked, best, tried)
+    return _branched(system, asked, best, tried, folds)
 
 
-def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats]) -> Iterator[Route]:
-    """The routes to a state in the order of their cost."""
-    if asked.solver not in ("clarabel", "osqp") and system.blocks > FEW:
-        schur = Schur(system) if asked.solver == "auto" else None
-        yield "A at scale", "interior", lambda until: _stiffened(system, asked.bounds, until, schur)
-    yield "A", "clarabel", lambda until: de_saxce_iteration(system, asked.bounds, deadline=until)
-    yield "B", "clarabel", lambda until: alternation(system, asked.bounds, given, until)
+def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats], folds: list[int]) -> Iterator[Route]:
+    """The routes to a state in the order of their cost; `folds` takes the points where the continuation folds."""
+
+    def continued() -> Attempt:
+        found = continuation(system, asked.bounds, deadline=asked.deadline)
+        folds.extend(found.folds)
+        return found.attempt
+
+    if asked.solver not in ("clarabel", "osqp"):
+        yield "continuation", "interior", continued
+    if system.points * system.blocks <= DENSE:
+        yield "alternation", "clarabel", lambda: alternation(system, asked.bounds, given, deadline=asked.deadline)
 
 
-def _stiffened(system: EquilibriumSystem, bounds: Bounds, until: float, schur: Schur | None) -> Attempt:
-    """Route "A at scale"; smooth joints get a trace of friction, which the polish takes away again."""
-    smooth = system.mu < SMOOTH
-    rough = replace(system, mu=np.where(smooth, SMOOTH, system.mu)) if smooth.any() else system
-    answer = solve_at_scale(rough, bounds, seconds=until - time.perf_counter(), rounds=STIFFENINGS, schur=schur)
-    f, dq = answer.f, answer.dq
-    if smooth.any() and answer.word == "coupled":
-        f = np.where(smooth[:, None] & np.array([False, True, True]), 0.0, f)
-        f, dq, _ = polish(system, bounds, f, dq)
-    found = attempt(system, bounds, f, dq)
-    return replace(found, solves=answer.solves, rounds=answer.rounds, iterations=answer.factorisations)
-
-
-def _branched(system: EquilibriumSystem, asked: _Asked, best: Attempt, tried: Tried) -> CoupledOutcome:
-    """The last resorts: refute by branching, or meet a state there; then hop from start to start until the deadline."""
+def _branched(
+    system: EquilibriumSystem, asked: _Asked, best: Attempt, tried: Tried, folds: list[int]
+) -> CoupledOutcome:
+    """The last resort: refute by branching, or meet a state there."""
     bounds, began = asked.bounds, time.perf_counter()
     left = asked.deadline - began
     if left <= 0.0:
-        return _undecided(system, bounds, best, tried, 0.0, "the time was up before the refuting search began")
+        return _undecided(system, bounds, best, tried, folds, 0.0, "the time was up before the refuting search began")
     small = system.points <= TREE_POINTS
     asked.progress("refuting by branching")
-    answer = refute(system, bounds, TREE_SHARE * left, asked.nodes if small else min(asked.nodes, GLANCE))
-    tried.append(_entry("D", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
+    answer = refute(system, bounds, left, asked.nodes if small else min(asked.nodes, GLANCE))
+    tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
     if answer.word == "refuted":
-        provenance = _provenance("D", tried) | {"leaves": answer.leaves}
+        provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
         return CoupledOutcome(
-            "refuted", best.f, best.dq, tree=answer.root, merit=best.merit, bound=1.0, route="D", provenance=provenance
+            "refuted",
+            best.f,
+            best.dq,
+            tree=answer.root,
+            merit=best.merit,
+            bound=1.0,
+            route="tree",
+            provenance=provenance,
         )
     best = better(best, attempt(system, bounds, answer.f, answer.dq))
     if best.found:
-        return _coupled(best, "D", tried)
-    began = time.perf_counter()
-    asked.progress("hopping")
-    (_, f, dq), _ = hop(system, bounds, asked.deadline - began)
-    best = better(best, attempt(system, bounds, f, dq))
-    tried.append(_entry("hopping", "clarabel", "state" if best.found else "none", began))
-    if best.found:
-        return _coupled(best, "hopping", tried)
-    why = f"after {answer.nodes} nodes and {time.perf_counter() - began:.0f} s of hopping from start to start"
-    if not small:
+        return _coupled(best, "tree", tried)
+    total = _provenance("", tried)
+    why = f"after {total['factorisations']} factorisations, {total['solves']} programmes and {answer.nodes} nodes"
+    if time.perf_counter() > asked.deadline:
+        why += "; the time was up"
+    elif not small:
         why += f"; the refuting search is exponential, so beyond {TREE_POINTS} contact points it is cut short"
-    elif answer.nodes < asked.nodes and answer.seconds < TREE_SHARE * left:
+    elif answer.nodes < asked.nodes:
         why += "; a case of the refuting search is too narrow for floating point"
-    return _undecided(system, bounds, best, tried, answer.bound, why)
+    return _undecided(system, bounds, best, tried, folds, answer.bound, why)
 
 
 def _coupled(best: Attempt, route: str, tried: Tried) -> CoupledOutcome:
@@ -246,13 +233,15 @@ def _coupled(best: Attempt, route: str, tried: Tried) -> CoupledOutcome:
 
 
 def _undecided(
-    system: EquilibriumSystem, bounds: Bounds, best: Attempt, tried: Tried, bound: float, why: str
+    system: EquilibriumSystem, bounds: Bounds, best: Attempt, tried: Tried, folds: list[int], bound: float, why: str
 ) -> CoupledOutcome:
+    """The best triple met; where no path folds, the points where it misses most are named."""
     provenance = _provenance("", tried) | {"why": why}
-    work = sum(merit(system, bounds, best.f, best.dq))
-    folds = tuple(np.argsort(-work, kind="stable")[:FOLDS].tolist())
+    if not folds:
+        work = sum(merit(system, bounds, best.f, best.dq))
+        folds = np.argsort(-work, kind="stable")[:FOLDS].tolist()
     return CoupledOutcome(
-        "undecided", best.f, best.dq, merit=best.merit, bound=bound, folds=folds, provenance=provenance
+        "undecided", best.f, best.dq, merit=best.merit, bound=bound, folds=tuple(folds), provenance=provenance
     )
 
 

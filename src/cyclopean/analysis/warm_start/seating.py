@@ -13,7 +13,7 @@ them costs no change: beta + alpha |f_t| = |dd_t|.
 import numpy as np
 
 from cyclopean.analysis.coupled.halves import Halves
-from cyclopean.analysis.coupled.proximal import Prices
+from cyclopean.analysis.coupled.programme_a import Prices
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.analysis.warm_start.region import region
 from cyclopean.arrays import Bools, Floats, Ints

@@ -1,10 +1,15 @@
-"""Programme A by an interior point: one factorisation of S = A D A' an iteration."""
+"""Programme A, whose friction dilates, by an interior point: one factorisation of S = A D A' an iteration.
+
+Programme A prices the forces over the friction cones, `h(f) = sum c fn + beta |f_t| + alpha / 2 |f_t|^2`, and asks for
+the cheapest that balance the loads; the multipliers of the balance are a motion. Any solution in which no point's
+friction is at its bound is a coupled state: dn = -1 where fn > 0, and dd_t = -(beta + alpha |f_t|) f_t / |f_t|. At the
+bound there is a multiplier lambda = |dd_t| - beta - alpha |f_t|, and dn = -1 + mu lambda: the point presses and opens.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from cyclopean.analysis.coupled.proximal import Prices
 from cyclopean.analysis.equilibrium.interior import SMALLEST_MU
 from cyclopean.analysis.equilibrium.newton import collapse_bound
 from cyclopean.analysis.quadratic_cones import (
@@ -22,9 +27,18 @@ from cyclopean.errors import SolverError
 from cyclopean.solvers import Factor
 from cyclopean.statics import EquilibriumSystem, Schur
 
-__all__ = ["SlidingPoint", "sliding_interior"]
+__all__ = ["Prices", "SlidingPoint", "sliding_interior"]
 
 PATIENCE = 5  # iterations without gain after which rounding has the upper hand
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prices:
+    """What forces cost: c fn + beta |f_t| + alpha / 2 |f_t|^2 at each point, in displacements (eps = 1)."""
+
+    normal: Floats  # (q,) c = 1 + s
+    slide: float | Floats  # (q,) or one beta: how far a point slides at least before it has friction
+    stiff: Floats  # (q,) alpha: how much further for a unit of friction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,10 +88,13 @@ def sliding_interior(
     schur: Schur,
     prices: Prices,
     gap: float = 1e-5,
+    loose: float = 1e3,
     cap: int = 40,
     decisive: float = 3e6,
 ) -> SlidingPoint:
     """Min sum c fn + beta |f_t| + alpha / 2 |f_t|^2 subject to A f = -p and |f_t| <= mu fn, to a gap of `gap`.
+
+    What is off may be `loose` times the gap at the end.
 
     With x = (r, f_t) in Q3 and t = mu fn - r >= 0 the cones are standard and fn = (r + t) / mu. The Nesterov-Todd
     scalings of x and t fold into one 3 x 3 block D a point, so that a step solves with S = A D A', the pattern of RBE;
@@ -100,7 +117,7 @@ def sliding_interior(
         mean = at.gap
         primal = float(np.max(np.abs(off), initial=0.0))
         dual = max(float(np.max(np.abs(off_x), initial=0.0)), float(np.max(np.abs(off_t), initial=0.0)))
-        if mean <= gap and max(primal, dual) <= 1e3 * gap:
+        if mean <= gap and max(primal, dual) <= loose * gap:
             word = "solved"
             break
         bound = collapse_bound(system, at.q)
