@@ -92,7 +92,7 @@ def _first(factors: Sequence[float], attempt: Callable[[float], Any], until: flo
 def _searched(system: EquilibriumSystem, bounds: Bounds, settings: Settings, until: float) -> CoupledOutcome:
     """What a search with a small budget finds."""
     seconds = min(until - time.perf_counter(), settings.seconds)
-    return solve_cra(system, bounds, settings.solver, seconds, min(NODES, settings.nodes))
+    return solve_cra(system, bounds, settings.solver, seconds, NODES)
 
 
 def _with_eta(model: PreparedModel, settings: Settings, until: float, factor: float) -> StableAt | Result | None:
