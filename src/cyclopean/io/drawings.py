@@ -183,7 +183,7 @@ def _built(made: Callable[..., Made], row: Mapping[str, Any], where: str) -> Mad
 
 
 def _settings(value: Any, where: str) -> PatternSettings:
-    row = dict(mapping(value, where))
+    row = {"max_bed": 90.0} | dict(mapping(value, where))  # of files from before there was one: as drawn
     openings = array(row.get("openings", []), f"{where}: openings")
     row["openings"] = tuple(
         _built(Opening, mapping(opening, f"{where}: openings[{k}]"), f"{where}: openings[{k}]")

@@ -34,6 +34,7 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.design.options import not_negative, positive
+from cyclopean.design.walls.beds import bedded
 from cyclopean.design.walls.dressing import Quoins
 from cyclopean.design.walls.improve import Chosen, improvements, standing
 from cyclopean.design.walls.interlock import interlock, score
@@ -226,11 +227,11 @@ def _pairs(patterns: tuple[Pattern, Pattern]) -> dict[int, int]:
 
 def _joined(patterns: tuple[Pattern, Pattern], thickness: Thickness, masonry: Masonry) -> CornerWall:
     """Both walls as one model."""
-    same, width = _pairs(patterns), patterns[0].settings.width
-    laid = [
-        jointed(patterns[0], Plane(), thickness, masonry),
-        jointed(patterns[1], ReturnPlane(width), thickness, masonry),
-    ]
+    width = patterns[0].settings.width
+    faces: tuple[Surface, Surface] = (Plane(), ReturnPlane(width))
+    patterns = (bedded(patterns[0], faces[0], thickness), bedded(patterns[1], faces[1], thickness))
+    same = _pairs(patterns)
+    laid = [jointed(pattern, face, thickness, masonry) for pattern, face in zip(patterns, faces, strict=True)]
     first = [k + 1 for k in range(len(patterns[0].subdivision))]
     fresh = iter(range(len(first) + 1, len(first) + len(patterns[1].subdivision) + 1))
     second = [first[same[k]] if k in same else next(fresh) for k in range(len(patterns[1].subdivision))]

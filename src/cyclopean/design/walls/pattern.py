@@ -19,7 +19,7 @@ True
 True
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -75,6 +75,10 @@ class PatternSettings:
     courses: int = option(5, "Number of courses [as many as rows].", "whole", metavar="N")
     size_grade: float = option(0.3, "Spread of the stones' sizes.", "number", metavar="S")
     sliver: float = option(0.18, "Stones thinner than this share are culled.", "number", metavar="S")
+    max_bed: float = option(
+        35.0, "Every stone lies on a face as flat as this, in degrees, if it can; 90 = as drawn.", "number",
+        metavar="DEG",
+    )  # fmt: skip
     openings: tuple[Opening, ...] = ()
     quoins: Quoins | None = None
     coping: Coping | None = None
@@ -89,6 +93,7 @@ class PatternSettings:
         within("coursing", self.coursing, 0.0, 1.0)
         within("jitter", self.jitter, 0.0, 0.5)
         within("sliver", self.sliver, 0.0, 1.0)
+        within("max_bed", self.max_bed, 0.0, 90.0)
         not_negative("size_grade", self.size_grade)
         object.__setattr__(self, "openings", tuple(self.openings))
         if self.columns * self.rows < LEAST_SEEDS:
@@ -138,6 +143,13 @@ class Pattern:
     readout: Readout
     settings: PatternSettings
     seeds: Seeds | None = None  # what it was drawn from, those that were culled included; None = not from seeds
+
+    def with_corners(self, vertex: Floats) -> "Pattern":
+        """The same stones with their corners, (V, 2) m, in other places."""
+        cells = self.subdivision
+        moved = Subdivision(vertex, cells.start, cells.index, cells.site)
+        readout = replace(self.readout, area_cv=_unevenness(moved))
+        return replace(self, subdivision=moved, course=_course(moved, self.lines), readout=readout)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -219,19 +231,30 @@ def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
     drawn, live, least = _culled(seeds, settings, frame)
     whole = _without_thin_pieces(drawn, least)
     found = without_short_joints(whole, frame.spacing, least)
-    areas, stone = found.areas(), found.site >= 0
     readout = Readout(
         cells=len(found),
-        coverage=float(areas.sum()) / frame.area,
-        area_cv=float(areas[stone].std() / areas[stone].mean()),
+        coverage=float(found.areas().sum()) / frame.area,
+        area_cv=_unevenness(found),
         culled=int((~live).sum()),
         merged=len(drawn) - len(whole),
         crossings=len(found.crossings()),
     )
-    field: list[Kind] = ["stone"] * int(stone.sum())
-    course = np.searchsorted(frame.lines[1:-1], found.centroids()[:, 1])
+    field: list[Kind] = ["stone"] * int((found.site >= 0).sum())
     kind = (*field, *frame.kind)
-    return Pattern(found, kind, course, frame.lines, frame.openings, frame.foot, readout, settings, seeds)
+    return Pattern(
+        found, kind, _course(found, frame.lines), frame.lines, frame.openings, frame.foot, readout, settings, seeds
+    )
+
+
+def _course(cells: Subdivision, lines: Floats) -> Ints:
+    """(n,) course in which each cell's centroid lies."""
+    return np.searchsorted(lines[1:-1], cells.centroids()[:, 1])
+
+
+def _unevenness(cells: Subdivision) -> float:
+    """Standard deviation / mean of the field stones' areas."""
+    areas = cells.areas()[cells.site >= 0]
+    return float(areas.std() / areas.mean())
 
 
 def live_seeds(seeds: Seeds, settings: PatternSettings) -> Ints:

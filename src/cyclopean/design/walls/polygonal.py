@@ -8,6 +8,7 @@
 from dataclasses import dataclass, replace
 
 from cyclopean.assembly import Assembly
+from cyclopean.design.walls.beds import bedded
 from cyclopean.design.walls.improve import Chosen, improvements, standing
 from cyclopean.design.walls.joints import JointReadout, Masonry, Warped, jointed
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
@@ -78,7 +79,8 @@ def polygonal_wall(
 
 
 def laid_wall(pattern: Pattern, surface: Surface, thickness: Thickness, masonry: Masonry) -> PolygonalWall:
-    """Lay a pattern on a surface, with exact joints; parameters and errors as `jointed`."""
+    """Lay a pattern on a surface, on beds and with exact joints; parameters and errors as `jointed`."""
+    pattern = bedded(pattern, surface, thickness)
     name = f"polygonal wall of {pattern.readout.cells}"
     assembly, joints = jointed(pattern, surface, thickness, masonry, name)
     return PolygonalWall(assembly, pattern, surface, thickness, joints, masonry)

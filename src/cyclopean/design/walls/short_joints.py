@@ -11,73 +11,17 @@ By hand: two short edges in a square, one a bend that can go, one between two jo
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 import numpy as np
 
-from cyclopean.arrays import Bools, Floats
+from cyclopean.arrays import Floats
+from cyclopean.design.walls.net import SHORT, Net, Point, net_of
 from cyclopean.geometry import Subdivision, dissolved, subdivide
 
 __all__ = ["SHORT", "without_short_joints"]
 
-SHORT = 0.02  # of the spacing of the stones: an edge below this is short
 APART = (1.5, 1.01)  # of the short length: what an edge is stretched to, the first that fits
 ROUNDS = 6  # of looking at all short edges; one change can make room for another
-COVER = 1e-10  # of a spacing's area: what the cells that a change touches may gain or lose together
-STRAIGHT = 1e-8  # of the spacing: a corner nearer than this to the line between its fixed neighbours slides along it
-
-Point = tuple[float, float]
-
-
-@dataclass(slots=True)
-class _Net:
-    """A subdivision under change, as lists; lengths in spacings, so that a stretched wall has its joints stretched."""
-
-    point: list[Point]
-    rings: list[list[int]]
-    spacing: Point  # m
-    least: float  # m, inradius proxy
-    cells: dict[int, set[int]] = field(default_factory=dict)  # at each corner; -1 = outside
-    slide: dict[int, Point | None] = field(default_factory=dict)  # of corners not free: direction, None = stays
-    outline: set[int] = field(default_factory=set)
-
-    def around(self, p: int) -> set[int]:
-        """Corners next to a corner."""
-        near: set[int] = set()
-        for c in self.cells[p] - {-1}:
-            ring = self.rings[c]
-            i = ring.index(p)
-            near |= {ring[i - 1], ring[(i + 1) % len(ring)]}
-        return near
-
-    def length(self, a: int, b: int) -> float:
-        """From corner to corner, in spacings."""
-        return float(np.hypot(*self.along(a, b)))
-
-    def along(self, a: int, b: int) -> Point:
-        """From a to b, in spacings."""
-        (x, y), (u, v) = self.point[a], self.point[b]
-        return (u - x) / self.spacing[0], (v - y) / self.spacing[1]
-
-    def area(self, c: int) -> float:
-        """Area of a cell (m2)."""
-        corner = np.array([self.point[k] for k in self.rings[c]])
-        if len(corner) < 3:
-            return 0.0
-        after, here = np.roll(corner, -1, axis=0) - corner[0], corner - corner[0]
-        return float((here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]).sum()) / 2.0
-
-    def thinness(self, c: int) -> float:
-        """Inradius proxy 2 A / P of a cell (m), negative where it is not simple."""
-        import shapely
-
-        if len(self.rings[c]) < 3:
-            return -1.0
-        corner = np.array([self.point[k] for k in self.rings[c]])
-        polygon = shapely.polygons(corner)
-        if not shapely.is_valid(polygon):
-            return -1.0
-        return 2.0 * self.area(c) / float(shapely.length(polygon))
 
 
 def without_short_joints(found: Subdivision, spacing: Floats, least: float) -> Subdivision:
@@ -99,7 +43,7 @@ def without_short_joints(found: Subdivision, spacing: Floats, least: float) -> S
     """
     for _ in range(ROUNDS):
         near = _short_edges(found, spacing)
-        net = _net(found, spacing, least) if near else None
+        net = net_of(found, spacing, least) if near else None
         if net is None or not sum(_mended(net, a, b) for a, b in near if a in net.cells and b in net.cells):
             break
         found = dissolved(subdivide(net.point, net.rings, found.site))
@@ -114,37 +58,7 @@ def _short_edges(found: Subdivision, spacing: Floats) -> list[tuple[int, int]]:
     return [(a, b) for a, b in found.edge[some[np.argsort(length[some], kind="stable")]].tolist()]
 
 
-def _net(found: Subdivision, spacing: Floats, least: float) -> _Net:
-    step = float(spacing[0]), float(spacing[1])
-    net = _Net([(x, y) for x, y in found.vertex.tolist()], found.rings(), step, least)
-    net.cells = {k: set() for k in range(len(found.vertex))}
-    for k, c in zip(found.index.tolist(), found.cell().tolist(), strict=True):
-        net.cells[k].add(c)
-    outer: Bools = np.any(found.side < 0, axis=1)
-    held = outer | (found.site < 0)[found.side].any(axis=1)
-    arms: dict[int, list[int]] = {}
-    for (a, b), outside in zip(found.edge[held].tolist(), outer[held].tolist(), strict=True):
-        for p, q in ((a, b), (b, a)):
-            arms.setdefault(p, []).append(q)
-            if outside:
-                net.outline.add(p)
-                net.cells[p].add(-1)
-    for p, ends in arms.items():
-        net.slide[p] = _side(found.vertex / spacing, p, ends) if len(ends) == 2 else None
-    return net
-
-
-def _side(vertex: Floats, p: int, ends: list[int]) -> Point | None:
-    """Direction (spacings) in which a corner can slide between two fixed edges; None if they are not in one line."""
-    one, other = vertex[ends[0]] - vertex[p], vertex[ends[1]] - vertex[p]
-    way = other - one
-    if not (abs(one[0] * other[1] - one[1] * other[0]) <= STRAIGHT * np.hypot(*way) and one @ other < 0.0):
-        return None
-    way = way / np.hypot(*way)
-    return float(way[0]), float(way[1])
-
-
-def _mended(net: _Net, a: int, b: int) -> bool:
+def _mended(net: Net, a: int, b: int) -> bool:
     """Try the changes in turn; whether one was made."""
     if b not in net.around(a) or not net.length(a, b) < SHORT:
         return False
@@ -155,7 +69,7 @@ def _mended(net: _Net, a: int, b: int) -> bool:
     return any(way(net, a, b) for way in ways)
 
 
-def _merged(net: _Net, a: int, b: int) -> bool:
+def _merged(net: Net, a: int, b: int) -> bool:
     """Make the ends one corner, if no more than three regions meet there."""
     if len(net.cells[a] | net.cells[b]) > 3:
         return False
@@ -165,7 +79,7 @@ def _merged(net: _Net, a: int, b: int) -> bool:
         return False
     keep = (stays or fixed or [max((a, b), key=lambda p: len(net.cells[p]))])[0]
     gone = b if keep == a else a
-    if gone in net.slide and not _on_side(net, gone, keep):
+    if gone in net.slide and not net.on_side(gone, keep):
         return False
     touched = sorted((net.cells[a] | net.cells[b]) - {-1})
     before = {c: (net.rings[c], net.thinness(c)) for c in touched}
@@ -174,7 +88,7 @@ def _merged(net: _Net, a: int, b: int) -> bool:
         ring = [keep if k == gone else k for k in net.rings[c]]
         net.rings[c] = [k for k, after in zip(ring, ring[1:] + ring[:1], strict=True) if k != after]
     simple = all(len(set(net.rings[c])) == len(net.rings[c]) for c in touched)
-    if not (simple and _covers(net, touched, whole) and all(_good(net, c, before[c][1]) for c in touched)):
+    if not (simple and net.covers(touched, whole) and all(net.is_good(c, before[c][1]) for c in touched)):
         for c in touched:
             net.rings[c] = before[c][0]
         return False
@@ -182,45 +96,22 @@ def _merged(net: _Net, a: int, b: int) -> bool:
     return True
 
 
-def _on_side(net: _Net, p: int, q: int) -> bool:
-    """Whether q lies on the line along which p slides."""
-    way = net.slide[p]
-    if way is None:
-        return False
-    u, v = net.along(p, q)
-    return abs(u * way[1] - v * way[0]) <= STRAIGHT
-
-
-def _covers(net: _Net, touched: list[int], before: float) -> bool:
-    """Whether cells have the area together that they had before (m2)."""
-    return abs(sum(map(net.area, touched)) - before) <= COVER * net.spacing[0] * net.spacing[1]
-
-
-def _good(net: _Net, c: int, before: float) -> bool:
-    return net.thinness(c) >= min(before, net.least) and net.thinness(c) > 0.0
-
-
-def _parted(net: _Net, a: int, b: int) -> bool:
+def _parted(net: Net, a: int, b: int) -> bool:
     """Move the ends apart, as far as they are free to go."""
     touched = sorted((net.cells[a] | net.cells[b]) - {-1})
     thin, whole = {c: net.thinness(c) for c in touched}, sum(map(net.area, touched))
     old = net.point[a], net.point[b]
-    short = _count_short(net, a, b)
+    short = net.short_edges(a, b)
     for new in _stretched(net, a, b):
         net.point[a], net.point[b] = new
-        if not net.length(a, b) < SHORT and _count_short(net, a, b) < short:
-            if _covers(net, touched, whole) and all(_good(net, c, thin[c]) for c in touched):
+        if not net.length(a, b) < SHORT and net.short_edges(a, b) < short:
+            if net.covers(touched, whole) and all(net.is_good(c, thin[c]) for c in touched):
                 return True
         net.point[a], net.point[b] = old
     return False
 
 
-def _count_short(net: _Net, a: int, b: int) -> int:
-    edges = {(min(p, q), max(p, q)) for p in (a, b) for q in net.around(p)}
-    return sum(net.length(p, q) < SHORT for p, q in edges)
-
-
-def _stretched(net: _Net, a: int, b: int) -> Iterator[tuple[Point, Point]]:
+def _stretched(net: Net, a: int, b: int) -> Iterator[tuple[Point, Point]]:
     """Places for both ends: each moves half of the way, then one of them all of it."""
     (u, v), length = net.along(a, b), net.length(a, b)
     if not length > 0.0:
@@ -233,7 +124,7 @@ def _stretched(net: _Net, a: int, b: int) -> Iterator[tuple[Point, Point]]:
             yield _moved(net, a, way, -more * share), _moved(net, b, way, more * (1.0 - share))
 
 
-def _moved(net: _Net, p: int, way: Point, far: float) -> Point:
+def _moved(net: Net, p: int, way: Point, far: float) -> Point:
     """Place of a corner after it has gone `far` (spacings) along a direction, as far as its side allows."""
     x, y = net.point[p]
     if p in net.slide:
