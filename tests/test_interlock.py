@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.design.walls import polygonal
+from cyclopean.design.walls import improve, polygonal
 from cyclopean.design.walls.dressing import Coping, Quoins
 from cyclopean.design.walls.improve import Chosen, improve_interlock, improvements, standing
 from cyclopean.design.walls.interlock import Interlock, interlock, interlock_of
@@ -295,9 +295,13 @@ def test_no_short_joint_is_left_in_the_field() -> None:
         assert without_short_joints(cells, np.array([0.375, 0.36]), 0.0) is cells  # it is settled
 
 
-def test_a_time_limit_is_kept() -> None:
-    pattern = improve_interlock(DRESSED, seconds=1e-9)
-    assert interlock(pattern).score == interlock(draw_pattern(DRESSED)).score
+def test_work_is_counted_and_large_walls_get_fewer_rounds(monkeypatch) -> None:
+    """Of 40 stones, with 80 to be drawn on the whole, two rounds; and with all there is to be had, as many as asked."""
+    short = improvements(PatternSettings(seed=2), rounds=2)
+    monkeypatch.setattr(improve, "STONES", 80)
+    assert [w.subdivision.vertex.tobytes() for w in improvements(PatternSettings(seed=2))] == [
+        w.subdivision.vertex.tobytes() for w in short
+    ]
 
 
 # ---- stability is kept
@@ -342,7 +346,7 @@ def test_a_wall_that_stands_is_not_given_up(verdicts: str, chosen: Chosen, asked
 
 
 def test_an_unstable_best_wall_is_passed_over(monkeypatch) -> None:
-    before, best = interlock(draw_pattern()).score, improvements(PatternSettings(), seconds=15.0)
+    before, best = interlock(draw_pattern()).score, improvements(PatternSettings())
     heard = []
 
     def second_best(model) -> str:
@@ -412,8 +416,6 @@ def test_bad_lines_and_searches() -> None:
         interlock_of(bond([[1]]), [1.0, 0.0], tolerance=0.1)
     with pytest.raises(InputError, match="rounds: expected a whole number"):
         improve_interlock(PatternSettings(), rounds=-1)
-    with pytest.raises(InputError, match="seconds: must be more than 0"):
-        improve_interlock(PatternSettings(), seconds=0.0)
     drawn = draw_pattern()
     bare = Pattern(*(getattr(drawn, name) for name in list(Pattern.__dataclass_fields__)[:-1]))
     with pytest.raises(InputError, match="not drawn from seeds"):

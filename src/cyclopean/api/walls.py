@@ -30,6 +30,7 @@ def polygonal_wall(
     courses: int | None = None,
     size_grade: float | None = None,
     sliver: float | None = None,
+    max_bed: float | None = None,
     openings: "Sequence[Opening] | None" = None,
     quoins: "Quoins | None" = None,
     coping: "Coping | None" = None,
@@ -57,6 +58,9 @@ def polygonal_wall(
         Of the random numbers; the same seed draws the same wall.
     jitter, lloyd, coursing, courses, size_grade, sliver : optional
         How regular the pattern is; see `PatternSettings`.
+    max_bed : float, optional
+        Degrees: every stone is to lie on a face as flat as this, 90 = as drawn. Those that could not be given one are
+        in `without_bed` of the wall.
     openings : sequence of Opening, optional
         Doors and windows.
     quoins, coping, base, base_radius : optional
@@ -106,6 +110,7 @@ def polygonal_wall(
         courses=courses,
         size_grade=size_grade,
         sliver=sliver,
+        max_bed=max_bed,
         openings=None if openings is None else tuple(openings),
         quoins=quoins,
         coping=coping,

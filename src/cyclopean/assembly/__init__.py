@@ -23,6 +23,7 @@ from cyclopean.assembly.parts import part
 from cyclopean.assembly.patches import Patch, rough_contacts
 from cyclopean.assembly.precision import length_tolerance
 from cyclopean.assembly.slips import slips
+from cyclopean.assembly.steep_beds import SteepBed, steep_beds
 from cyclopean.assembly.survey import Survey, Volumes, survey
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "NearMisses",
     "Patch",
     "Settlement",
+    "SteepBed",
     "SurfaceLoad",
     "Survey",
     "Volumes",
@@ -64,6 +66,7 @@ __all__ = [
     "resolved_loads",
     "rough_contacts",
     "slips",
+    "steep_beds",
     "supports",
     "surface_loads_at_points",
     "survey",

@@ -1,16 +1,19 @@
 """`info`: what is in a model file, and what a check of it would assume; or what stones are in a folder."""
 
 import os
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.api.inputs import Reading
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import long_work, warn
+from cyclopean.errors import InputError
 from cyclopean.options import Option
 
 if TYPE_CHECKING:
-    from cyclopean.assembly import Contacts, MendedAssembly
+    from cyclopean.assembly import Assembly, Contacts, MendedAssembly, SteepBed
 
 __all__ = ["info"]
 
@@ -111,12 +114,33 @@ def _contents(found: "MendedAssembly") -> dict[str, Any]:
         "density": [min(density), max(density)] if density else None,
         "without_density": facts.without_density,
         "contacts": _joints(contacts, detected=assembly.contacts is None),
+        "steep_beds": [asdict(one) for one in ([] if found.faults else _steep_beds(assembly, contacts))],
         "loads": facts.loads,
         "warped_faces": facts.warped_faces,
         "faults": [{"block": block, "fault": fault} for block, fault in found.faults],
         "assumed": assumed,
         "warnings": list(notes),
     }
+
+
+def _steep_beds(assembly: "Assembly", contacts: "Contacts | None") -> "Sequence[SteepBed]":
+    """Stones without a bed, at the friction and the gravity that a check would assume."""
+    import numpy as np
+
+    from cyclopean.analysis import GRAVITY, MU
+    from cyclopean.assembly import check_contacts, paired_friction, steep_beds, supports
+
+    if contacts is None or not len(contacts):
+        return ()
+    try:
+        middle, normal = assembly.mass.centroid, contacts.frame[:, 0]
+        if np.any(((middle[contacts.b] - middle[contacts.a]) * normal).sum(1) < 0.0):  # wound the wrong way, or hooked
+            contacts = check_contacts(assembly, contacts)[0]
+        fixed, _ = supports(assembly)
+    except InputError:  # a check says what is wrong
+        return ()
+    friction = paired_friction(assembly, contacts)[0].with_mu(MU)
+    return steep_beds(assembly, friction, fixed, np.array(GRAVITY))
 
 
 def _joints(contacts: "Contacts | None", detected: bool) -> dict[str, Any] | None:
@@ -159,6 +183,8 @@ def _lines(data: dict[str, Any]) -> list[str]:
         how = "detected" if joints["detected"] else "given"
         lines.append(f"  contacts  {joints['count']} {how}, {joints['points']} points, {joints['area']:.4g} m2")
         lines.append(f"  mu        {_span(joints['mu'], joints['without_mu'], '')}")
+    if data["steep_beds"]:
+        lines += _thrust(data["steep_beds"])
     if data["loads"]:
         lines.append(f"  loads     {data['loads']}")
     if data["assumed"]:
@@ -168,6 +194,14 @@ def _lines(data: dict[str, Any]) -> list[str]:
     lines += _some("mended    ", _alike(data["mended"]))
     lines += _some("FAULT     ", [f"block '{f['block']}' {f['fault']}" for f in data["faults"]])
     return lines + _some("note      ", data["warnings"])
+
+
+def _thrust(steep: list[dict[str, Any]]) -> list[str]:
+    """Stones without a bed: one line, then their names."""
+    count = f"{len(steep)} stone{' stands' if len(steep) == 1 else 's stand'}"
+    named = [f"'{one['block']}': {one['angle']:.0f} degrees, friction {one['friction']:.0f}" for one in steep]
+    told = f"  beds      {count} only if the neighbours hold them by thrust: all faces below are steeper than friction"
+    return [told.replace("hold them", "hold it") if len(steep) == 1 else told, *_some("          ", named)]
 
 
 def _alike(mended: list[dict[str, Any]]) -> list[str]:

@@ -30,7 +30,8 @@ FIELDS = {  # what refusals of the design begin with, and the option that says i
     "base_radius": "base radius", "openings": "opening", "twist": "surface twist", "cylinder": "surface cylinder",
     "cone": "surface cone", "sphere": "surface sphere",
 }  # fmt: skip
-DRAWN = "width height columns rows seed jitter lloyd coursing size_grade sliver"
+NAMED = 5  # stones without a bed; the rest are counted
+DRAWN = "width height columns rows seed jitter lloyd coursing size_grade sliver max_bed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,10 +211,26 @@ def _say_made(model: "Assembly") -> None:
 def _say_end(made: "PolygonalWall | CornerWall", files: Files) -> None:
     """Lines that stand below every wall: its joints, what became of it by improving, and where it was written."""
     say(f"joints     {_flat(made.joints)}")
+    for line in _beds(made):
+        say(line)
     if made.chosen is not None:
         say(f"improved   {_improved(made.chosen)}")
     for path in files.to.values():
         say(f"written {path}")
+
+
+def _beds(made: "PolygonalWall | CornerWall") -> list[str]:
+    """Stones that lie on no bed, if there are any."""
+    steep = made.without_bed
+    if not steep:
+        return []
+    names = ", ".join(f"'{one.block}' ({one.angle:.0f})" for one in steep[:NAMED])
+    more = f" and {len(steep) - NAMED} more" if len(steep) > NAMED else ""
+    told = f"{len(steep)} with no face below as flat as {steep[0].friction:.0f} degrees: {names}{more}"
+    return [
+        f"beds       {told}",
+        "           at friction angles below those in brackets they stand only if their neighbours hold them by thrust",
+    ]
 
 
 def _flat(joints: "JointReadout") -> str:

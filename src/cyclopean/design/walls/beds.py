@@ -2,9 +2,10 @@
 
 A stone all of whose lower faces are steeper than the friction angle slides off them, unless its neighbours jam it
 (`assembly.steep_beds`). In a drawn pattern few stones are like that, and mostly by little. For each of them the ends of
-its lower edges are moved, one of the two or both, upright or square to the bed that is wanted, by as little as will do.
-A move counts under the conditions of `design.walls.net`, if no edge becomes short by it and fewer of the stones that
-it touches are without a bed. Stones for which there is none stay as they were drawn.
+its lower edges are moved, one of the two or both, upright or square to the bed that is wanted, by as little as will do;
+of the first few moves the first is taken that costs no interlock, if there is one. A move counts under the conditions
+of `design.walls.net`, if no edge becomes short by it and fewer of the stones that it touches are without a bed. Stones
+for which there is none stay as they were drawn.
 
 The angle is that of the joint as it is laid on its surface. Where that leans back, so does every bed, and at the height
 of a dome no stone has a flat one.
@@ -16,12 +17,15 @@ By hand: a joint that rises as much as it runs leans by 45 degrees on a plane.
 [45.0]
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cyclopean.analysis import GRAVITY, MU
 from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.assembly import Assembly, SteepBed, steep_beds
+from cyclopean.design.walls.interlock import aligned_joints, course_lines, usual_tolerance
 from cyclopean.design.walls.joints import base_edges
 from cyclopean.design.walls.net import Net, Point, net_of
 from cyclopean.design.walls.pattern import Pattern
@@ -29,12 +33,13 @@ from cyclopean.design.walls.surfaces import Surface, Thickness
 from cyclopean.geometry import Subdivision
 from cyclopean.geometry.frames import unit
 
-__all__ = ["bedded"]
+__all__ = ["bedded", "without_bed"]
 
 UPRIGHT = 90.0  # degrees: every face below a stone is flatter than this, so there is nothing to do
 AIMS = (0.99, 0.8, 0.5)  # of the rise a metre that is allowed: less is needed where the surface leans or is round
 ROUNDS = 6  # of looking at all stones; one change can make room for another
 SHARES = (1.0, 0.0, 0.5)  # of a move that falls to the left end of an edge
+TRIES = 6  # moves that would do but cost interlock, before the least of them is taken
 ASIDE = 1e-6  # of a move square to the bed: a corner that slides away from it by less has no say
 
 Edge = tuple[int, int]
@@ -49,14 +54,33 @@ class _Wanted:
     thickness: Thickness
     limit: float  # rad from level
     idle: frozenset[Edge]  # edges on nothing, the lower corner first: they bear no stone
+    pattern: Pattern  # as it was drawn
+
+    def angles(self, ring: Floats) -> Floats:
+        """Angle from level (rad) of the joint over each side of a ring, (k, 2) m."""
+        here = np.arange(len(ring))
+        return _angles(*self.thickness.rails(self.surface, ring), here, np.roll(here, -1))
 
     def steep(self, net: Net, c: int) -> bool:
         """Whether a cell has no bed."""
-        ring = net.rings[c]
-        front, back = self.thickness.rails(self.surface, np.array([net.point[k] for k in ring]))
-        angle = _angles(front, back, np.arange(len(ring)), np.roll(np.arange(len(ring)), -1))
-        bears = [(min(a, b), max(a, b)) not in self.idle for a, b in _around(net, c)]
-        return not bool((angle[bears] <= self.limit).any())
+        angle = self.angles(np.array([net.point[k] for k in net.rings[c]])).tolist()
+        return not any(angle[i] <= self.limit and self.bears(*ends) for i, ends in enumerate(_around(net, c)))
+
+    def bears(self, a: int, b: int) -> bool:
+        """Whether there is something below an edge."""
+        return (min(a, b), max(a, b)) not in self.idle
+
+    def within(self, place: Point) -> bool:
+        """Whether a place is in the pattern."""
+        whole = self.pattern.settings
+        return 0.0 <= place[0] <= whole.width and 0.0 <= place[1] <= whole.height
+
+    def aligned(self, net: Net) -> float:
+        """Share of the head joints, by length, that are aligned: what they take from J."""
+        cells = self.pattern.with_corners(np.array(net.point)).subdivision
+        head, pair = aligned_joints(cells, course_lines(self.pattern), usual_tolerance(self.pattern))
+        length = cells.lengths()[head]
+        return float(length[np.unique(pair)].sum() / max(length.sum(), 1e-300))
 
 
 def bedded(pattern: Pattern, surface: Surface, thickness: Thickness) -> Pattern:
@@ -80,7 +104,7 @@ def bedded(pattern: Pattern, surface: Surface, thickness: Thickness) -> Pattern:
     outside: Bools = np.any(cells.side < 0, axis=1)
     outside[base_edges(pattern)] = False
     idle = frozenset((a, b) for a, b in cells.edge[outside].tolist())
-    wanted = _Wanted(surface, thickness, float(np.radians(settings.max_bed)), idle)
+    wanted = _Wanted(surface, thickness, float(np.radians(settings.max_bed)), idle, pattern)
     spacing = np.array([settings.width / settings.columns, settings.height / settings.rows])
     for _ in range(ROUNDS):
         steep = _steep(pattern.subdivision, wanted)
@@ -89,6 +113,27 @@ def bedded(pattern: Pattern, surface: Surface, thickness: Thickness) -> Pattern:
             break
         pattern = pattern.with_corners(np.array(net.point))
     return pattern
+
+
+def without_bed(assembly: Assembly, stones: Sequence[int], degrees: float) -> tuple[SteepBed, ...]:
+    """Stones of a wall that have no face below them as flat as this, or as the friction angle if that is less.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        A wall with its joints; friction is that of a check where it gives none.
+    stones : sequence of int
+        Blocks to look at.
+    degrees : float
+        From level.
+    """
+    joints = assembly.contacts
+    if joints is None:
+        return ()
+    mu = np.minimum(joints.with_mu(MU).mu, np.tan(np.radians(degrees)))
+    fixed = np.ones(len(assembly), bool)
+    fixed[list(stones)] = False
+    return steep_beds(assembly, replace(joints, mu=mu), fixed, np.array(GRAVITY))
 
 
 def _steep(found: Subdivision, wanted: _Wanted) -> list[int]:
@@ -116,32 +161,60 @@ def _around(net: Net, c: int) -> list[Edge]:
 
 
 def _bedded(net: Net, c: int, wanted: _Wanted) -> bool:
-    """Give a stone a bed by the least move that will do; whether there is one."""
-    if not wanted.steep(net, c):
-        return False  # a neighbour's move did it
-    for moves in _moves(net, c, wanted):
-        touched = sorted(set[int]().union(*(net.cells[p] for p in moves)) - {-1})
-        thin, whole = {k: net.thinness(k) for k in touched}, sum(map(net.area, touched))
-        before, short = sum(wanted.steep(net, k) for k in touched), net.short_edges(*moves)
-        old = {p: net.point[p] for p in moves}
-        for p, place in moves.items():
-            net.point[p] = place
-        sound = net.covers(touched, whole) and all(net.is_good(k, thin[k]) for k in touched)
-        if sound and net.short_edges(*moves) <= short and sum(wanted.steep(net, k) for k in touched) < before:
-            return True
-        for p, place in old.items():
-            net.point[p] = place
-    return False
+    """Give a stone a bed by the least move that costs no interlock, or by the least; whether there is one."""
+    ways = _moves(net, c, wanted) if wanted.steep(net, c) else []  # a neighbour's move may have done it
+    if not ways:
+        return False
+    before, sound = wanted.aligned(net), list[Moves]()
+    for moves in ways:
+        old = _placed(net, moves)
+        if not wanted.steep(net, c) and _spoils_nothing(net, old, wanted):
+            if wanted.aligned(net) <= before:
+                return True
+            sound.append(moves)
+        _placed(net, old)
+        if len(sound) == TRIES:
+            break
+    _placed(net, sound[0] if sound else {})
+    return bool(sound)
+
+
+def _spoils_nothing(net: Net, old: Moves, wanted: _Wanted) -> bool:
+    """Whether a move from these places leaves cells that are good, and fewer of them without a bed."""
+    touched = sorted(set[int]().union(*(net.cells[p] for p in old)) - {-1})
+
+    def measured() -> tuple[list[float], int, int]:
+        without = sum(wanted.steep(net, k) for k in touched)
+        return [net.thinness(k) for k in touched], net.short_edges(*old), without
+
+    new = _placed(net, old)
+    thin, short, without = measured()
+    whole = sum(map(net.area, touched))
+    _placed(net, new)
+    _, now_short, now_without = measured()
+    good = net.covers(touched, whole) and all(map(net.is_good, touched, thin))
+    return good and now_short <= short and now_without < without
+
+
+def _placed(net: Net, places: Moves) -> Moves:
+    """Put corners in their places; where they were."""
+    old = {p: net.point[p] for p in places}
+    for p, place in places.items():
+        net.point[p] = place
+    return old
 
 
 def _moves(net: Net, c: int, wanted: _Wanted) -> list[Moves]:
     """New places for the ends of the lower edges of a cell, the shortest way first."""
     found: list[tuple[float, Moves]] = []
     for a, b in _around(net, c):
-        if net.point[b][0] > net.point[a][0] and (min(a, b), max(a, b)) not in wanted.idle:
+        (x, y), (u, _) = net.point[a], net.point[b]
+        # where even a level edge is too steep, the surface leans too far
+        if u > x and wanted.bears(a, b) and wanted.angles(np.array([(x, y), (u, y)]))[0] <= wanted.limit:
             for aim in AIMS:
                 found += _flattened(net, a, b, aim * float(np.tan(wanted.limit)))
-    return [moves for _, moves in sorted(found, key=lambda one: one[0])]
+    within = [one for one in found if all(wanted.within(place) for place in one[1].values())]
+    return [moves for _, moves in sorted(within, key=lambda one: one[0])]
 
 
 def _flattened(net: Net, a: int, b: int, slope: float) -> Iterator[tuple[float, Moves]]:

@@ -32,16 +32,16 @@ from typing import cast
 import numpy as np
 
 from cyclopean.arrays import Floats
-from cyclopean.assembly import Assembly, Block, Contacts
+from cyclopean.assembly import Assembly, Block, Contacts, SteepBed
 from cyclopean.design.options import not_negative, positive
-from cyclopean.design.walls.beds import bedded
+from cyclopean.design.walls.beds import bedded, without_bed
 from cyclopean.design.walls.dressing import Quoins
 from cyclopean.design.walls.improve import Chosen, improvements, standing
 from cyclopean.design.walls.interlock import interlock, score
 from cyclopean.design.walls.joints import FOOTING, MARGIN, JointReadout, Masonry, jointed, with_open_joints
 from cyclopean.design.walls.openings import clear_shape, head_stones
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
-from cyclopean.design.walls.polygonal import IMPROVING, verdict
+from cyclopean.design.walls.polygonal import verdict
 from cyclopean.design.walls.surfaces import Plane, ReturnPlane, Surface, Thickness
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
@@ -66,6 +66,13 @@ class CornerWall:
     def surfaces(self) -> tuple[Surface, Surface]:
         """What the two patterns lie on."""
         return Plane(), ReturnPlane(self.patterns[0].settings.width)
+
+    @property
+    def without_bed(self) -> tuple[SteepBed, ...]:
+        """As of a `PolygonalWall`."""
+        both = zip(self.patterns, self.block, strict=True)
+        field = {k for one, block in both for k, kind in zip(block, one.kind, strict=True) if kind == "stone"}
+        return without_bed(self.assembly, sorted(field), self.patterns[0].settings.max_bed)
 
     @property
     def corner(self) -> tuple[int, ...]:
@@ -128,7 +135,7 @@ def corner_wall(
     bed = Thickness(depth), Masonry(density, mu)
     if not improve:
         return _joined((draw_pattern(both[0]), draw_pattern(both[1])), *bed)
-    first, second = (improvements(one, seconds=IMPROVING / 2.0) for one in both)
+    first, second = map(improvements, both)
     count = max(len(first), len(second))
     pairs = [(first[min(k, len(first) - 1)], second[min(k, len(second) - 1)]) for k in range(count)]
     chosen = standing(pairs, lambda pair: verdict(_joined(pair, *bed).assembly))

@@ -8,7 +8,7 @@ stone, gains a thinner one or a crossing, or becomes less even than it was is ne
 
 Besides the score the search sees how far pairs are from being aligned, and joints that meet end to end though their
 midpoints differ: so it is led out of a plateau, keeps a margin, and does not please the score alone. All chance comes
-from the settings' seed: the same rounds give the same wall. A time limit breaks that promise.
+from the settings' seed and work is counted, not timed: the same wall is improved likewise on any machine.
 
 The search knows nothing of forces. `improvements` therefore hands out several walls, the best first and the one that
 it began with last: `standing` takes the first of them that stands, if the last one does.
@@ -23,13 +23,12 @@ True
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import monotonic
 from typing import TypeVar
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.options import at_least, positive
+from cyclopean.design.options import at_least
 from cyclopean.design.walls.interlock import Interlock, course_lines, interlock, joint_gaps
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, Readout, Seeds, draw_from, draw_pattern, seed_grid
 from cyclopean.errors import InputError
@@ -47,6 +46,8 @@ STRAY = 0.6  # spacings that a seed may go from where it began
 THIN = 0.9  # of the thinnest stone's inradius proxy: no stone becomes thinner than this
 UNEVEN = 1.1  # area CV may grow to this times what it was ...
 EVEN = 0.33  # ... or to this, if that is more
+ROUNDS = 300  # at most; a wall of 200 stones is usually done before
+STONES = 60_000  # that are drawn on the whole: some 15 s, so that walls of thousands end as well
 PATIENCE = 80  # rounds without a better wall after which the search ends
 STABLE = "stable"  # the verdict that is to be kept
 HEAT = 0.01  # of the energy, that a young search may lose in a round
@@ -99,8 +100,7 @@ class Chosen:
 def improve_interlock(
     wall: Pattern | PatternSettings,
     *,
-    rounds: int = 300,
-    seconds: float | None = None,
+    rounds: int | None = None,
     tolerance: float | None = None,
 ) -> Pattern:
     """Move seeds and weights of a wall to raise its interlock score.
@@ -118,14 +118,13 @@ def improve_interlock(
     InputError
         As `improvements`.
     """
-    return improvements(wall, rounds=rounds, seconds=seconds, tolerance=tolerance)[0]
+    return improvements(wall, rounds=rounds, tolerance=tolerance)[0]
 
 
 def improvements(
     wall: Pattern | PatternSettings,
     *,
-    rounds: int = 300,
-    seconds: float | None = None,
+    rounds: int | None = None,
     tolerance: float | None = None,
 ) -> tuple[Pattern, ...]:
     """Walls that the search came through on its way to the best one.
@@ -134,10 +133,8 @@ def improvements(
     ----------
     wall : Pattern or PatternSettings
         A pattern drawn from seeds, or what to draw one from.
-    rounds : int
-        At most; each draws the pattern once or twice.
-    seconds : float, optional
-        Stop after this time (s) with the best so far; the result then depends on the machine. None = no limit.
+    rounds : int, optional
+        At most; each draws the pattern once or twice. 300 where not given, fewer for walls of more than 200 stones.
     tolerance : float, optional
         m, as for `interlock`.
 
@@ -150,15 +147,13 @@ def improvements(
     Raises
     ------
     InputError
-        A pattern that was not drawn from seeds, a number of rounds below 0, or a time that is not positive.
+        A pattern that was not drawn from seeds, or a number of rounds below 0.
     """
-    at_least("rounds", rounds, 0)
-    if seconds is not None:
-        positive("seconds", seconds)
     pattern = draw_pattern(wall) if isinstance(wall, PatternSettings) else wall
     if pattern.seeds is None:
         raise InputError("wall: the pattern was not drawn from seeds, so there are none to move; give its settings")
-    until = np.inf if seconds is None else monotonic() + seconds
+    usual = min(ROUNDS, max(1, STONES // pattern.readout.cells))
+    rounds = usual if rounds is None else at_least("rounds", rounds, 0)
     origin, spacing = seed_grid(pattern.settings)
     thinnest = THIN * float(pattern.subdivision.inradii().min())
     start = _Start(pattern.settings, tolerance, pattern.seeds, pattern.readout, origin, spacing, thinnest)
@@ -167,7 +162,7 @@ def improvements(
     draw = np.random.Generator(np.random.PCG64([pattern.settings.seed, 1]))
     since = 0
     for k in range(rounds):
-        if not len(state.place) or since >= PATIENCE or monotonic() > until:
+        if not len(state.place) or since >= PATIENCE:
             break
         since += 1
         trial = _round(state, start, draw)

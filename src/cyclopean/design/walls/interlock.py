@@ -51,12 +51,14 @@ __all__ = [
     "Interlock",
     "MasonsRules",
     "RunningJoint",
+    "aligned_joints",
     "course_lines",
     "head_joints",
     "interlock",
     "interlock_of",
     "joint_gaps",
     "score",
+    "usual_tolerance",
 ]
 
 TOLERANCE = 0.1  # of the spacing of the seeds along the wall: midpoints nearer to each other than this coincide
@@ -120,8 +122,7 @@ def interlock(pattern: Pattern, *, tolerance: float | None = None, depth: float 
     InputError
         A negative tolerance, or a depth that is not positive.
     """
-    if tolerance is None:
-        tolerance = TOLERANCE * pattern.settings.width / pattern.settings.columns
+    tolerance = usual_tolerance(pattern) if tolerance is None else tolerance
     return interlock_of(pattern.subdivision, course_lines(pattern), tolerance=tolerance, depth=depth, foot=pattern.foot)
 
 
@@ -165,10 +166,7 @@ def interlock_of(
         positive("depth", depth)
     if len(line) < 2 or not np.all(np.diff(line) > 0.0):
         raise InputError("lines: the course lines must rise, and be at least two")
-    head = head_joints(cells)
-    low, high, gap = joint_gaps(cells, line, head, tolerance)
-    near = gap <= tolerance
-    pair = np.stack([low[near], high[near]], 1)
+    head, pair = aligned_joints(cells, line, tolerance)
     length, crossings = cells.lengths(), cells.crossings()
     total, bad = float(length[head].sum()), float(length[head[np.unique(pair)]].sum())
     running = _running(cells, line, head, pair)
@@ -183,6 +181,28 @@ def interlock_of(
         tolerance=float(tolerance),
         rules=_rules(cells, line, head, depth, foot),
     )
+
+
+def aligned_joints(cells: Subdivision, lines: Floats, tolerance: float) -> tuple[Ints, Ints]:
+    """Head joints, (h,) edges, and the aligned pairs of them, (p, 2) places in that list, the lower joint first.
+
+    Parameters
+    ----------
+    cells : Subdivision
+    lines : (k,) float
+        Heights of the course lines (m).
+    tolerance : float
+        m along the wall.
+    """
+    head = head_joints(cells)
+    low, high, gap = joint_gaps(cells, lines, head, tolerance)
+    near = gap <= tolerance
+    return head, np.stack([low[near], high[near]], 1)
+
+
+def usual_tolerance(pattern: Pattern) -> float:
+    """Distance along the wall (m) within which midpoints coincide."""
+    return TOLERANCE * pattern.settings.width / pattern.settings.columns
 
 
 def score(head_length: float, aligned_length: float, crossings: int, cells: int) -> float:

@@ -76,7 +76,7 @@ class PatternSettings:
     size_grade: float = option(0.3, "Spread of the stones' sizes.", "number", metavar="S")
     sliver: float = option(0.18, "Stones thinner than this share are culled.", "number", metavar="S")
     max_bed: float = option(
-        35.0, "Every stone lies on a face as flat as this, in degrees, if it can; 90 = as drawn.", "number",
+        35.0, "Degrees: stones lie on a face as flat as this, if they can; 90 = as drawn.", "number",
         metavar="DEG",
     )  # fmt: skip
     openings: tuple[Opening, ...] = ()

@@ -7,16 +7,14 @@
 
 from dataclasses import dataclass, replace
 
-from cyclopean.assembly import Assembly
-from cyclopean.design.walls.beds import bedded
+from cyclopean.assembly import Assembly, SteepBed
+from cyclopean.design.walls.beds import bedded, without_bed
 from cyclopean.design.walls.improve import Chosen, improvements, standing
 from cyclopean.design.walls.joints import JointReadout, Masonry, Warped, jointed
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.design.walls.surfaces import Plane, Surface, Thickness, refuse_folds
 
-__all__ = ["IMPROVING", "PolygonalWall", "laid_wall", "polygonal_wall", "verdict"]
-
-IMPROVING = 15.0  # s; walls of up to several hundred stones are done long before, and so the same each time
+__all__ = ["PolygonalWall", "laid_wall", "polygonal_wall", "verdict"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +28,12 @@ class PolygonalWall:
     joints: JointReadout
     masonry: Masonry
     chosen: Chosen | None = None  # which of the improved walls this is, and whether it stands; None = not improved
+
+    @property
+    def without_bed(self) -> tuple[SteepBed, ...]:
+        """Field stones without a face below as flat as the pattern's `max_bed` and the friction angle."""
+        field = [k + 1 for k, kind in enumerate(self.pattern.kind) if kind == "stone"]
+        return without_bed(self.assembly, field, self.pattern.settings.max_bed)
 
 
 def polygonal_wall(
@@ -73,7 +77,7 @@ def polygonal_wall(
     refuse_folds(*bed[:2], settings.width, settings.height)
     if not improve:
         return laid_wall(draw_pattern(settings), *bed)
-    patterns = improvements(settings, seconds=IMPROVING)
+    patterns = improvements(settings)
     chosen = standing(patterns, lambda pattern: verdict(laid_wall(pattern, *bed).assembly))
     return replace(laid_wall(patterns[chosen.place], *bed), chosen=chosen)
 
@@ -90,4 +94,4 @@ def verdict(assembly: Assembly) -> str:
     """What coupled analysis says of a wall: "stable", "unstable" or "undecided"."""
     from cyclopean.analysis import Settings, check
 
-    return check(assembly, Settings(method="cra", seconds=IMPROVING)).verdict
+    return check(assembly, Settings(method="cra")).verdict

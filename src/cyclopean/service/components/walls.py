@@ -14,6 +14,7 @@ MOST_STONES = 3000  # in a wall that is drawn while somebody waits
 PATTERN = {
     "Width": "width", "Height": "height", "Columns": "columns", "Rows": "rows", "Seed": "seed", "Jitter": "jitter",
     "Relaxation": "lloyd", "Coursing": "coursing", "Size Grade": "size_grade",
+    "Max Bed": "max_bed",
 }  # fmt: skip
 
 
@@ -80,6 +81,8 @@ POLYGONAL_WALL = Component(
         Input("Relaxation", "L", "Integer", "Rounds of evening out.", default=2),
         Input("Coursing", "Co", "Number", "0 irregular to 1 level courses.", default=0.4),
         Input("Size Grade", "G", "Number", "Spread of the stones' sizes.", default=0.3),
+        Input("Max Bed", "MB", "Number", "Degrees: stones lie on a face as flat as this, if they can; 90 = as drawn.",
+              default=35.0),
         Input("Openings", "O", "Text", "X,Z,W,H or X,Z,W,H,arch: left jamb, sill, clear width and height (m).", "list",
               optional=True),
     ),
