@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from cyclopean.analysis import Settings, check
-from cyclopean.analysis.coupled.hopping import hop
+from cyclopean.analysis.coupled.alternation import alternation
 from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Assembly, Block
 from cyclopean.io import read_model
@@ -59,9 +59,10 @@ def hopped(name: str, model: Assembly, seed: int, seconds: float) -> str:
     posed = prepare(model, settings)
     system = posed.system()
     began = perf_counter()
-    (merit, _, _), residuals = hop(system, settings.bounds(), seconds, seed, hops=1_000_000)
-    found = "none" if residuals is None else f"a state, worst residual {residuals.worst:.0e}"
-    return f"{name:>14} seed {seed}: {found}, merit {merit:.2g}, {perf_counter() - began:.0f} s"
+    found = alternation(system, settings.bounds(), budget=1_000_000, deadline=began + seconds, seed=seed)
+    word = f"a state, worst residual {found.residuals.worst:.0e}" if found.found else "none"
+    counts = f"{found.solves} programmes, {perf_counter() - began:.0f} s"
+    return f"{name:>14} seed {seed}: {word}, merit {found.merit:.2g}, {counts}"
 
 
 def main() -> None:

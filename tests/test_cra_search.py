@@ -13,16 +13,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
+from cyclopean.analysis.coupled.proximal import Prices
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Settings
-from cyclopean.analysis.coupled.biconvex import alternate, alternation
+from cyclopean.analysis.coupled.alternation import Walk, alternation
 from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
-from cyclopean.analysis.coupled.de_saxce_iteration import de_saxce_iteration
 from cyclopean.analysis.coupled.halves import Halves
-from cyclopean.analysis.coupled.polish import nothing, polish
-from cyclopean.analysis.coupled.proximal import Prices
+from cyclopean.analysis.coupled.polish import polish
 from cyclopean.analysis.coupled.search import solve_cra
 from cyclopean.analysis.coupled.states import ACCEPT, Bounds, measure, merit
 from cyclopean.analysis.equilibrium.rbe import solve_rbe
@@ -181,7 +181,7 @@ def test_polish_claims_nothing_for_a_beam_without_a_state():
     rigid = solve_rbe(system)
     assert rigid.word == "balanced"
     halves = Halves(system, UNIT)
-    _, motion = halves.fitted_motions(halves.root, rigid.f)
+    _, motion = halves.fitted_motions(rigid.f)
     assert not polish(system, UNIT, rigid.f, motion)[2].accepted
 
 
@@ -252,11 +252,11 @@ def test_each_half_lowers_the_merit(seed):
     start = priced(system, rng.uniform(0, 3, 12), rng.uniform(0, 2, 12))
     f, last = start.f, np.inf
     for _ in range(3):
-        _, dq = halves.fitted_motions(halves.root, f)
+        _, dq = halves.fitted_motions(f)
         here = sum(part.sum() for part in merit(system, UNIT, f, dq))
         assert here <= last + 1e-5
         assert system.gap(dq)[:, 0].min() >= -1.0 - 1e-6
-        _, f = halves.fitted_forces(halves.root, system.gap(dq))
+        _, f = halves.fitted_forces(system.gap(dq))
         last = sum(part.sum() for part in merit(system, UNIT, f, dq))
         assert last <= here + 1e-5
         assert measure(system, UNIT, f, dq).equilibrium < 1e-7
@@ -269,8 +269,8 @@ def test_no_other_forces_have_less_merit_for_the_same_motion(seed):
     system = posed(dome(2, 6, thickness=0.3), 0.5)
     q, halves = system.points, Halves(system, UNIT)
     others = [priced(system, rng.uniform(0, 3, q), rng.uniform(0, 2, q)).f for _ in range(4)]
-    _, dq = halves.fitted_motions(halves.root, others[0])
-    _, best = halves.fitted_forces(halves.root, system.gap(dq))
+    _, dq = halves.fitted_motions(others[0])
+    _, best = halves.fitted_forces(system.gap(dq))
     least = sum(part.sum() for part in merit(system, UNIT, best, dq))
     for f in others:
         assert least <= sum(part.sum() for part in merit(system, UNIT, f, dq)) + 1e-5
@@ -278,10 +278,11 @@ def test_no_other_forces_have_less_merit_for_the_same_motion(seed):
 
 def test_alternation_finds_nothing_where_there_is_nothing():
     system = posed(h_frame())
-    best, rounds = alternate(Halves(system, UNIT), solve_rbe(system).f, nothing(system, UNIT))
-    assert not best.found
-    assert 0.1 < best.merit < np.inf
-    assert rounds < 40
+    walk = Walk(Halves(system, UNIT))
+    assert walk.descend(solve_rbe(system).f)[0] == pytest.approx(walk.best.merit)
+    assert not walk.best.found
+    assert 0.1 < walk.best.merit < np.inf
+    assert walk.rounds < 40
 
 
 # The chain

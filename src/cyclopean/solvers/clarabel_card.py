@@ -36,7 +36,7 @@ def clarabel_card(program: ConicProgram, options: Mapping[str, Any]) -> tuple[Wo
         "second-order": lambda size, count: [clarabel.SecondOrderConeT(size)] * count,
     }
     cones = [cone for kind, size, count in program.cones if count for cone in kinds[kind](size, count)]
-    upper = sp.triu(program.P, format="csc")
+    upper = sp.triu(program.P, format="csc") if program.P.nnz else program.P
     answer = clarabel.DefaultSolver(upper, program.q, program.A, program.b, cones, settings).solve()
     status = str(answer.status)
     return WORDS.get(status, "failed"), status, np.array(answer.x), np.array(answer.z), int(answer.iterations)

@@ -15,70 +15,31 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis.coupled.leaves import ENGAGED, UNLOADED, Cell, Leaf
+from cyclopean.analysis.coupled.leaves import Cell, Leaf
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = [
-    "EngagementSplit",
-    "Node",
-    "SectorSplit",
-    "SpeedSplit",
-    "Symmetry",
-    "leaf_count",
-    "symmetries",
-    "tree_document",
-]
+__all__ = ["Node", "Split", "Symmetry", "leaf_count", "symmetries", "tree_document"]
 
 MATCH = 1e-8  # mean block sizes and weights within which two points or blocks are images of each other
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EngagementSplit:
-    """Point either pressed, dn = -1, or without force."""
+class Split:
+    """A point either presses or carries nothing; or, with rays, slides between two of them; or slower or faster."""
 
     point: int
-    engaged: "Node"
-    unloaded: "Node"
+    parts: "tuple[Node, ...]"  # engaged, unloaded | one a sector, in the order of the rays | slower, faster
+    rays: Floats | None = None  # (r, 2) in its (u, v); r sectors the first time, then r + 1: rays lie inside the sector
+    speed: float | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SectorSplit:
-    """Sliding direction of a point between consecutive rays (r, 2) in its (u, v)."""
-
-    point: int
-    rays: Floats
-    sectors: "tuple[Node, ...]"  # r of them the first time, then r + 1: the rays lie inside the sector so far
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SpeedSplit:
-    """Sliding of a point by at most or at least `speed`."""
-
-    point: int
-    speed: float
-    slower: "Node"
-    faster: "Node"
-
-
-Node = Leaf | EngagementSplit | SectorSplit | SpeedSplit
+Node = Leaf | Split
 
 
 def leaf_count(node: Node) -> int:
     """How many leaves a tree has."""
-    if isinstance(node, Leaf):
-        return 1
-    return sum(leaf_count(child) for child in _children(node))
-
-
-def _children(node: Node) -> tuple[Node, ...]:
-    if isinstance(node, EngagementSplit):
-        return (node.engaged, node.unloaded)
-    if isinstance(node, SectorSplit):
-        return node.sectors
-    if isinstance(node, SpeedSplit):
-        return (node.slower, node.faster)
-    return ()
+    return 1 if isinstance(node, Leaf) else sum(map(leaf_count, node.parts))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,18 +61,13 @@ class Symmetry:
         """The tree that closes the image of what a tree closes."""
         if isinstance(node, Leaf):
             return Leaf(self.motion(node.y), self.vectors(node.w))
-        k = int(self.point[node.point])
-        if isinstance(node, EngagementSplit):
-            return EngagementSplit(k, self.image(node.engaged), self.image(node.unloaded))
-        if isinstance(node, SpeedSplit):
-            return SpeedSplit(k, node.speed, self.image(node.slower), self.image(node.faster))
-        tangent = self.tangent[node.point]
-        rays, sectors = node.rays @ tangent.T, tuple(self.image(part) for part in node.sectors)
-        if np.linalg.det(tangent) < 0.0:  # turned over: sectors follow each other the other way round
-            around = len(sectors) == len(rays)
+        k, tangent = int(self.point[node.point]), self.tangent[node.point]
+        parts = tuple(map(self.image, node.parts))
+        rays = None if node.rays is None else node.rays @ tangent.T
+        if rays is not None and np.linalg.det(tangent) < 0.0:  # turned over: sectors follow each other the other way
+            parts = (*parts[-2::-1], parts[-1]) if len(parts) == len(rays) else parts[::-1]
             rays = rays[::-1]
-            sectors = (*sectors[-2::-1], sectors[-1]) if around else sectors[::-1]
-        return SectorSplit(k, rays, sectors)
+        return Split(k, parts, rays, node.speed)
 
     def motion(self, y: Floats | None) -> Floats | None:
         """(6 m,) image of a motion."""
@@ -240,19 +196,16 @@ def tree_document(
         if isinstance(node, Leaf):
             return _leaf_document(node, system, labels, eps)
         k = node.point
-        if isinstance(node, SectorSplit):
+        if node.rays is not None:
             rays = node.rays @ system.frame[k, 1:]
-            return {"point": k, "rays": rays.tolist(), "sectors": [written(part, settled) for part in node.sectors]}
-        if isinstance(node, SpeedSplit):
-            slower, faster = written(node.slower, settled), written(node.faster, settled)
+            return {"point": k, "rays": rays.tolist(), "sectors": [written(part, settled) for part in node.parts]}
+        if node.speed is not None:
+            slower, faster = (written(part, settled) for part in node.parts)
             return {"point": k, "speed": node.speed * eps, "slower": slower, "faster": faster}
         if k in settled:
-            return written(node.engaged if settled[k] == ENGAGED else node.unloaded, settled)
-        return {
-            "point": k,
-            "engaged": written(node.engaged, settled | {k: ENGAGED}),
-            "unloaded": written(node.unloaded, settled | {k: UNLOADED}),
-        }
+            return written(node.parts[settled[k]], settled)
+        engaged, unloaded = (written(part, settled | {k: i}) for i, part in enumerate(node.parts))
+        return {"point": k, "engaged": engaged, "unloaded": unloaded}
 
     return written(root, {})
 

@@ -26,7 +26,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -35,7 +35,7 @@ from cyclopean.analysis.coupled.leaves import ENGAGED, UNLOADED, Cell, root_cell
 from cyclopean.analysis.coupled.programme_a import Prices
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.arrays import Floats, Ints
-from cyclopean.solvers import Cone, ConicAnswer, ConicProgram, solve
+from cyclopean.solvers import SOLVERS, Cone, ConicProgram
 from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["Halves", "SlidingAnswer"]
@@ -57,6 +57,12 @@ class SlidingAnswer:
     f: Floats  # (q, 3)
     dq: Floats  # (6 m,)
     iterations: int
+
+
+class _Answer(NamedTuple):
+    word: Word
+    x: Floats
+    z: Floats
 
 
 class _Rows:
@@ -117,8 +123,9 @@ class Halves:
         """Programme A; with (q, 3) `given` displacements of the points, which are not priced, beside those of dq."""
         linear = np.zeros((self.system.points, 3)) if given is None else given.copy()
         linear[:, 0] += prices.normal
+        before = self.iterations
         answer, f = self._forces(self.root, linear, prices.slide, stiff=prices.stiff)
-        return SlidingAnswer(answer.word, f, answer.z[: len(self.system.p)].copy(), answer.iterations)
+        return SlidingAnswer(answer.word, f, answer.z[: len(self.system.p)].copy(), self.iterations - before)
 
     def forces(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
         """Forces of the cell that do the least work.
@@ -136,11 +143,11 @@ class Halves:
         usable = answer.word != "failed" and power > 0.0
         return answer.word, f, y / power if usable else None
 
-    def fitted_forces(self, cell: Cell, gap: Floats) -> tuple[Word, Floats]:
-        """Forces of the cell with the least merit against the (q, 3) gaps of a motion."""
+    def fitted_forces(self, gap: Floats) -> tuple[Word, Floats]:
+        """Forces with the least merit against the (q, 3) gaps of a motion."""
         linear = gap.copy()
         linear[:, 0] = np.maximum(gap[:, 0] + 1.0, 0.0) + 1e-6  # a little more than it is worth: no idle compression
-        answer, f = self._forces(cell, linear, np.hypot(gap[:, 1], gap[:, 2]), against=gap)
+        answer, f = self._forces(self.root, linear, np.hypot(gap[:, 1], gap[:, 2]), against=gap)
         return answer.word, f
 
     def motions(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
@@ -170,36 +177,36 @@ class Halves:
             w = w + (self.lift @ (target - system.A @ w.ravel())).reshape(-1, 3)
         return answer.word, answer.x, w
 
-    def fitted_motions(self, cell: Cell, force: Floats) -> tuple[Word, Floats]:
-        """Motions of the cell with the least merit against (q, 3) forces."""
+    def fitted_motions(self, force: Floats) -> tuple[Word, Floats]:
+        """Motions with the least merit against (q, 3) forces."""
         q, m = self.system.points, len(self.system.p)
         k, tangent = np.arange(q), np.hypot(force[:, 1], force[:, 2])
         T = np.flatnonzero(tangent > FAINT)
         slide, late = m + k, m + q + np.arange(len(T))
-        rows = self._motion_rows(cell, m + q + len(T))[0]
+        rows = self._motion_rows(self.root, m + q + len(T))[0]
         along = force[T] * [0.0, 1.0, 1.0]
         rows.add("nonnegative", -2.0 * self.bounds.beta * tangent[T], self._dotted(T, along), (k[: len(T)], late, -1.0))
         rows.add("nonnegative", np.zeros(len(T)), (k[: len(T)], late, -1.0))
-        rows.add("nonnegative", cell.hi, (k, slide, 1.0))
+        rows.add("nonnegative", self.root.hi, (k, slide, 1.0))
         rows.add("second-order", np.zeros(3 * q), (3 * k, slide, -1.0), self._discs())
         pull = self.system.A @ np.column_stack([np.maximum(force[:, 0], 0.0), force[:, 1:]]).ravel()
         answer = self._solve(rows.program(np.concatenate([pull, tangent + 1e-7, np.ones(len(T))])))  # no idle sliding
         return answer.word, answer.x[:m].copy()
 
-    def fitted(self, cell: Cell, f: Floats) -> Iterator[tuple[Floats, Floats]]:
-        """Motion and forces of a cell fitted to each other in turn, from (q, 3) forces, for as long as that works."""
+    def fitted(self, f: Floats) -> Iterator[tuple[Floats, Floats]]:
+        """Motion and forces fitted to each other in turn, from (q, 3) forces, for as long as that works."""
         while True:
-            word, dq = self.fitted_motions(cell, f)
+            word, dq = self.fitted_motions(f)
             if word != "solved":
                 return
-            word, f = self.fitted_forces(cell, self.system.gap(dq))
+            word, f = self.fitted_forces(self.system.gap(dq))
             if word != "solved":
                 return
             yield f, dq
 
     def _forces(
         self, cell: Cell, linear: Floats, slide: Any, against: Floats | None = None, stiff: Floats | None = None
-    ) -> tuple[ConicAnswer, Floats]:
+    ) -> tuple[_Answer, Floats]:
         """Forces of the cell with the least linear.f + slide |f_t| + 1/2 stiff |f_t|^2.
 
         And of max(0, 2 beta_min |f_t| + f_t.dd_t), where (q, 3) dd is given to rub `against`.
@@ -279,12 +286,13 @@ class Halves:
         used = self._axis > 0
         return (3 * self._point + self._axis)[used], self._row[used], -self._value[used]
 
-    def _solve(self, program: ConicProgram, optimal: float = FINE) -> ConicAnswer:
+    def _solve(self, program: ConicProgram, optimal: float = FINE) -> _Answer:
         settings: dict[str, Any] = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), optimal)
         settings |= dict.fromkeys(("tol_infeas_abs", "tol_infeas_rel"), CERTAIN)
         settings["time_limit"] = max(self.deadline - time.perf_counter(), 1e-3)
         settings["direct_solve_method"] = "faer" if self.system.blocks > LARGE else "qdldl"
-        answer = solve(program, **settings)
+        word, _, x, z, iterations = SOLVERS["clarabel"](program, settings)  # what comes of it is measured, not believed
         self.solves += 1
-        self.iterations += answer.iterations
-        return answer
+        self.iterations += iterations
+        sound = bool(np.isfinite(x).all() and np.isfinite(z).all())
+        return _Answer(word if sound else "failed", x if sound else 0.0 * program.q, z if sound else 0.0 * program.b)

@@ -21,6 +21,7 @@ A cell is closed when t p.y > U, when nothing limits t, or when A w = 0 and U < 
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -41,8 +42,6 @@ __all__ = [
     "prior",
     "root_cell",
     "support",
-    "work_limits",
-    "work_parts",
 ]
 
 OPEN, ENGAGED, UNLOADED = 0, 1, -1
@@ -61,39 +60,24 @@ class Cell:
     lo: Floats  # (q,) least sliding
     hi: Floats  # (q,) most sliding
 
-    def marked(self, k: int, status: int) -> "Cell":
-        """The same with another status of point k."""
-        changed = self.status.copy()
-        changed[k] = status
-        return replace(self, status=changed)
+    def at(self, k: int, **values: Any) -> "Cell":
+        """The same with other values at point k."""
+        changed = {name: getattr(self, name).copy() for name in values}
+        for name, value in values.items():
+            changed[name][k] = value
+        return replace(self, **changed)
 
     def engaged(self, k: int) -> "Cell":
         """The part where point k has dn = -1."""
-        return self.marked(k, ENGAGED)
+        return self.at(k, status=ENGAGED)
 
     def unloaded(self, k: int) -> "Cell":
         """The part where point k carries nothing."""
-        return self.marked(k, UNLOADED)
+        return self.at(k, status=UNLOADED)
 
     def within(self, k: int, ray_a: Floats, ray_b: Floats) -> "Cell":
         """The part where point k slides between two rays, (2,) each."""
-        sector, a, b = self.sector.copy(), self.ray_a.copy(), self.ray_b.copy()
-        sector[k], a[k], b[k] = True, ray_a, ray_b
-        return replace(self, sector=sector, ray_a=a, ray_b=b)
-
-    def between(self, k: int, lo: float, hi: float) -> "Cell":
-        """The same with other speeds of point k."""
-        slow, fast = self.lo.copy(), self.hi.copy()
-        slow[k], fast[k] = lo, hi
-        return replace(self, lo=slow, hi=fast)
-
-    def slower(self, k: int, speed: float) -> "Cell":
-        """The part where point k slides by at most `speed`."""
-        return self.between(k, float(self.lo[k]), speed)
-
-    def faster(self, k: int, speed: float) -> "Cell":
-        """The part where point k slides by at least `speed`."""
-        return self.between(k, speed, float(self.hi[k]))
+        return self.at(k, sector=True, ray_a=ray_a, ray_b=ray_b)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,31 +175,21 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
-def work_limits(system: EquilibriumSystem, bounds: Bounds, cell: Cell, gap: Floats) -> Floats:
-    """(..., q) the largest multiple of y that its (..., q, 3) gaps dd^y allow at each point that may be loaded."""
+def least_work(system: EquilibriumSystem, bounds: Bounds, cell: Cell, gap: Floats) -> Floats:
+    """(...) the largest multiple t of y, given its scaled gaps (..., q, 3), dd^y, that still proves t p.y <= p.dq."""
     floor = system.mu * np.maximum(bounds.beta, cell.lo)
     push = system.mu * support(cell, gap[..., 1:]) - gap[..., 0]
     alone = np.where(gap[..., 0] < 0.0, 1.0 / np.maximum(-gap[..., 0], 1e-300), np.inf)
     rubbing = np.where(push > 0.0, (1.0 + floor) / np.maximum(push, 1e-300), np.inf)
-    return np.asarray(np.where(cell.status == UNLOADED, np.inf, np.minimum(alone, rubbing)))
-
-
-def least_work(system: EquilibriumSystem, bounds: Bounds, cell: Cell, gap: Floats) -> Floats:
-    """(...) the largest multiple t of y, given its scaled gaps (..., q, 3), dd^y, that still proves t p.y <= p.dq."""
-    return np.asarray(np.min(work_limits(system, bounds, cell, gap), axis=-1, initial=np.inf))
-
-
-def work_parts(bounds: Bounds, cell: Cell, w: Floats) -> tuple[Floats, Floats]:
-    """(..., q) the most that the normal and the tangential parts of (..., q, 3) vectors w can do at each point."""
-    normal = np.where(cell.status == ENGAGED, -w[..., 0], np.maximum(-w[..., 0], bounds.eta * w[..., 0]))
-    h = support(cell, w[..., 1:])
-    return normal, np.where(h >= 0.0, cell.hi, cell.lo) * h
+    limits = np.where(cell.status == UNLOADED, np.inf, np.minimum(alone, rubbing))
+    return np.asarray(np.min(limits, axis=-1, initial=np.inf))
 
 
 def most_work(bounds: Bounds, cell: Cell, w: Floats) -> Floats:
-    """The most scaled work that vectors w, (..., q, 3), can do on motions of the cell."""
-    normal, tangential = work_parts(bounds, cell, w)
-    return np.asarray(np.sum(normal + tangential, axis=-1))
+    """(...) the most scaled work that vectors w, (..., q, 3), can do on motions of the cell."""
+    normal = np.where(cell.status == ENGAGED, -w[..., 0], np.maximum(-w[..., 0], bounds.eta * w[..., 0]))
+    h = support(cell, w[..., 1:])
+    return np.asarray(np.sum(normal + np.where(h >= 0.0, cell.hi, cell.lo) * h, axis=-1))
 
 
 def closes(system: EquilibriumSystem, bounds: Bounds, cell: Cell, known: Prior, leaf: Leaf) -> bool:

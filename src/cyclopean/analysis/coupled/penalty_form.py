@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from cyclopean.analysis.coupled.biconvex import alternation
+from cyclopean.analysis.coupled.alternation import alternation
 from cyclopean.analysis.coupled.continuation import continuation
 from cyclopean.analysis.coupled.halves import Halves
 from cyclopean.analysis.coupled.polish import Attempt, better, nothing

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cyclopean.analysis.coupled.biconvex import alternation
+from cyclopean.analysis.coupled.alternation import alternation
 from cyclopean.analysis.coupled.continuation import continuation
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing
 from cyclopean.analysis.coupled.states import Bounds, merit
@@ -29,6 +29,7 @@ __all__ = ["CoupledOutcome", "solve_cra"]
 DENSE = 40_000  # points times blocks beyond which the conic programmes of alternation and tree are not set up
 TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
 GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
+PROGRAMMES = 300  # of the alternation, before the tree
 FOLDS = 8  # contact points named where the search ends
 
 Route = tuple[str, str, Callable[[], Attempt]]  # name, solver, and what to run
@@ -183,10 +184,14 @@ def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats], folds
         folds.extend(found.folds)
         return found.attempt
 
+    def alternated() -> Attempt:
+        budget = PROGRAMMES if system.points <= TREE_POINTS else 2 * asked.nodes  # where the tree only glances, more
+        return alternation(system, asked.bounds, given, budget, asked.deadline)
+
     if asked.solver not in ("clarabel", "osqp"):
         yield "continuation", "interior", continued
     if system.points * system.blocks <= DENSE:
-        yield "alternation", "clarabel", lambda: alternation(system, asked.bounds, given, deadline=asked.deadline)
+        yield "alternation", "clarabel", alternated
 
 
 def _branched(
@@ -194,12 +199,11 @@ def _branched(
 ) -> CoupledOutcome:
     """The last resort: refute by branching, or meet a state there."""
     bounds, began = asked.bounds, time.perf_counter()
-    left = asked.deadline - began
-    if left <= 0.0:
+    if began > asked.deadline:
         return _undecided(system, bounds, best, tried, folds, 0.0, "the time was up before the refuting search began")
     small = system.points <= TREE_POINTS
     asked.progress("refuting by branching")
-    answer = refute(system, bounds, left, asked.nodes if small else min(asked.nodes, GLANCE))
+    answer = refute(system, bounds, asked.nodes if small else min(asked.nodes, GLANCE), asked.deadline)
     tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
     if answer.word == "refuted":
         provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
@@ -222,7 +226,7 @@ def _branched(
         why += "; the time was up"
     elif not small:
         why += f"; the refuting search is exponential, so beyond {TREE_POINTS} contact points it is cut short"
-    elif answer.nodes < asked.nodes:
+    elif answer.narrow:
         why += "; a case of the refuting search is too narrow for floating point"
     return _undecided(system, bounds, best, tried, folds, answer.bound, why)
 
