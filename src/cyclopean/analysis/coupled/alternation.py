@@ -35,7 +35,7 @@ NEAR = 0.05  # merit from which a pair is worth polishing
 ROUNDS, PROGRESS = 60, 0.997  # of a descent: at most so many rounds, each of which takes the merit down to this share
 LEVEL, UPHILL = 1.02, 0.02  # how far up a restart may lead, and how often one is kept wherever it leads
 PATIENCE = 40  # restarts without progress after which the walk begins anew
-BUDGET = 300  # programmes
+BUDGET = 200  # programmes
 
 Pair = tuple[float, Floats, Floats]  # merit, (q, 3) forces, (6 m,) motion
 

@@ -29,7 +29,7 @@ __all__ = ["CoupledOutcome", "solve_cra"]
 DENSE = 40_000  # points times blocks beyond which the conic programmes of alternation and tree are not set up
 TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
 GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
-PROGRAMMES = 300  # of the alternation, before the tree
+PROGRAMMES = 200  # of the alternation, before the tree
 FOLDS = 8  # contact points named where the search ends
 
 Route = tuple[str, str, Callable[[], Attempt]]  # name, solver, and what to run
