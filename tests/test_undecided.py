@@ -32,10 +32,11 @@ def wedge(lean, **said):
 def test_a_wedge_by_hand():
     model = wedge(0.5)
     (fold,) = folds_at(model, range(8))
-    assert (fold.block, fold.neighbours) == ("beam0", ())
+    assert fold.block == "beam0"
+    assert fold.neighbours in (("left",), ("right",))  # the face that is not the best; they are alike
     assert fold.faces == pytest.approx([63.4349488] * 2)
     assert fold.friction == pytest.approx(26.5650512)
-    assert fold.words() == "stone 'beam0' rests on faces steeper than friction (63 degrees against 27)"
+    assert fold.words().startswith("stone 'beam0' rests on faces steeper than friction (63 degrees against 27) and")
     assert recut_of(model, [fold]).words().endswith("' lies at 63 degrees and would carry it at 26")
 
 

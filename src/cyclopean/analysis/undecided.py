@@ -1,14 +1,14 @@
 """What is known of a model that coupled analysis leaves undecided: what is proved, and where the search ends."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats, Ints
+from cyclopean.assembly import steep_beds
 
 if TYPE_CHECKING:
     from cyclopean.analysis.verdict import Word
@@ -24,14 +24,10 @@ class Fold:
     """A stone at which the search for a coupled state ends."""
 
     block: str
-    faces: tuple[float, ...]  # degrees from level of the faces that could carry it, the flattest first
-    friction: float  # degrees, of the flattest of them; where there is none, of its roughest joint
-    neighbours: tuple[str, ...]  # that may jam it; of a stone on a flatter face the other one at the joint
-
-    @property
-    def steep(self) -> bool:
-        """Whether no face carries it alone: all that look down are steeper than friction, or there are none."""
-        return not self.faces or self.faces[0] > self.friction
+    faces: tuple[float, ...]  # degrees from level of the faces that look down, the flattest first
+    friction: float  # degrees, of the face that comes nearest to carrying it
+    neighbours: tuple[str, ...]  # that may jam it; of a stone that a face carries, the other one at the joint
+    steep: bool = True  # whether no face carries it by itself, see `assembly.steep_beds`
 
     def words(self) -> str:
         """What is the matter with it."""
@@ -142,33 +138,24 @@ def listed(names: Sequence[str], mark: str = "'") -> str:
 def folds_at(model: PreparedModel, points: Sequence[int] | Ints) -> tuple[Fold, ...]:
     """Stones at contact points (k,) of a model at which a search ends, in that order, at most `NAMED`.
 
-    Those whose bearing faces are all steeper than friction first; of other joints one of the two blocks.
+    Those that no face carries by itself first; of other joints one of the two blocks.
     """
+    contacts, blocks = model.contacts, model.assembly.blocks
+    beds = {bed.block: bed for bed in steep_beds(model.assembly, contacts, model.fixed, model.gravity)}
     steep, others = dict[str, Fold](), dict[str, Fold]()
-    for contact in dict.fromkeys(model.contacts.patch[list(points)].tolist()):
-        ends = [int(side[contact]) for side in (model.contacts.a, model.contacts.b)]
+    for k in dict.fromkeys(contacts.patch[list(points)].tolist()):
+        ends = int(contacts.a[k]), int(contacts.b[k])
         free = [end for end in ends if not model.fixed[end]]
-        found = [fold for fold in map(partial(_stone, model), free) if fold.steep]
-        steep |= {fold.block: fold for fold in found if fold.block not in steep}
-        if not found and free:
-            at = _stone(model, free[0])
-            beside = model.assembly.blocks[ends[ends[0] == free[0]]].id
-            others.setdefault(at.block, replace(at, neighbours=(beside,)))
+        found = [end for end in free if blocks[end].id in beds]
+        for end in found:
+            bed, faces = beds[blocks[end].id], tuple(sorted(_bearing(model, end).values()))
+            jams = bed.neighbours if faces or not bed.neighbours else _touching(model, end)
+            steep.setdefault(bed.block, Fold(bed.block, faces, bed.friction, jams))
+        if free and not found:
+            name, faces = blocks[free[0]].id, tuple(sorted(_bearing(model, free[0]).values()))
+            friction = float(np.degrees(np.arctan(contacts.mu[k])))
+            others.setdefault(name, Fold(name, faces, friction, (blocks[sum(ends) - free[0]].id,), False))
     return (*steep.values(), *others.values())[:NAMED]
-
-
-def _stone(model: PreparedModel, i: int) -> Fold:
-    """The faces that could carry a block, and what touches it elsewhere."""
-    contacts, ids = model.contacts, [block.id for block in model.assembly.blocks]
-    mine = np.flatnonzero((contacts.a == i) | (contacts.b == i))
-    other = np.where(contacts.a[mine] == i, contacts.b[mine], contacts.a[mine])
-    angle = _bearing(model, i, mine)
-    order = np.argsort(angle, kind="stable")
-    carrying = order[np.isfinite(angle[order])]
-    friction = np.degrees(np.arctan(contacts.mu[mine]))
-    jams = dict.fromkeys(ids[k] for k in other[~np.isfinite(angle)].tolist())
-    least = float(friction[carrying[0]] if len(carrying) else friction.max(initial=0.0))
-    return Fold(ids[i], tuple(angle[carrying].tolist()), least, tuple(jams))
 
 
 def recut_of(model: PreparedModel, folds: Sequence[Fold]) -> Recut | None:
@@ -177,14 +164,22 @@ def recut_of(model: PreparedModel, folds: Sequence[Fold]) -> Recut | None:
     if steep is None:
         return None
     i = next(k for k, block in enumerate(model.assembly.blocks) if block.id == steep.block)
-    mine = np.flatnonzero((model.contacts.a == i) | (model.contacts.b == i))
-    k = int(mine[np.argmin(_bearing(model, i, mine))])
-    on = int(model.contacts.b[k] if model.contacts.a[k] == i else model.contacts.a[k])
-    return Recut(steep.block, model.assembly.blocks[on].id, steep.faces[0], float(np.floor(steep.friction)))
+    angle = _bearing(model, i)
+    k = min(angle, key=lambda contact: angle[contact])
+    on = int(model.contacts.a[k] + model.contacts.b[k]) - i
+    return Recut(steep.block, model.assembly.blocks[on].id, angle[k], float(np.floor(steep.friction)))
 
 
-def _bearing(model: PreparedModel, i: int, contacts: Ints) -> Floats:
-    """Degrees from level of the faces of block i at its contacts; infinite where they do not look down."""
-    up = -model.gravity / max(float(np.linalg.norm(model.gravity)), 1e-300)
-    rise = model.contacts.frame[contacts, 0] @ up * np.where(model.contacts.b[contacts] == i, 1.0, -1.0)
-    return np.asarray(np.where(rise > LEVEL, np.degrees(np.arccos(np.clip(rise, 0.0, 1.0))), np.inf))
+def _touching(model: PreparedModel, i: int) -> tuple[str, ...]:
+    """Ids of all blocks that touch block i."""
+    a, b, blocks = model.contacts.a, model.contacts.b, model.assembly.blocks
+    return tuple(blocks[k].id for k in np.unique(np.concatenate([b[a == i], a[b == i]])).tolist())
+
+
+def _bearing(model: PreparedModel, i: int) -> dict[int, float]:
+    """Degrees from level of the faces of block i that look down, by contact."""
+    contacts, gravity = model.contacts, model.gravity / max(float(np.linalg.norm(model.gravity)), 1e-300)
+    mine = np.flatnonzero((contacts.a == i) | (contacts.b == i))
+    down = contacts.frame[mine, 0] @ gravity * np.where(contacts.a[mine] == i, 1.0, -1.0)
+    looks = down > LEVEL
+    return dict(zip(mine[looks].tolist(), np.degrees(np.arccos(np.minimum(down[looks], 1.0))).tolist(), strict=True))
