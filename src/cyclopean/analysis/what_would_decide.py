@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from cyclopean.analysis.coupled.continuation import FACTORISATIONS
 from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
 from cyclopean.analysis.coupled.smallest_eta import smallest_eta
 from cyclopean.analysis.coupled.states import Bounds
@@ -29,7 +30,8 @@ __all__ = ["what_would_decide"]
 ETAS = (2.0, 5.0, 20.0)  # times the one asked for
 FRICTIONS = (1.1, 1.25, 1.5)  # times what there is
 LARGEST = 1e6  # eta in eps that bounds allow
-NODES = 20  # of the tree, in each search
+SHARE = 6  # so many searches at most, so that one gets this part of the main one's budgets
+NODES = 20, 300  # of the tree, in each: at least, and at most
 PROGRAMMES = 60  # that lower eta
 DIGITS = 4  # of the eta that is said, rounded up
 
@@ -92,7 +94,8 @@ def _first(factors: Sequence[float], attempt: Callable[[float], Any], until: flo
 def _searched(system: EquilibriumSystem, bounds: Bounds, settings: Settings, until: float) -> CoupledOutcome:
     """What a search with a small budget finds."""
     seconds = min(until - time.perf_counter(), settings.seconds)
-    return solve_cra(system, bounds, settings.solver, seconds, NODES)
+    nodes = min(max(settings.nodes // SHARE, NODES[0]), NODES[1])
+    return solve_cra(system, bounds, settings.solver, seconds, nodes, factorisations=FACTORISATIONS // SHARE)
 
 
 def _with_eta(model: PreparedModel, settings: Settings, until: float, factor: float) -> StableAt | Result | None:

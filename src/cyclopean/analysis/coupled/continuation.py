@@ -41,7 +41,7 @@ from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
 
-__all__ = ["Continued", "continuation"]
+__all__ = ["FACTORISATIONS", "Continued", "continuation"]
 
 PATHS = ((0.3, 1e-2), (2.0, 1e-2), (0.3, 1e-1), (0.05, 3e-2))  # alpha and nu of each
 FACTORISATIONS = 800  # in all; paths end by themselves, most at 50 to 150

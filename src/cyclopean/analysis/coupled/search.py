@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from cyclopean.analysis.coupled.alternation import alternation
-from cyclopean.analysis.coupled.continuation import continuation
+from cyclopean.analysis.coupled.continuation import FACTORISATIONS, continuation
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing
 from cyclopean.analysis.coupled.states import Bounds, merit
 from cyclopean.analysis.coupled.tree import Node, refute
@@ -61,6 +61,7 @@ class _Asked:
     solver: str
     deadline: float  # of `time.perf_counter`
     nodes: int  # of the tree
+    factorisations: int  # of the continuation
     progress: Callable[[str], None]
 
 
@@ -72,6 +73,7 @@ def solve_cra(
     nodes: int = 2000,
     progress: Callable[[str], None] = lambda _: None,
     rigid: Outcome | None = None,
+    factorisations: int = FACTORISATIONS,
 ) -> CoupledOutcome:
     """Find forces and a displacement that make a coupled state, or prove that none exists.
 
@@ -94,6 +96,8 @@ def solve_cra(
         Is told what begins.
     rigid : Outcome, optional
         What rigid-block equilibrium says of the same system; found here if not given.
+    factorisations : int
+        Budget of the continuation.
 
     Returns
     -------
@@ -108,10 +112,10 @@ def solve_cra(
     if system.pull.any():  # its cones are shifted, and (10) of the coupled conditions is not made for that
         raise InputError("joints that pull: coupled analysis has none; use `method` rbe")
     began = time.perf_counter()
-    asked = _Asked(bounds.unit(), solver, began + seconds, nodes, progress)
+    asked = _Asked(bounds.unit(), solver, began + seconds, nodes, factorisations, progress)
     rigid = solve_rbe(system, solver) if rigid is None else rigid
-    factorisations = int(rigid.provenance.get("factorisations", 0))
-    tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=factorisations)]
+    spent = int(rigid.provenance.get("factorisations", 0))
+    tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=spent)]
     if rigid.word == "collapse":
         provenance = {**_provenance("RBE", tried), **rigid.provenance, "tried": tried}
         return CoupledOutcome("collapse", y=rigid.y, merit=np.inf, route="RBE", provenance=provenance)
@@ -180,7 +184,7 @@ def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats], folds
     """The routes to a state in the order of their cost; `folds` takes the points where the continuation folds."""
 
     def continued() -> Attempt:
-        found = continuation(system, asked.bounds, deadline=asked.deadline)
+        found = continuation(system, asked.bounds, None, asked.factorisations, asked.deadline)
         folds.extend(found.folds)
         return found.attempt
 
