@@ -44,7 +44,7 @@ from cyclopean.statics import EquilibriumSystem, Schur
 __all__ = ["FACTORISATIONS", "Continued", "continuation"]
 
 PATHS = ((0.3, 1e-2), (2.0, 1e-2), (0.3, 1e-1), (0.05, 3e-2))  # alpha and nu of each
-FACTORISATIONS = 800  # in all; paths end by themselves, most at 50 to 150
+FACTORISATIONS = 1200  # in all; paths end by themselves, most at 50 to 150
 EXACT = 1e-6  # mean complementarity to which programme A is solved first: where nothing is at its bound, that is enough
 WORK = 1e-2  # fn |dn + 1| of its answer up to which a polish may succeed
 SOFT = 3e-2  # friction below which its direction is smoothed, at first
@@ -53,9 +53,9 @@ FIRST, QUICK, SLOW = 0.1, 6, 12  # first step of theta; steps of Newton below wh
 SHRINK, SMALLEST = 0.3, 4e-3  # how it shrinks, and at what step the path folds
 FAILURES = 3  # of steps of theta before the central path is tried from where the path is
 STARTING, TURNING, CLOSING = 30, 12, 16  # steps of Newton for a start, a change of theta, a change of nu
-CUT, FLAT = 0.3, 0.9  # first factor of nu, and the one that is none
+CUT, SHARPEST, FLAT, EASY = 0.3, 0.05, 0.95, 9  # factor of nu: the first, the least, the one that is none; few steps
 TRY, AGAIN = 1e-3, 0.02  # nu from which sets are polished, and the factor until the next time
-ROUNDING = 1e-10  # nu at the end
+ROUNDING = 5e-11  # nu and softness at the end: what is left is within what the checker allows
 BLAMED, SHARE = 8, 0.1  # points that a fold names at most, and from what share of the largest work
 
 
@@ -189,25 +189,25 @@ class _Route:
 
     def closed(self, at: Iterate, stage: Stage) -> bool:
         """Nu to zero, as long as that is easy, polishing the sets that emerge; else the central path from there."""
-        cut, tried = CUT, TRY
+        cut, failed, tried = CUT, False, TRY
         while stage.nu > ROUNDING and not self.over():
             nu = cut * stage.nu
-            aim = replace(stage, nu=nu, soft=max(1e-8, min(stage.soft, 3.0 * nu)))
+            aim = replace(stage, nu=nu, soft=max(ROUNDING, min(stage.soft, 3.0 * nu)))
             after, ok, steps = self.converged(at, aim, CLOSING)
             if not ok:
-                if cut == CUT and self.ends.followed(at):
+                if not failed and self.ends.followed(at):
                     return True
-                cut **= 0.5
+                cut, failed = cut**0.5, True
                 if cut > FLAT:
                     break
                 continue
             at, stage = after, aim
-            cut = max(0.6 * cut, 0.05) if steps < 8 else cut
+            cut = max(cut**1.5, SHARPEST) if steps < EASY else cut
             if nu <= tried:
                 tried = AGAIN * nu
                 if self.ends.settled(at):
                     return True
-        return self.ends.settled(at)
+        return self.ends.keep(at.f, at.dq) or self.ends.settled(at)
 
     def converged(self, at: Iterate, stage: Stage, steps: int) -> tuple[Iterate, bool, int]:
         """Newton's method on one stage, counted."""
