@@ -14,7 +14,7 @@ import pytest
 
 from coupled_cases import CoupledCase, coupled_case, undetected
 from cyclopean.analysis import CoupledOutcome, Result, Settings, check
-from cyclopean.analysis.coupled.at_scale import solve_at_scale
+from cyclopean.analysis.coupled.continuation import continuation
 from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.proving import coupled_claim, prove
 from cyclopean.proof import seal, verify
@@ -41,14 +41,14 @@ def answer(seed: int) -> Result:
     return check(case.assembly, asked(case))
 
 
-def at_scale(case: CoupledCase) -> Result:
-    """What the route for large models makes of it, down to the certificate."""
+def continued(case: CoupledCase) -> Result:
+    """What the first route makes of it, down to the certificate."""
     settings = asked(case)
     model = prepare(case.assembly, settings)
     system = model.system()
-    found = solve_at_scale(system, settings.bounds(), seconds=1.0, rounds=4)
-    word = "coupled" if found.word == "coupled" else "undecided"
-    return prove(model, settings, system, coupled_claim(CoupledOutcome(word, found.f, found.dq, route="A at scale")))
+    found = continuation(system, settings.bounds().unit()).attempt
+    word = "coupled" if found.found else "undecided"
+    return prove(model, settings, system, coupled_claim(CoupledOutcome(word, found.f, found.dq, route="continuation")))
 
 
 def ways(case: CoupledCase, seed: int) -> Mapping[str, Result]:
@@ -56,7 +56,7 @@ def ways(case: CoupledCase, seed: int) -> Mapping[str, Result]:
     return {
         "auto": answer(seed),
         "clarabel": check(case.assembly, asked(case, solver="clarabel", nodes=1, seconds=SECONDS / 3)),
-        "at scale": at_scale(case),
+        "continuation": continued(case),
         "contacts detected": check(undetected(case), asked(case, nodes=1, seconds=SECONDS / 3)),
         "equilibrium": check(case.assembly, asked(case, method="rbe")),
     }
@@ -78,8 +78,8 @@ def test_no_way_of_asking_contradicts_another(first: int) -> None:
         if "stable" in words.values():
             assert rigid == "stable", where
         if rigid == "unstable":
-            assert set(words.values()) - {words["at scale"]} <= {"unstable"}, where
-            assert words["at scale"] == "undecided", where
+            assert set(words.values()) - {words["continuation"]} <= {"unstable"}, where
+            assert words["continuation"] == "undecided", where
         for way, result in answers.items():
             assert (result.certificate is None) == (result.verdict == "undecided"), f"{way}: {where}"
             if result.certificate is not None:
@@ -118,7 +118,12 @@ def test_few_are_undecided() -> None:
 def test_both_verdicts_and_all_kinds_are_drawn() -> None:
     kinds = [answer(seed).certificate["kind"] for seed in range(CASES) if answer(seed).certificate is not None]
     assert CASES < 100 or min(kinds.count(k) for k in ("cra-state", "cra-tree", "rbe-mechanism")) >= 0.04 * CASES
-    assert CASES < 100 or {answer(seed).provenance["route"] for seed in range(CASES)} >= {"RBE", "A", "B", "D"}
+    assert CASES < 100 or {answer(seed).provenance["route"] for seed in range(CASES)} >= {
+        "RBE",
+        "continuation",
+        "alternation",
+        "tree",
+    }
 
 
 def test_the_second_opinion_convicts() -> None:

@@ -100,7 +100,7 @@ def continuation(
         found = route.plain()
     except (SolverError, np.linalg.LinAlgError):
         found = False
-    for alpha, nu in () if found else PATHS:
+    for alpha, nu in () if found or route.infeasible else PATHS:
         if route.over():
             break
         try:
@@ -110,7 +110,9 @@ def continuation(
         if found:
             break
         folds = folds or _blamed(route.family, at, stage)
-    best = replace(route.ends.best, solves=route.paths, rounds=route.stages, iterations=route.spent())
+    best = replace(
+        route.ends.best, infeasible=route.infeasible, solves=route.paths, rounds=route.stages, iterations=route.spent()
+    )
     return Continued(best, () if found else folds)
 
 
@@ -122,6 +124,7 @@ class _Route:
         self.family, self.ends = Family(system, bounds, schur), Ends(system, bounds, schur, deadline)
         self.before, self.budget = schur.factorisations, budget
         self.paths = self.stages = 0
+        self.infeasible = False  # no forces balance the loads
 
     def spent(self) -> int:
         """Factorisations so far."""
@@ -139,7 +142,7 @@ class _Route:
     def plain(self) -> bool:
         """Programme A alone: the state of most upright walls, whose friction stays off its bound."""
         inner = sliding_interior(self.family.rough_system, self.schur, self.prices(1.0), gap=EXACT)
-        self.paths += 1
+        self.paths, self.infeasible = self.paths + 1, inner.word == "collapse"
         gap = self.system.gap(inner.q)
         f = np.where(self.family.rough[:, None] | np.array([True, False, False]), inner.f, 0.0)
         if inner.word != "solved" or float(np.max(np.abs(f[:, 0] * (gap[:, 0] + 1.0)), initial=0.0)) > WORK:
@@ -164,6 +167,8 @@ class _Route:
         """Where theta = 1; alpha is lowered where points would slide too far: that grows with the height of a wall."""
         for _ in range(3):
             inner = sliding_interior(self.family.rough_system, self.schur, self.prices(alpha), gap=nu, loose=1.0)
+            if inner.word != "solved":
+                raise SolverError("programme A has no answer")
             stage = Stage(alpha, 1.0, nu, SOFT)
             at, ok = self.converged(self.family.begun(inner.q, stage), stage, STARTING)[:2]
             reach = float(np.max(np.hypot(at.d[:, 1], at.d[:, 2]), initial=0.0)) / (REACH * self.bounds.eta)

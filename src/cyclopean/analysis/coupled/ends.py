@@ -4,10 +4,10 @@
 frees every alpha and follows the central path; `repaired` is for ends that miss by little because more points press
 than can, as corners of one joint that lie a hair off their plane. There the linear programme
 
-    min  sum fn (dn + 1)    s.t.  dn >= -1,  f_t x dd_t = 0 where a point rubs,   over small changes of the motion
+    min  -(p + A_t f_t).dq    s.t.  dn >= -1,  f_t x dd_t = 0 where a point rubs,   over small changes of the motion
 
-picks the points that do press; its multipliers are normal forces with the same resultant on those alone, to be polished
-with friction as it is. By hand: a stone on four corners, one of them low by 1e-9, stands on the three others.
+picks the points that do press: its multipliers are normal forces that, with friction as it is, balance the loads on
+those alone. By hand: a stone on four corners, one of them low by 1e-9, stands on the three others.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from cyclopean.analysis.coupled.central_path import follow_path
 from cyclopean.analysis.coupled.dilatancy import Iterate
 from cyclopean.analysis.coupled.kkt import Doubled
 from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
-from cyclopean.analysis.coupled.states import Bounds, measure
+from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.arrays import Floats
 from cyclopean.statics import EquilibriumSystem, Schur
 
@@ -51,12 +51,12 @@ class Ends:
         return self.doubled
 
     def keep(self, f: Floats, dq: Floats) -> bool:
-        """Remember a pair if it is the best so far; whether it is a state."""
+        """Remember (q, 3) forces and a (6 m,) motion if they are the best so far; whether they are a state."""
         self.best = better(self.best, attempt(self.system, self.bounds, f, dq))
         return self.best.found
 
     def polished(self, sets: Sets, f: Floats, dq: Floats) -> bool:
-        """Newton's method on these sets and on what they are mended to."""
+        """Newton's method from (q, 3) forces and a (6 m,) motion on these sets and on what they are mended to."""
         newton = BlockNewton(self.system, self.bounds, self.twice())
         return any(self.keep(*pair) for pair in newton.repaired(sets, sets.without(f), dq, [], MENDS))
 
@@ -86,19 +86,22 @@ class Ends:
         return residuals.worst < NEARLY and self.repaired(f, dq)
 
     def repaired(self, f: Floats, dq: Floats) -> bool:
-        """Let a linear programme say which points press, and polish."""
+        """Let a linear programme say which points press, near (q, 3) forces and a (6 m,) motion, and polish."""
         from scipy.optimize import linprog
 
         system = self.system
         d, weight = system.gap(dq), system.lighter
-        small = max(1e-12, 1e3 * measure(system, self.bounds, f, dq).worst)  # the programme's unit: it knows 1e-7 of it
-        near = (d[:, 0] + 1.0 < small) | (f[:, 0] > small * weight)
+        presses = f[:, 0] > TRACES[0] * weight
+        small = max(
+            1e-12, 1e3 * float(np.max(np.abs(d[presses, 0] + 1.0), initial=0.0))
+        )  # a programme knows 1e-7 of it
+        near = (d[:, 0] + 1.0 < small) | presses
         rubs = np.hypot(f[:, 1], f[:, 2]) > TRACES[0] * weight
         rows, k = system.A.T.tocsr(), np.flatnonzero(rubs)
         e = f[k, 1:] / np.hypot(f[k, 1], f[k, 2])[:, None]
         across = sp.diags(-e[:, 1]) @ rows[3 * k + 1] + sp.diags(e[:, 0]) @ rows[3 * k + 2]
         turned = (e[:, 0] * d[k, 2] - e[:, 1] * d[k, 1]) / small
-        cost = np.asarray(rows[::3].T @ np.maximum(f[:, 0], 0.0))
+        cost = -system.residual(f * [0.0, 1.0, 1.0])
         room = (1.0 + d[near, 0]) / small
         answer = linprog(
             cost, -rows[3 * np.flatnonzero(near)], room, across, -turned, bounds=(-FAR, FAR), method="highs-ds"

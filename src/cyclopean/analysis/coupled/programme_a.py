@@ -29,6 +29,8 @@ from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["Prices", "SlidingPoint", "sliding_interior"]
 
+CAP = 40  # iterations at most
+DECISIVE = 3e6  # bound of a collapse from which there is one
 PATIENCE = 5  # iterations without gain after which rounding has the upper hand
 
 
@@ -89,8 +91,6 @@ def sliding_interior(
     prices: Prices,
     gap: float = 1e-5,
     loose: float = 1e3,
-    cap: int = 40,
-    decisive: float = 3e6,
 ) -> SlidingPoint:
     """Min sum c fn + beta |f_t| + alpha / 2 |f_t|^2 subject to A f = -p and |f_t| <= mu fn, to a gap of `gap`.
 
@@ -100,7 +100,7 @@ def sliding_interior(
     scalings of x and t fold into one 3 x 3 block D a point, so that a step solves with S = A D A', the pattern of RBE;
     Mehrotra's predictor and corrector share its factorisation. Multipliers are kept feasible up to a residual that
     shrinks with the steps. q runs off along a mechanism where there is no state: "collapse" as soon as its
-    `collapse_bound` exceeds `decisive`.
+    `collapse_bound` exceeds `DECISIVE`.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def sliding_interior(
     task = _Task(system, schur, prices)
     at = task.first()
     word, step, least, most, idle = "unfinished", 0, np.inf, 0.0, 0
-    for step in range(cap + 1):
+    for step in range(CAP + 1):
         off_x, off_t, off = task.residuals(at)
         mean = at.gap
         primal = float(np.max(np.abs(off), initial=0.0))
@@ -121,12 +121,12 @@ def sliding_interior(
             word = "solved"
             break
         bound = collapse_bound(system, at.q)
-        if bound >= decisive:
+        if bound >= DECISIVE:
             word = "collapse"
             break
         idle = 0 if mean < 0.9 * least or bound > 1.1 * most else idle + 1
         least, most = min(least, mean), max(most, bound)
-        if step == cap or not (mean < np.inf) or idle > PATIENCE:
+        if step == CAP or not (mean < np.inf) or idle > PATIENCE:
             break
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # ends at the factorisation's gate
             at = task.step(at, off_x, off_t, off)

@@ -204,7 +204,8 @@ def _branched(
     """The last resort: refute by branching, or meet a state there."""
     bounds, began = asked.bounds, time.perf_counter()
     if began > asked.deadline:
-        return _undecided(system, bounds, best, tried, folds, 0.0, "the time was up before the refuting search began")
+        folds = folds or _amiss(system, bounds, best)
+        return _undecided(best, tried, folds, 0.0, "the time was up before the refuting search began")
     small = system.points <= TREE_POINTS
     asked.progress("refuting by branching")
     answer = refute(system, bounds, asked.nodes if small else min(asked.nodes, GLANCE), asked.deadline)
@@ -232,7 +233,14 @@ def _branched(
         why += f"; the refuting search is exponential, so beyond {TREE_POINTS} contact points it is cut short"
     elif answer.narrow:
         why += "; a case of the refuting search is too narrow for floating point"
-    return _undecided(system, bounds, best, tried, folds, answer.bound, why)
+    return _undecided(best, tried, folds or _amiss(system, bounds, best), answer.bound, why)
+
+
+def _amiss(system: EquilibriumSystem, bounds: Bounds, best: Attempt) -> list[int]:
+    """Where no path folds: the points at which the best triple misses most."""
+    work = sum(merit(system, bounds, best.f, best.dq))
+    worst: list[int] = np.argsort(-work, kind="stable")[:FOLDS].tolist()
+    return worst
 
 
 def _coupled(best: Attempt, route: str, tried: Tried) -> CoupledOutcome:
@@ -240,14 +248,9 @@ def _coupled(best: Attempt, route: str, tried: Tried) -> CoupledOutcome:
     return CoupledOutcome("coupled", best.f, best.dq, merit=best.merit, route=route, provenance=provenance)
 
 
-def _undecided(
-    system: EquilibriumSystem, bounds: Bounds, best: Attempt, tried: Tried, folds: list[int], bound: float, why: str
-) -> CoupledOutcome:
-    """The best triple met; where no path folds, the points where it misses most are named."""
+def _undecided(best: Attempt, tried: Tried, folds: list[int], bound: float, why: str) -> CoupledOutcome:
+    """The best triple met."""
     provenance = _provenance("", tried) | {"why": why}
-    if not folds:
-        work = sum(merit(system, bounds, best.f, best.dq))
-        folds = np.argsort(-work, kind="stable")[:FOLDS].tolist()
     return CoupledOutcome(
         "undecided", best.f, best.dq, merit=best.merit, bound=bound, folds=tuple(folds), provenance=provenance
     )

@@ -1,29 +1,36 @@
-"""Coupled states at scale: cone algebra, programme A by two methods, Newton on the state, and the search.
+"""The continuation to coupled states: cones, programme A, the family, Newton on the state, the central path, ends.
 
 By hand: a cube of weight 1 on ground that falls by t presses with cos t and rubs with sin t. In programme A its four
 corners share both alike (the cost of friction is strictly convex, and moments fix the rest up to the normal forces).
 
-Mutants killed by hand: `bend` of `condensed` without its factor 2; the edge of `prox` without alpha; J off the diagonal
-with the wrong sign; the price of friction left out of the interior point; slow points sent the wrong way; points shut,
-put on their bound or made slow in vain; a stiffness that is not raised, or not lowered beyond eta; "coupled" said of a
-pair that is not accepted.
+Mutants killed by hand: `bend` of `condensed` without its factor 2; the price of friction left out of the interior
+point; the Jacobian of the family without dilatancy, or with kappa's column negated; a fit without its damping; theta
+that stays at one; slow points sent the wrong way; points shut, put on their bound or made slow in vain; "coupled" said
+of a pair that is not accepted.
 """
 
+import threading
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+import scipy.sparse as sp
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from cyclopean.analysis import quadratic_cones as q3
-from cyclopean.analysis.coupled.at_scale import Plan, _Search, solve_at_scale
+from cyclopean.analysis.coupled.alternation import alternation
 from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
 from cyclopean.analysis.coupled.central_path import _Kinds, _settled, follow_path
+from cyclopean.analysis.coupled.continuation import continuation
+from cyclopean.analysis.coupled.dilatancy import Family, Stage
+from cyclopean.analysis.coupled.ends import Ends
 from cyclopean.analysis.coupled.halves import Halves
 from cyclopean.analysis.coupled.kkt import Doubled
-from cyclopean.analysis.coupled.proximal import Pace, Prices, prox, prox_jacobian, proximal_newton
-from cyclopean.analysis.coupled.sliding_interior import sliding_interior
+from cyclopean.analysis.coupled.programme_a import Prices, sliding_interior
+from cyclopean.analysis.coupled.search import solve_cra
 from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.assembly import Assembly
 from cyclopean.design import arch, dome, stack, vault, wall
@@ -32,7 +39,9 @@ from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
+from laws import examples
 from near_limit import G, posed, random_case
+from test_cra_search import ROUND, h_frame, on_ground
 
 BOUNDS = Bounds()
 UP = np.array([1.0, 0.0, 0.0])
@@ -105,61 +114,13 @@ def test_product_and_quotient_undo_each_other() -> None:
     assert q3.product(np.array([[2.0, 1, 0]]), np.array([[3.0, 0, 1]])).tolist() == [[6.0, 3.0, 2.0]]
 
 
-# Prox
-
-
-def test_the_prox_by_hand() -> None:
-    """c = sigma = 1, beta = 0, alpha = 1, mu = 1: (4, 2, 0) -> (3, 1, 0); on the edge (2, 4, 0) -> (5/3, 5/3, 0)."""
-    prices = Prices(np.ones(3), 0.0, np.ones(3))
-    V = np.array([[4.0, 2, 0], [2, 4, 0], [0.5, 0, 0]])
-    found = prox(V, prices, 1.0, np.ones(3))
-    assert np.allclose(found.f, [[3, 1, 0], [5 / 3, 5 / 3, 0], [0, 0, 0]])  # edge: min (f - 1)^2 + (f - 4)^2 + f^2
-    assert found.inside.tolist() == [True, False, False]
-    assert found.edge.tolist() == [False, True, False]
-
-
-@given(seeds)
-def test_nothing_near_the_prox_is_cheaper(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    mu, sigma = rng.uniform(0.1, 1.5, 40), 10.0 ** rng.uniform(-2, 2)
-    prices = Prices(rng.uniform(0.5, 2, 40), float(rng.uniform(0, 0.5)), rng.uniform(0, 3, 40))
-    V = 3.0 * rng.normal(size=(40, 3)) * max(1.0, sigma)
-    f = prox(V, prices, sigma, mu).f
-
-    def cost(g: np.ndarray) -> np.ndarray:
-        t = np.hypot(g[:, 1], g[:, 2])
-        own = prices.normal * g[:, 0] + prices.slide * t + 0.5 * prices.stiff * t * t
-        return own + np.sum((g - V) ** 2, 1) / (2 * sigma)
-
-    assert (np.hypot(f[:, 1], f[:, 2]) <= mu * f[:, 0] * (1 + 1e-12)).all()
-    for size in (1e-3, 0.1, 1.0):
-        g = f + size * rng.normal(size=f.shape)
-        g[:, 0] = np.maximum(g[:, 0], np.hypot(g[:, 1], g[:, 2]) / mu)  # back into the cone
-        assert (cost(g) >= cost(f) - 1e-9 * np.abs(cost(f))).all()
-
-
-@given(seeds)
-def test_the_jacobian_is_the_derivative(seed: int) -> None:
-    """Central differences; points within a step of a kink are left out."""
-    rng = np.random.default_rng(seed)
-    mu, sigma, step = rng.uniform(0.1, 1.5, 30), 2.0, 1e-6
-    prices = Prices(np.ones(30), 0.1, rng.uniform(0, 3, 30))
-    V = 5.0 * rng.normal(size=(30, 3)) + [2.0, 0, 0]
-    at = prox(V, prices, sigma, mu)
-    J = prox_jacobian(V, at, prices, sigma, mu)
-    steady, difference = np.ones(30, bool), np.zeros_like(J)
-    for j in range(3):
-        shift = step * np.eye(3)[j]
-        up, down = prox(V + shift, prices, sigma, mu), prox(V - shift, prices, sigma, mu)
-        difference[:, :, j] = (up.f - down.f) / (2 * step)
-        for other in (up, down):
-            steady &= (other.inside == at.inside) & (other.edge == at.edge)
-            steady &= (other.friction > 0) == (at.friction > 0)
-    assert np.allclose(J[steady], difference[steady], atol=1e-6)
-    assert np.allclose(J, J.transpose(0, 2, 1))
-
-
 # Programme A
+
+
+def cost(prices: Prices, f: np.ndarray) -> float:
+    """H of (q, 3) forces."""
+    t = np.hypot(f[:, 1], f[:, 2])
+    return float(np.sum(prices.normal * f[:, 0] + (prices.slide + 0.5 * prices.stiff * t) * t))
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -168,17 +129,13 @@ def test_programme_a_agrees_with_clarabel(name: str, tilt: float) -> None:
     """Same cost as a plain conic solve of the same programme; the forces may differ where they are not unique."""
     system = system_of(MODELS[name], tilt)
     schur, prices = Schur(system), prices_of(system)
-    inner = sliding_interior(system, schur, prices)
-    assert inner.word == "solved"
-    fine = sliding_interior(system, schur, prices, gap=1e-8)
-    exact = proximal_newton(system, schur, prices, inner.f, inner.q, Pace(enough=1e-9))
-    assert exact.word == "solved"
+    inner, fine = (sliding_interior(system, schur, prices, gap=gap) for gap in (1e-5, 1e-8))
+    assert inner.word == fine.word == "solved"
     other = Halves(system, BOUNDS).priced(prices)
-    assert prices.of(exact.f) == pytest.approx(prices.of(other.f), rel=1e-7)
-    assert prices.of(inner.f) == pytest.approx(prices.of(other.f), rel=1e-3)
-    assert prices.of(fine.f) == pytest.approx(prices.of(other.f), rel=1e-6)
-    dual = system.p @ exact.q - 0.5 * np.sum(prices.stiff[:, None] * exact.f[:, 1:] ** 2)
-    assert dual == pytest.approx(prices.of(exact.f), rel=1e-7)  # no gap: q proves that nothing is cheaper
+    assert cost(prices, inner.f) == pytest.approx(cost(prices, other.f), rel=1e-3)
+    assert cost(prices, fine.f) == pytest.approx(cost(prices, other.f), rel=1e-6)
+    dual = system.p @ fine.q - 0.5 * np.sum(prices.stiff[:, None] * fine.f[:, 1:] ** 2)
+    assert dual == pytest.approx(cost(prices, fine.f), rel=1e-5)  # no gap: q proves that nothing is cheaper
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -200,11 +157,11 @@ def test_no_friction_is_refused_by_the_interior_point() -> None:
 
 def test_newton_recovers_a_disturbed_state() -> None:
     system = system_of(MODELS["vault"], 3.0)
-    state = solve_at_scale(system, BOUNDS)
+    state = continuation(system, BOUNDS).attempt
     rng = np.random.default_rng(0)
     f = state.f * (1 + 1e-4 * rng.normal(size=state.f.shape))
     dq = state.dq * (1 + 1e-4 * rng.normal(size=state.dq.shape))
-    pressed, rubbing = state.f[:, 0] > 0.0, np.hypot(state.f[:, 1], state.f[:, 2]) > 0.0
+    pressed, rubbing = state.f[:, 0] > 1e-9, np.hypot(state.f[:, 1], state.f[:, 2]) > 1e-9
     assert measure(system, BOUNDS, f, dq).worst > 1e-6
     edge = rubbing & (np.hypot(f[:, 1], f[:, 2]) > 0.999 * system.mu * f[:, 0])
     newton = BlockNewton(system, BOUNDS)
@@ -220,8 +177,8 @@ def test_newton_recovers_a_disturbed_state() -> None:
 def test_newton_puts_friction_on_its_bound_and_sliding_on_beta() -> None:
     """A cube pulled downhill: friction asked to be mu fn somewhere and sliding 0.02 elsewhere, both to rounding."""
     system = system_of(stack(1), 10.0)
-    state = solve_at_scale(system, BOUNDS)
-    pressed, rubbing = state.f[:, 0] > 0.0, np.hypot(state.f[:, 1], state.f[:, 2]) > 0.0
+    state = continuation(system, BOUNDS).attempt
+    pressed, rubbing = state.f[:, 0] > 1e-9, np.hypot(state.f[:, 1], state.f[:, 2]) > 1e-9
     edge, slow = np.zeros_like(pressed), np.zeros_like(pressed)
     edge[0], slow[1] = True, True
     f, dq, _ = BlockNewton(system, BOUNDS).solve(Sets(pressed, pressed, rubbing, edge, slow), state.f, state.dq)
@@ -326,64 +283,151 @@ def test_the_doubled_matrix_by_hand() -> None:
     assert doubled.factorisations == 1
 
 
+# The family
+
+STAGES = (Stage(0.3, 1.0, 1e-2, 3e-2), Stage(2.0, 0.4, 1e-3, 1e-2), Stage(0.3, 0.0, 1e-2, 3e-2))
+
+
+def begun(system: EquilibriumSystem, stage: Stage) -> tuple[Family, Any]:
+    """The family of a system, and its start from programme A."""
+    schur = Schur(system)
+    family = Family(system, BOUNDS, schur)
+    prices = Prices(np.ones(system.points), np.full(system.points, 0.02), stage.alpha / system.lighter)
+    inner = sliding_interior(family.rough_system, schur, prices, gap=stage.nu, loose=1.0)
+    assert inner.word == "solved"
+    return family, family.begun(inner.q, stage)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 4.0])
+@pytest.mark.parametrize("name", MODELS)
+def test_a_start_is_off_only_in_its_balance(name: str, tilt: float) -> None:
+    """The forces are the least for the motion, point by point: all other equations of theta = 1 hold."""
+    family, at = begun(system_of(MODELS[name], tilt), STAGES[0])
+    off = family.off(at, STAGES[0])
+    assert np.abs(off.press).max() < 1e-7
+    assert np.abs(off.bound).max() < 1e-7
+    assert np.abs(off.slide).max() < 1e-5
+    assert min(off.g.min(), off.c.min(), at.kappa.min()) > 0.0
+
+
+@given(seeds)
+def test_the_jacobian_is_the_derivative(seed: int) -> None:
+    """Central differences of a point's equations in fn, fu, fv and kappa, at random interior points."""
+    system = system_of(MODELS["arch"], 3.0)
+    rng, stage = np.random.default_rng(seed), STAGES[1]
+    family = Family(system, BOUNDS, Schur(system))
+    at = family.begun(np.zeros(6 * system.blocks), stage)
+    f = rng.uniform(0.5, 2.0, (system.points, 3)) * [1.0, 0.3, 0.3]
+    at = replace(at, f=f, kappa=rng.uniform(0.1, 2.0, system.points), d=0.3 * rng.normal(size=f.shape))
+    J = family._jacobian(at, stage, family.off(at, stage))
+
+    def equations(x: np.ndarray) -> np.ndarray:
+        off = family.off(replace(at, f=x[:, :3], kappa=x[:, 3]), stage)
+        return np.column_stack([off.press, off.bound, off.slide])
+
+    x = np.column_stack([at.f, at.kappa])
+    for j in range(4):
+        step = 1e-6 * np.eye(4)[j]
+        difference = (equations(x + step) - equations(x - step)) / 2e-6
+        assert J[:, :, j] == pytest.approx(difference, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_newton_solves_every_stage(name: str) -> None:
+    """From theta = 1 to Coulomb's law and small nu: residuals vanish, and at the end fn g is nu and sliding is free."""
+    family, at = begun(system_of(MODELS[name], 2.0), STAGES[0])
+    for theta, nu in ((1.0, 1e-2), (0.7, 1e-2), (0.3, 1e-2), (0.0, 1e-2), (0.0, 3e-3)):
+        stage = Stage(0.3, theta, nu, 3.0 * nu)
+        at, ok, _ = family.converged(at, stage, 30)
+        assert ok
+    off, system = family.off(at, stage), family.system
+    assert np.abs(system.residual(at.f)).max() < 1e-3
+    assert at.f[:, 0] * (at.d[:, 0] + 1.0) == pytest.approx(np.full(system.points, 3e-3), rel=2.0)
+    assert off.g == pytest.approx(at.d[:, 0] + 1.0)
+    assert (np.sum(at.f[:, 1:] * at.d[:, 1:], 1) <= 1e-4).all()
+
+
+def test_dilation_makes_the_difference_by_hand() -> None:
+    """A cube at 38 degrees with mu 0.8 (38.7): friction at its bound opens the joint with theta = 1 and not with 0."""
+    family, at = begun(system_of(stack(1), 38.0, 0.8), STAGES[0])
+    at, ok, _ = family.converged(at, STAGES[0], 30)
+    assert ok
+    assert family.dilation(at, STAGES[0]).max() > 1e-3
+    assert family.dilation(at, replace(STAGES[0], theta=0.0)).max() == 0.0
+    opening = at.f[:, 0] * (at.d[:, 0] + 1.0)
+    assert opening == pytest.approx(1e-2 + family.dilation(at, STAGES[0]), abs=1e-2)
+
+
+def test_a_family_without_friction_keeps_none() -> None:
+    family, at = begun(system_of(wall(2, 3), 0.0, 0.0), STAGES[0])
+    for stage in (STAGES[0], STAGES[2]):
+        at, ok, _ = family.converged(at, stage, 30)
+        assert ok
+    assert (at.f[:, 1:] == 0.0).all()
+    assert (at.kappa == 0.0).all()
+
+
+# Ends
+
+
+def test_a_joint_that_is_not_quite_plane_is_repaired() -> None:
+    """Normals of 24 points lean by 1e-4: they cannot all be pressed in by eps, and a polish misses by 1e-8 for ever."""
+    flat = posed(on_ground(ROUND), 0.7, np.array([0.0, 0.0, -G]))
+    lean = 1e-4 * np.random.default_rng(0).normal(size=(flat.points, 2))
+    turns = [Rotation.from_rotvec([0.0, *x]).as_matrix() for x in lean]
+    frame = np.array([turn.T @ rows for turn, rows in zip(turns, flat.frame, strict=True)])
+    system = replace(flat, frame=frame, A=sp.csr_matrix(flat.A @ sp.block_diag(turns)))
+    f, dq = np.zeros((system.points, 3)), -flat.frame[0, 0] @ np.eye(3, 6)
+    f[:, 0] = 1.0 / system.points
+    _, near, _ = BlockNewton(system, BOUNDS).solve(Sets.of(f[:, 0] > 0.0, np.zeros(len(f), bool)), f, dq)
+    assert 1e-9 < measure(system, BOUNDS, f, near).gap < 1e-6
+    ends = Ends(system, BOUNDS, Schur(system))
+    assert ends.repaired(f, near)
+    assert (ends.best.f[:, 0] > 0.0).sum() <= 6
+    assert measure(system, BOUNDS, ends.best.f, ends.best.dq).accepted
+
+
+def test_a_repair_claims_nothing_far_from_a_state() -> None:
+    system = system_of(stack(2), 5.0)
+    ends = Ends(system, BOUNDS, Schur(system))
+    assert not ends.repaired(np.ones((system.points, 3)), np.zeros(12))
+    assert not ends.best.found
+
+
+# The route
+
+
 def test_a_curved_wall_of_three_hundred_stones() -> None:
-    """827 of its 849 joints are not quite plane, so that sets are nearly degenerate; stiffening alone ends nowhere."""
-    system = polygonal(25, 12, 0.4, 0, curved=True)
-    answer = solve_at_scale(system, BOUNDS)
-    assert answer.word == "coupled"
-    assert answer.paths >= 1
-    assert answer.rounds <= 4
+    """827 of its 849 joints are not quite plane, so that sets are nearly degenerate."""
+    found = continuation(polygonal(25, 12, 0.4, 0, curved=True), BOUNDS)
+    assert found.attempt.found
+    assert found.attempt.iterations < 400
+    assert found.folds == ()
 
 
-# The search
-
-
-@pytest.mark.parametrize("tilt", [0.0, 10.0, 20.0])
+@pytest.mark.parametrize("tilt", [0.0, 10.0, 20.0, 34.0])
 def test_a_cube_on_a_slope_by_hand(tilt: float) -> None:
-    answer = solve_at_scale(system := system_of(stack(1), tilt), BOUNDS)
-    assert answer.word == "coupled"
+    found = continuation(system := system_of(stack(1), tilt), BOUNDS).attempt
+    assert found.found
     angle = np.deg2rad(tilt)
-    assert answer.f[:, 0].sum() == pytest.approx(np.cos(angle), abs=1e-9)
-    assert np.hypot(*answer.f[:, 1:].sum(0)) == pytest.approx(np.sin(angle), abs=1e-9)
-    d = system.gap(answer.dq)
-    assert np.abs(d[:, 0] + 1.0).max() < 1e-9
-    if tilt == 0.0:
-        assert (answer.f[:, 1:] == 0.0).all()
-    else:  # all corners slide downhill by at least twice beta-min
-        assert np.hypot(d[:, 1], d[:, 2]).min() > 0.01
-        assert np.sum(d[:, 1:] * answer.f[:, 1:], 1).max() < 0.0
+    assert found.f[:, 0].sum() == pytest.approx(np.cos(angle), abs=1e-9)
+    assert np.hypot(*found.f[:, 1:].sum(0)) == pytest.approx(np.sin(angle), abs=1e-9)
+    d, pressed = system.gap(found.dq), found.f[:, 0] > 1e-6
+    assert np.abs(d[pressed, 0] + 1.0).max() < 1e-9
+    rubbing = np.hypot(found.f[:, 1], found.f[:, 2]) > 1e-6
+    assert rubbing.any() == (tilt > 0.0)
+    assert (np.hypot(d[:, 1], d[:, 2]) > 0.01)[rubbing].all()
+    assert (np.sum(d[:, 1:] * found.f[:, 1:], 1) < 0.0)[rubbing].all()
 
 
 @pytest.mark.parametrize("name", MODELS)
 @pytest.mark.parametrize("tilt", [0.0, 2.0, 5.0])
 def test_models_that_stand_have_states(name: str, tilt: float) -> None:
     system = system_of(MODELS[name], tilt)
-    answer = solve_at_scale(system, BOUNDS)
-    assert answer.word == "coupled"
-    assert answer.reason == ""
-    assert measure(system, BOUNDS, answer.f, answer.dq).accepted
-    assert answer.factorisations > 0
-    assert answer.rounds > 0
-    idle = answer.f[:, 0] < 1e-9
-    assert (answer.f[idle] == 0.0).all()
-
-
-@pytest.mark.parametrize(
-    ("model", "tilt", "rounds"),
-    [
-        pytest.param(wall(10, 10), 0.0, 1, id="wall"),
-        pytest.param(wall(12, 12), 5.0, 1, id="wall 5"),
-        pytest.param(wall(14, 15), 10.0, 2, id="wall 10"),
-        pytest.param(vault(15, 10), 0.0, 1, id="vault: slow points"),
-        pytest.param(dome(4, 12), 0.0, 1, id="dome: points to shut"),
-        pytest.param(dome(4, 12), 3.0, 4, id="dome 3: points to put on their bound"),
-        pytest.param(dome(6, 16), 0.0, 9, id="larger dome"),
-    ],
-)
-def test_larger_models_take_few_rounds(model: Assembly, tilt: float, rounds: int) -> None:
-    answer = solve_at_scale(system_of(model, tilt), BOUNDS)
-    assert answer.word == "coupled"
-    assert answer.rounds <= rounds
+    found = continuation(system, BOUNDS).attempt
+    assert found.found
+    assert measure(system, BOUNDS, found.f, found.dq).accepted
+    assert found.iterations > 0
 
 
 @pytest.mark.parametrize("seed", range(16))
@@ -391,64 +435,87 @@ def test_what_is_claimed_is_true(seed: int) -> None:
     """Random models, half of them at their limit: a state is claimed only where the residuals allow it."""
     case = random_case(seed)
     system = posed(case.assembly, case.mu, np.array(case.gravity))
-    answer = solve_at_scale(system, BOUNDS, rounds=12)
-    residuals = measure(system, BOUNDS, answer.f, answer.dq)
-    assert (answer.word == "coupled") == residuals.accepted
-    assert residuals == answer.residuals
+    found = continuation(system, BOUNDS).attempt
+    residuals = measure(system, BOUNDS, found.f, found.dq)
+    assert found.found == residuals.accepted
+    assert residuals == found.residuals
     if not case.share < 1.0:  # no forces at all
-        assert answer.word == "undecided"
+        assert not found.found
     if case.share < 0.2:
-        assert answer.word == "coupled"
+        assert found.found
 
 
-def test_a_model_that_falls_is_undecided() -> None:
-    answer = solve_at_scale(system_of(wall(3, 4), 60.0), BOUNDS)
-    assert answer.word == "undecided"
-    assert answer.reason == "no forces balance the loads"
+@given(seeds, st.sampled_from([1.0, 0.1, 0.01]))
+@settings(max_examples=examples(6), deadline=None, derandomize=True)
+def test_small_and_large_stones_agree_with_conic_programmes(seed: int, size: float) -> None:
+    """Where the slow reference, alternation by Clarabel, meets a state of a stack of mixed sizes, so does this."""
+    rng = np.random.default_rng(seed)
+    model, tilt = stack(3, offset=float(rng.uniform(0.0, 0.1))), float(rng.uniform(0.0, 8.0))
+    top = model.blocks[-1]
+    model = replace(model, blocks=(*model.blocks[:-1], replace(top, density=2400.0 * size)))
+    system = system_of(model, tilt)
+    found = continuation(system, BOUNDS).attempt
+    assert found.found or not alternation(system, BOUNDS).found
 
 
-def test_a_model_without_friction_is_undecided() -> None:
-    answer = solve_at_scale(system_of(stack(2), mu=0.0), BOUNDS)
-    assert answer.word == "undecided"
-    assert "mu >= 1e-06" in answer.reason
+def test_a_model_that_falls_has_no_state() -> None:
+    found = continuation(system_of(wall(3, 4), 60.0), BOUNDS)
+    assert not found.attempt.found
+
+
+def test_a_beam_held_by_friction_alone_folds() -> None:
+    """Forces balance the loads, but dilation does work at the ends that no motion replaces: the fold names them."""
+    found = continuation(posed(h_frame(), 0.84, np.array([0.0, 0.0, -G])), BOUNDS)
+    assert not found.attempt.found
+    assert 0 < len(found.folds) <= 8
+    assert set(found.folds) <= set(range(8))
 
 
 def test_friction_is_softened_until_sliding_is_within_eta() -> None:
     """Sliding goes with alpha times friction: a tall wall slides by 0.27 eps with alpha = 1, and need not."""
     system = system_of(wall(2, 30), 1.5)
-    wide, narrow = (solve_at_scale(system, Bounds(eta=eta)) for eta in (50.0, 0.2))
-    reach = [np.hypot(*system.gap(a.dq)[:, 1:].T).max() for a in (wide, narrow)]
-    assert wide.word == narrow.word == "coupled"
-    assert wide.rounds < narrow.rounds
-    assert reach[1] <= 0.2 * (1 + 1e-9) < reach[0]
+    wide, narrow = (continuation(system, Bounds(eta=eta)).attempt for eta in (50.0, 0.2))
+    assert wide.found
+    assert narrow.found
+    assert np.hypot(*system.gap(narrow.dq)[:, 1:].T).max() <= 0.2 * (1 + 1e-9)
 
 
-def test_time_is_kept_and_progress_told() -> None:
-    told: list[str] = []
-    answer = solve_at_scale(system_of(dome(4, 9)), BOUNDS, seconds=0.0, progress=told.append)
-    assert answer.rounds == len(told) == 1
-    assert told[0] == "stiffening friction, round 1"
+def test_budget_and_time_stop_the_route() -> None:
+    system = posed(h_frame(), 0.84, np.array([0.0, 0.0, -G]))
+    whole, brief = (continuation(system, BOUNDS, budget=budget).attempt for budget in (10_000, 20))
+    assert brief.iterations < 80 < whole.iterations
+    assert continuation(system, BOUNDS, deadline=0.0).attempt.solves <= 1
 
 
 def test_units_do_not_matter() -> None:
-    """eta and beta-min count against eps alone."""
+    """eta and beta-min count against eps alone; the caller scales them."""
     system = system_of(arch(11), 2.0)
-    one, ten = (solve_at_scale(system, Bounds(k, 10.0 * k, 0.01 * k)) for k in (1.0, 10.0))
+    one, ten = (continuation(system, Bounds(k, 10.0 * k, 0.01 * k).unit()).attempt for k in (1.0, 10.0))
     assert np.array_equal(one.dq, ten.dq)
-    assert replace(one.residuals) == ten.residuals
+    assert one.residuals == ten.residuals
 
 
-def test_what_a_plan_makes_of_the_prices_by_hand() -> None:
-    system = system_of(stack(2))
-    search = _Search(system, BOUNDS, 1.0, Schur(system))
-    search.begin(Plan(1.0, 0.5, tiny=0.02, shift=0.5))
-    over = np.zeros(system.points)
-    over[:3] = 0.1, 0.1, 6.0
-    search.f[:, 1] = 0.5
-    search.f[1, 1] = 0.01  # next to no force: 0.02 mu is 0.014
-    search.stiffen(over)
-    assert search.stiff[:4] == pytest.approx([0.6 / 0.25, 1.0, 1.0, 1.0])  # (alpha |f_t| + lambda) / (ease |f_t|)
-    assert search.slide[:4] == pytest.approx([0.02, 1.0, 4.0, 0.02])  # a tenth of eta at least, 0.4 eta at most
-    assert search.normal[:4] == pytest.approx([1.035, 1.035, 3.1, 1.0])  # halfway to 1 + mu lambda
-    search.stiffen(np.zeros(system.points))
-    assert search.normal[:4] == pytest.approx([1.0175, 1.0175, 2.05, 1.0])
+def test_the_same_question_has_the_same_answer_beside_a_busy_loop() -> None:
+    """Budgets count work: verdict, route and counts do not depend on what else the machine does."""
+    system = polygonal(8, 5, 0.4, 1, curved=True)
+
+    def answers() -> list[tuple[Any, ...]]:
+        outcomes = [solve_cra(system), solve_cra(posed(h_frame(), 0.84, np.array([0.0, 0.0, -G])), nodes=40)]
+        keys = ("solves", "rounds", "factorisations", "nodes")
+        return [(o.word, o.route, *(o.provenance[key] for key in keys)) for o in outcomes]
+
+    quiet, stop = answers(), threading.Event()
+    busy = [threading.Thread(target=_spin, args=(stop,)) for _ in range(4)]
+    for thread in busy:
+        thread.start()
+    try:
+        assert answers() == quiet
+    finally:
+        stop.set()
+        for thread in busy:
+            thread.join()
+
+
+def _spin(stop: threading.Event) -> None:
+    while not stop.is_set():
+        sum(range(10_000))
