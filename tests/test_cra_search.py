@@ -13,7 +13,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cyclopean.analysis.coupled.proximal import Prices
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
