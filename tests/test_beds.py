@@ -5,8 +5,8 @@ steeper than the friction angle are those that the thrust holds. A stone on one 
 angle, so there the list and rigid-block equilibrium say the same.
 
 Mutants killed (by hand): angle taken from the upright; a normal not turned for the other block; worst face instead of
-the best; fixed blocks listed; the bearing face's own neighbour left in; corners moved the wrong way; joints over
-nothing taken for beds; the surface left out.
+the best; fixed or partly held blocks listed; the bearing face's own neighbour left in; corners moved the wrong way;
+none slides along the ground; cells not looked at after a move; what it costs of J ignored; the surface left out.
 """
 
 import json
@@ -25,6 +25,7 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, SteepBed, detect, steep_beds
 from cyclopean.design.walls.beds import bedded, without_bed
 from cyclopean.design.walls.corner import corner_wall
+from cyclopean.design.walls.interlock import interlock
 from cyclopean.design.walls.openings import Opening
 from cyclopean.design.walls.pattern import PatternSettings, draw_pattern
 from cyclopean.design.walls.polygonal import PolygonalWall, polygonal_wall
@@ -146,6 +147,18 @@ def test_a_stone_on_its_point_is_given_a_bed() -> None:
     assert 1 <= moved.sum() <= 2
     far = np.abs(before.pattern.subdivision.vertex - after.pattern.subdivision.vertex).max()
     assert far < 0.1  # m, of stones of 0.37 m
+
+
+def test_a_stone_beside_the_ground_is_given_a_bed_by_corners_that_slide_along_it() -> None:
+    before, after = drawn(PatternSettings(coursing=1.0, seed=33))
+    assert len(before.without_bed) == 1
+    assert after.without_bed == ()
+
+
+def test_a_move_that_costs_no_interlock_comes_first() -> None:
+    before, after = drawn(replace(WEDGED, seed=11))
+    assert (len(before.without_bed) > 0, after.without_bed) == (True, ())
+    assert interlock(after.pattern).score > interlock(before.pattern).score
 
 
 def test_the_shortest_way_to_a_bed_is_square_to_it() -> None:

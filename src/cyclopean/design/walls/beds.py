@@ -23,10 +23,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cyclopean.analysis import GRAVITY, MU
-from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly, SteepBed, steep_beds
 from cyclopean.design.walls.interlock import aligned_joints, course_lines, usual_tolerance
-from cyclopean.design.walls.joints import base_edges
 from cyclopean.design.walls.net import Net, Point, net_of
 from cyclopean.design.walls.pattern import Pattern
 from cyclopean.design.walls.surfaces import Surface, Thickness
@@ -53,7 +52,6 @@ class _Wanted:
     surface: Surface
     thickness: Thickness
     limit: float  # rad from level
-    idle: frozenset[Edge]  # edges on nothing, the lower corner first: they bear no stone
     pattern: Pattern  # as it was drawn
 
     def angles(self, ring: Floats) -> Floats:
@@ -63,12 +61,7 @@ class _Wanted:
 
     def steep(self, net: Net, c: int) -> bool:
         """Whether a cell has no bed."""
-        angle = self.angles(np.array([net.point[k] for k in net.rings[c]])).tolist()
-        return not any(angle[i] <= self.limit and self.bears(*ends) for i, ends in enumerate(_around(net, c)))
-
-    def bears(self, a: int, b: int) -> bool:
-        """Whether there is something below an edge."""
-        return (min(a, b), max(a, b)) not in self.idle
+        return not bool((self.angles(np.array([net.point[k] for k in net.rings[c]])) <= self.limit).any())
 
     def within(self, place: Point) -> bool:
         """Whether a place is in the pattern."""
@@ -101,10 +94,7 @@ def bedded(pattern: Pattern, surface: Surface, thickness: Thickness) -> Pattern:
     cells, settings = pattern.subdivision, pattern.settings
     if not settings.max_bed < UPRIGHT:
         return pattern
-    outside: Bools = np.any(cells.side < 0, axis=1)
-    outside[base_edges(pattern)] = False
-    idle = frozenset((a, b) for a, b in cells.edge[outside].tolist())
-    wanted = _Wanted(surface, thickness, float(np.radians(settings.max_bed)), idle, pattern)
+    wanted = _Wanted(surface, thickness, float(np.radians(settings.max_bed)), pattern)
     spacing = np.array([settings.width / settings.columns, settings.height / settings.rows])
     for _ in range(ROUNDS):
         steep = _steep(pattern.subdivision, wanted)
@@ -140,9 +130,7 @@ def _steep(found: Subdivision, wanted: _Wanted) -> list[int]:
     """Field stones without a bed."""
     ahead = found.following()
     angle = _angles(*wanted.thickness.rails(wanted.surface, found.vertex), found.index, ahead)
-    ends = np.sort(np.stack([found.index, ahead], 1), axis=1).tolist()
-    bears = np.array([(a, b) not in wanted.idle for a, b in ends])
-    best = np.minimum.reduceat(np.where(bears, angle, np.inf), found.start[:-1])
+    best = np.minimum.reduceat(angle, found.start[:-1])
     return [int(c) for c in np.flatnonzero((best > wanted.limit) & (found.site >= 0))]
 
 
@@ -210,7 +198,7 @@ def _moves(net: Net, c: int, wanted: _Wanted) -> list[Moves]:
     for a, b in _around(net, c):
         (x, y), (u, _) = net.point[a], net.point[b]
         # where even a level edge is too steep, the surface leans too far
-        if u > x and wanted.bears(a, b) and wanted.angles(np.array([(x, y), (u, y)]))[0] <= wanted.limit:
+        if u > x and wanted.angles(np.array([(x, y), (u, y)]))[0] <= wanted.limit:
             for aim in AIMS:
                 found += _flattened(net, a, b, aim * float(np.tan(wanted.limit)))
     within = [one for one in found if all(wanted.within(place) for place in one[1].values())]
