@@ -17,12 +17,12 @@ from cyclopean.options import Option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
-    from cyclopean.analysis.undecided import Undecided
 
 __all__ = ["MODEL", "assumed_line", "check", "verdict_lines", "write_result"]
 
 MODEL = argument("MODEL", "Model file.", source=True)
 STATUS = {"stable": 0, "unstable": 1, "undecided": 3}
+AT_ETA = "at eta"  # the file of the proof of a state at a larger eta
 FEW = 24  # rows of the table of a settlement on the terminal
 
 
@@ -104,8 +104,8 @@ def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
     """
     from cyclopean import io
 
-    proof, beside = files.proof(result.certificate), _at_eta(result, files)
-    data = io.result_dict(result, *(seen_from(files.to.get("json"), file) for file in (proof, beside)))
+    proof, files = files.proof(result.certificate), _beside(result, files)
+    data = io.result_dict(result, *(seen_from(files.to.get("json"), file) for file in (proof, files.to.get(AT_ETA))))
     there = files.to.get("report")
 
     def page() -> str:
@@ -113,19 +113,18 @@ def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
 
         return report_html(result, certificate_file=seen_from(there, proof), model_file=seen_from(there, Path(model)))
 
-    made = {"certificate": lambda: result.certificate, "report": page, "json": lambda: data}
-    if beside is not None and result.undecided is not None and (at := result.undecided.stable_at) is not None:
-        made, files = made | {"at eta": lambda: at.certificate}, replace(files, to={**files.to, "at eta": beside})
-    files.write(made)
+    known = result.undecided
+    at = None if known is None or known.stable_at is None else known.stable_at.certificate
+    files.write({"certificate": lambda: result.certificate, AT_ETA: lambda: at, "report": page, "json": lambda: data})
     return data
 
 
-def _at_eta(result: "Result", files: Files) -> Path | None:
-    """Where the certificate of a state at a larger eta goes: beside that of the verdict, which it does not prove."""
+def _beside(result: "Result", files: Files) -> Files:
+    """The files, with the certificate of a state at a larger eta beside that of the verdict, which it is not."""
     file, known = files.to.get("certificate"), result.undecided
     if file is None or known is None or known.stable_at is None:
-        return None
-    return file.with_name(f"{file.stem}-at-eta{file.suffix}")
+        return files
+    return replace(files, to={**files.to, AT_ETA: file.with_name(f"{file.stem}-at-eta{file.suffix}")})
 
 
 def _lines(result: "Result", data: dict[str, Any], files: Files, spare: "Margins | None") -> list[str]:
@@ -195,7 +194,7 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: Files) -> list[
     known = result.undecided
     lines = [
         f"{result.verdict}: {result.reason if known is None else known.why}",
-        *([] if known is None else _known_lines(known, _at_eta(result, files))),
+        *([] if known is None else [f"  {word:8} {text}" for word, text in known.lines()]),
         f"  model    {result.assembly.name}: {data['blocks']} blocks, {data['free']} of them free,"
         f" {data['contacts']} contacts; method {result.method}",
     ]
@@ -213,13 +212,7 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: Files) -> list[
     if result.certificate is not None:
         lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic{_within(result)}")
     lines += _tension_line(result)
-    return lines + files.line(but=() if result.certificate else ("certificate",))
-
-
-def _known_lines(known: "Undecided", file: Path | None) -> list[str]:
-    """What is known all the same, and what would decide it."""
-    lines = [f"  {word:8} {text}" for word, text in known.lines()]
-    return lines if file is None else [*lines, f"  written  {file}, the proof of the state at that eta"]
+    return lines + _beside(result, files).line(but=() if result.certificate else ("certificate",))
 
 
 def assumed_line(assumed: Mapping[str, Any]) -> list[str]:
