@@ -28,7 +28,7 @@ def word(system: EquilibriumSystem, bounds: Bounds, nodes: int, seed: int) -> st
     found = alternation(system, bounds, budget=100, seed=seed)
     answer = None if found.found else refute(system, bounds, nodes)
     if answer is None or answer.word == "coupled":
-        best = found if answer is None else answer
+        best = found if answer is None else answer.best
         assert measure(system, bounds.unit(), best.f, best.dq).accepted
         return "coupled"
     assert answer.root is None or tree_holds(system, bounds.unit(), answer.root)

@@ -32,7 +32,7 @@ def answered(case: PlaneCase) -> str:
     found = alternation(case.system, case.bounds, budget=PROGRAMMES)
     answer = None if found.found else refute(case.system, case.bounds, NODES)
     if answer is None or answer.word == "coupled":
-        best = found if answer is None else answer
+        best = found if answer is None else answer.best
         assert measure(case.system, case.bounds, best.f, best.dq).accepted
         return "coupled"
     if answer.root is not None:

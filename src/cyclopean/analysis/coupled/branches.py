@@ -60,7 +60,8 @@ class Symmetry:
     def image(self, node: Node) -> Node:
         """The tree that closes the image of what a tree closes."""
         if isinstance(node, Leaf):
-            return Leaf(self.motion(node.y), self.vectors(node.w))
+            y = None if node.y is None else self.motion(node.y)
+            return Leaf(y, None if node.w is None else self.vectors(node.w))
         k, tangent = int(self.point[node.point]), self.tangent[node.point]
         parts = tuple(map(self.image, node.parts))
         rays = None if node.rays is None else node.rays @ tangent.T
@@ -69,19 +70,15 @@ class Symmetry:
             rays = rays[::-1]
         return Split(k, parts, rays, node.speed)
 
-    def motion(self, y: Floats | None) -> Floats | None:
+    def motion(self, y: Floats) -> Floats:
         """(6 m,) image of a motion."""
-        if y is None:
-            return None
         rows, out = y.reshape(-1, 6), np.zeros((len(self.block), 6))
         out[self.block, :3] = rows[:, :3] @ self.turn.T
         out[self.block, 3:] = np.linalg.det(self.turn) * (rows[:, 3:] @ self.turn.T)
         return out.ravel()
 
-    def vectors(self, w: Floats | None) -> Floats | None:
+    def vectors(self, w: Floats) -> Floats:
         """(q, 3) image of one vector a point in (n, u, v)."""
-        if w is None:
-            return None
         out = np.zeros_like(w)
         out[self.point, 0] = w[:, 0]
         out[self.point, 1:] = np.einsum("qij,qj->qi", self.tangent, w[:, 1:])
@@ -163,12 +160,9 @@ def _fits(system: EquilibriumSystem, found: Symmetry) -> bool:
     if sorted(found.point.tolist()) != list(range(system.points)):
         return False
     y = np.sin(1.0 + np.arange(6 * system.blocks))  # any motion: its gaps at the images are the images of its gaps
-    moved = found.motion(y)
-    assert moved is not None
     gap = found.vectors(system.gap(y))
-    scale = 1.0 + float(np.max(np.abs(gap), initial=0.0)) if gap is not None else 1.0
-    same = gap is not None and bool(np.max(np.abs(system.gap(moved) - gap), initial=0.0) < 1e2 * MATCH * scale)
-    return same and bool(np.max(np.abs(found.motion(system.p) - system.p)) < 1e2 * MATCH)  # type: ignore[operator]
+    off = np.max(np.abs(system.gap(found.motion(y)) - gap), initial=0.0) / (1.0 + np.max(np.abs(gap), initial=0.0))
+    return bool(off < 1e2 * MATCH and np.max(np.abs(found.motion(system.p) - system.p)) < 1e2 * MATCH)
 
 
 def tree_document(

@@ -56,7 +56,6 @@ class SlidingAnswer:
     word: Word
     f: Floats  # (q, 3)
     dq: Floats  # (6 m,)
-    iterations: int
 
 
 class _Answer(NamedTuple):
@@ -123,9 +122,8 @@ class Halves:
         """Programme A; with (q, 3) `given` displacements of the points, which are not priced, beside those of dq."""
         linear = np.zeros((self.system.points, 3)) if given is None else given.copy()
         linear[:, 0] += prices.normal
-        before = self.iterations
         answer, f = self._forces(self.root, linear, prices.slide, stiff=prices.stiff)
-        return SlidingAnswer(answer.word, f, answer.z[: len(self.system.p)].copy(), self.iterations - before)
+        return SlidingAnswer(answer.word, f, answer.z[: len(self.system.p)].copy())
 
     def forces(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
         """Forces of the cell that do the least work.
@@ -197,9 +195,8 @@ class Halves:
         """Motion and forces fitted to each other in turn, from (q, 3) forces, for as long as that works."""
         while True:
             word, dq = self.fitted_motions(f)
-            if word != "solved":
-                return
-            word, f = self.fitted_forces(self.system.gap(dq))
+            if word == "solved":
+                word, f = self.fitted_forces(self.system.gap(dq))
             if word != "solved":
                 return
             yield f, dq

@@ -15,7 +15,7 @@ import numpy as np
 
 from cyclopean.analysis.coupled.alternation import alternation
 from cyclopean.analysis.coupled.continuation import FACTORISATIONS, continuation
-from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing
+from cyclopean.analysis.coupled.polish import Attempt, better, nothing
 from cyclopean.analysis.coupled.states import Bounds, merit
 from cyclopean.analysis.coupled.tree import Node, refute
 from cyclopean.analysis.equilibrium.components import Part, components, in_own_units
@@ -222,7 +222,7 @@ def _branched(
             route="tree",
             provenance=provenance,
         )
-    best = better(best, attempt(system, bounds, answer.f, answer.dq))
+    best = better(best, answer.best)
     if best.found:
         return _coupled(best, "tree", tried)
     total = _provenance("", tried)

@@ -20,18 +20,9 @@ import numpy as np
 from cyclopean.analysis.coupled.alternation import NEAR, Walk
 from cyclopean.analysis.coupled.branches import Node, Split, Symmetry, leaf_count, symmetries, tree_document
 from cyclopean.analysis.coupled.halves import Halves
-from cyclopean.analysis.coupled.leaves import (
-    OPEN,
-    UNLOADED,
-    Cell,
-    Leaf,
-    Prior,
-    closes,
-    least_work,
-    most_work,
-    prior,
-)
-from cyclopean.analysis.coupled.states import Bounds, Residuals, merit
+from cyclopean.analysis.coupled.leaves import OPEN, UNLOADED, Cell, Leaf, Prior, closes, least_work, most_work, prior
+from cyclopean.analysis.coupled.polish import Attempt
+from cyclopean.analysis.coupled.states import Bounds, merit
 from cyclopean.arrays import Floats
 from cyclopean.statics import EquilibriumSystem
 
@@ -46,17 +37,16 @@ RESTART = 20  # nodes between restarts of the walk
 FEW = 40  # points up to which symmetries are looked for
 DENSE = 40_000  # points times blocks beyond which dense matrices are not set up
 
+Word = Literal["refuted", "coupled", "undecided"]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TreeAnswer:
     """What the search found, in scaled units."""
 
-    word: Literal["refuted", "coupled", "undecided"]
+    word: Word
     root: Node | None  # the closed tree
-    f: Floats  # (q, 3) the state, or the best pair met
-    dq: Floats  # (6 m,)
-    residuals: Residuals | None  # of a state
-    merit: float  # least met
+    best: Attempt  # the state, or the best pair met
     bound: float  # share of the tree that is closed, the parts of each split counting alike
     nodes: int
     solves: int
@@ -83,23 +73,12 @@ def refute(system: EquilibriumSystem, bounds: Bounds, nodes: int = 2000, deadlin
         Of `time.perf_counter`: stops the search wherever it is.
     """
     bounds = bounds.unit()
-    known = prior(system, bounds)
-    halves = Halves(system, bounds, deadline)
-    search = _Search(halves, known, nodes)
-    root = search.run() if known.finite and 0 < system.points * system.blocks <= DENSE else None
+    search = _Search(Halves(system, bounds, deadline), prior(system, bounds), nodes)
+    root = search.run() if search.pool.known.finite and 0 < system.points * system.blocks <= DENSE else None
     best = search.walk.best
-    return TreeAnswer(
-        word="refuted" if root is not None else "coupled" if best.found else "undecided",
-        root=root,
-        f=best.f,
-        dq=best.dq,
-        residuals=best.residuals if best.found else None,
-        merit=best.merit,
-        bound=1.0 if root is not None else search.closed,
-        nodes=search.nodes,
-        solves=halves.solves,
-        narrow=search.narrow,
-    )
+    word: Word = "refuted" if root is not None else "coupled" if best.found else "undecided"
+    bound = 1.0 if root is not None else search.closed
+    return TreeAnswer(word, root, best, bound, search.nodes, search.halves.solves, search.narrow)
 
 
 class _StoppedError(Exception):
@@ -190,12 +169,11 @@ class _Search:
 
     def _close(self, task: _Task, force: bool = True, motion: bool = True) -> Node:
         """Close a cell, or raise. A side that is False, forces or motions, is as in the cell around it."""
-        if self.nodes >= self.most or time.perf_counter() > self.halves.deadline:
+        if (self.nodes + 1) % RESTART == 0:
+            self.walk.restart()
+        if self.walk.best.found or self.nodes >= self.most or time.perf_counter() > self.halves.deadline:
             raise _StoppedError
         self.nodes += 1
-        if self.nodes % RESTART == 0:
-            self.walk.restart()
-            self._stop_at_a_state()
         leaf, cell, f, dq = self.pool.leaf(task.cell), task.cell, task.f, task.dq
         if leaf is None:
             if force:
@@ -210,10 +188,6 @@ class _Search:
             return leaf
         return self._split(_Task(cell, f, dq, task.share))
 
-    def _stop_at_a_state(self) -> None:
-        if self.walk.best.found:
-            raise _StoppedError
-
     # -- splitting ----------------------------------------------------------------------------------------------------
 
     def _split(self, task: _Task) -> Node:
@@ -222,7 +196,8 @@ class _Search:
         normal, tangential = merit(self.system, self.bounds, task.f, task.dq)
         if float(normal.sum() + tangential.sum()) < NEAR:
             self.walk.polish(task.f, task.dq)
-            self._stop_at_a_state()
+            if self.walk.best.found:
+                raise _StoppedError
         normal = np.where(cell.status == OPEN, normal, -1.0)
         width = np.where(cell.sector, _angles(cell.ray_a, cell.ray_b), 2.0 * np.pi)
         width = np.where(cell.status == UNLOADED, 0.0, width)
