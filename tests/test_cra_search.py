@@ -262,7 +262,7 @@ def test_chain_names_every_route():
     )
     for key in ("solves", "rounds", "factorisations", "nodes"):
         assert outcome.provenance[key] == sum(t[key] for t in tried)
-    assert "3 nodes" in outcome.provenance["why"]
+    assert "6 nodes" in outcome.provenance["why"]
     assert 0.1 < outcome.merit < np.inf
 
 

@@ -29,7 +29,7 @@ __all__ = ["CoupledOutcome", "solve_cra"]
 DENSE = 40_000  # points times blocks beyond which the conic programmes of alternation and tree are not set up
 TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
 GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
-PROGRAMMES = 200  # of the alternation, before the tree
+PROGRAMMES, WORK = 200, 2_000_000  # of the alternation, before the tree; where that only glances, points times blocks
 FOLDS = 8  # contact points named where the search ends
 
 Route = tuple[str, str, Callable[[], Attempt]]  # name, solver, and what to run
@@ -91,7 +91,7 @@ def solve_cra(
     seconds : float
         After which the search stops wherever it is; nothing else depends on it.
     nodes : int
-        Budget of the tree.
+        Budget of each tree; twice as many programmes for the alternation at most.
     progress : callable
         Is told what begins.
     rigid : Outcome, optional
@@ -189,8 +189,8 @@ def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats], folds
         return found.attempt
 
     def alternated() -> Attempt:
-        budget = PROGRAMMES if system.points <= TREE_POINTS else 2 * asked.nodes  # where the tree only glances, more
-        return alternation(system, asked.bounds, given, budget, asked.deadline)
+        most = PROGRAMMES if system.points <= TREE_POINTS else WORK // (system.points * system.blocks)
+        return alternation(system, asked.bounds, given, min(most, 2 * asked.nodes), asked.deadline)
 
     if asked.solver not in ("clarabel", "osqp"):
         yield "continuation", "interior", continued

@@ -68,13 +68,18 @@ def refute(system: EquilibriumSystem, bounds: Bounds, nodes: int = 2000, deadlin
     bounds : Bounds
         Of the displacement; only eta / eps and beta_min / eps matter.
     nodes : int
-        Budget.
+        Budget of each of two trees: one that first splits sliding in thirds from between the directions of sliding and
+        friction, and one in quadrants along the contact's axes. Neither is smaller than the other for all models.
     deadline : float
         Of `time.perf_counter`: stops the search wherever it is.
     """
     bounds = bounds.unit()
-    search = _Search(Halves(system, bounds, deadline), prior(system, bounds), nodes)
-    root = search.run() if search.pool.known.finite and 0 < system.points * system.blocks <= DENSE else None
+    search = _Search(Halves(system, bounds, deadline), prior(system, bounds))
+    root: Node | None = None
+    if search.pool.known.finite and 0 < system.points * system.blocks <= DENSE:
+        for along in (False, True):
+            if root is None and not search.walk.best.found:
+                root = search.run(nodes, along)
     best = search.walk.best
     word: Word = "refuted" if root is not None else "coupled" if best.found else "undecided"
     bound = 1.0 if root is not None else search.closed
@@ -154,14 +159,15 @@ class _Task:
 
 
 class _Search:
-    def __init__(self, halves: Halves, known: Prior, nodes: int) -> None:
-        self.halves, self.system, self.bounds, self.most = halves, halves.system, halves.bounds, nodes
-        self.nodes, self.closed, self.narrow = 0, 0.0, False
+    def __init__(self, halves: Halves, known: Prior) -> None:
+        self.halves, self.system, self.bounds = halves, halves.system, halves.bounds
+        self.nodes, self.most, self.closed, self.narrow, self.along = 0, 0, 0.0, False, False
         self.pool, self.walk = _Pool(self.system, self.bounds, known), Walk(halves)
         self.symmetries = list(symmetries(self.system)) if self.system.points <= FEW else []
 
-    def run(self) -> Node | None:
-        """The closed tree, or None."""
+    def run(self, nodes: int, along: bool) -> Node | None:
+        """The closed tree, or None; what other trees taught is used."""
+        self.most, self.along, self.closed, self.narrow = self.nodes + nodes, along, 0.0, False
         try:
             return self._close(_Task(self.halves.root, self.walk.best.f, self.walk.best.dq))
         except (_StoppedError, RecursionError):
@@ -217,7 +223,7 @@ class _Search:
         if width[j] <= NARROW and cell.lo[j] == 0.0 and speed < 0.9 * cell.hi[j]:
             parts = self._closed_parts(task, [cell.at(j, hi=speed), cell.at(j, lo=speed)])
             return Split(j, parts, speed=speed)
-        rays = _rays(cell, j, slide, -task.f[j, 1:])
+        rays = _rays(cell, j, None if self.along else (slide, -task.f[j, 1:]))
         edges = [cell.ray_a[j], *rays, cell.ray_b[j]] if cell.sector[j] else [*rays, rays[0]]
         return Split(j, self._closed_parts(task, [cell.within(j, a, b) for a, b in pairwise(edges)]), rays=rays)
 
@@ -243,12 +249,14 @@ class _Search:
         return tuple(self._close(_Task(cell, task.f, task.dq, task.share / len(cells))) for cell in cells)
 
 
-def _rays(cell: Cell, k: int, slide: Floats, against: Floats) -> Floats:
-    """(r, 2) where to split the sliding of point k: in halves; at first in thirds, from between its directions on."""
+def _rays(cell: Cell, k: int, ways: tuple[Floats, Floats] | None) -> Floats:
+    """(r, 2) where to split point k's sliding: in halves; at first in thirds from between two ways, or quadrants."""
     if cell.sector[k]:
         middle = cell.ray_a[k] + cell.ray_b[k]
         return np.asarray(middle / np.linalg.norm(middle))[None]
-    one, two = np.arctan2(slide[1], slide[0]), np.arctan2(against[1], against[0])
+    if ways is None:
+        return np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+    one, two = (np.arctan2(way[1], way[0]) for way in ways)
     apart = (two - one + np.pi) % (2.0 * np.pi) - np.pi
     turn = one + 0.5 * apart + 2.0 * np.pi / 3.0 * np.arange(3)
     return np.column_stack([np.cos(turn), np.sin(turn)])
