@@ -218,13 +218,15 @@ def test_a_path_leads_into_the_interior(curved: bool) -> None:
         end = follow_path(system, doubled, BOUNDS, f, dq)
         assert end.residuals == measure(system, BOUNDS, end.f, end.dq)
         assert doubled.factorisations >= end.steps > 0
-        if end.residuals.accepted:
+        ends = Ends(system, BOUNDS, Schur(system))
+        if ends.keep(end.f, end.dq) or ends.polished(end.sets, end.f, end.dq):
             met += 1
-            d, tangent = system.gap(end.dq), np.hypot(end.f[:, 1], end.f[:, 2])
+            f, d = ends.best.f, system.gap(ends.best.dq)
+            tangent = np.hypot(f[:, 1], f[:, 2])
             rubs = tangent > 1e-6
             assert rubs.sum() > 50
             assert end.product <= 1e-4
-            assert (tangent < system.mu * end.f[:, 0])[rubs].all()
+            assert (tangent < system.mu * f[:, 0])[rubs].all()
             assert (np.hypot(d[:, 1], d[:, 2]) > BOUNDS.beta)[rubs].all()
     assert met >= 1
 

@@ -14,10 +14,10 @@ central, in the metric H and the slope b of the barrier
 
 where fn and s also pay a little, so that nothing grows without need. So nobody has to know which points press, which
 are let go and which would be at their bound: fn and g stay positive, and one of the two vanishes. Points that press
-without sliding keep a trace of friction that vanishes with nu, and those that are let go lose theirs on the way.
-Friction of little force that stands in the way of a step is let go. Below nu = 1e-4 the products of points that
-plainly press would be stiffer than rounding allows: g = 0 replaces them one by one, and points that are plainly let go
-lose their force, so that nu may go to rounding at the rest. The same steps on fixed sets then end it.
+without sliding keep a trace of friction that vanishes with nu, and those that are let go lose theirs on the way. Below
+nu = 1e-4 the products of points that plainly press would be stiffer than rounding allows: g = 0 replaces them one by
+one, and points that are plainly let go lose their force, so that nu may go to rounding at the rest. What is told apart
+then is for a polish (`block_newton`).
 
 Forces and multipliers are eliminated point by point, see `kkt`. The slack is a small share of C W C' itself, which goes
 with g^2, but no less than `LEAST` where fn > g; what it leaves behind is taken up by solving again for what is still
@@ -32,6 +32,7 @@ from functools import partial
 
 import numpy as np
 
+from cyclopean.analysis.coupled.block_newton import Sets
 from cyclopean.analysis.coupled.kkt import Doubled, Eliminated, PointRows, Step
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
 from cyclopean.arrays import Bools, Floats
@@ -49,17 +50,13 @@ SHORTER = 0.8  # ... and how it is cut
 SHORTEST = 1e-4  # step at which a path has ended
 STALLED = 3  # short steps in a row that are allowed
 IDLE = 0.02  # what counts as one
-BRIEF, LITTLE = 0.35, 0.02  # ... and what lets go of friction of at most so much
 OPEN = 1e-2  # fn / g below which a point is let go, at the start
 GONE = 1e-3  # ... and on the way, where fn is below this as well
 AGAINST = -0.5  # cosine between friction and sliding that a step may not exceed
 PLAIN = 2e-10  # nu from which the pair is measured
 CLEAR = 1e-4  # nu from which sets are plain enough to try
 PLAINLY, TRIFLE = 1e6, 1e-8  # fn / g, or its inverse, from which this is so; force that may be dropped there
-ENDS = 40  # steps on fixed sets
-FEW = 12  # points that may change sets in one of them
-BENT, LIGHT = 0.03, 1e-2  # sine between friction and sliding, and force, of points whose friction is turned there
-SLACK = 1e-14  # on fixed sets, and of directions
+SLACK = 1e-14  # of directions, and where g = 0
 RELATIVE = 1e-2  # slack in terms of C W C' on the path
 LEAST = 1e-14  # slack on the path where fn > g: below that, rows are stiffer than rounding allows
 SHIFT = 1e-11  # of A P A', relative to its diagonal
@@ -75,6 +72,7 @@ class PathAnswer:
     residuals: Residuals
     product: float  # largest fn g on the path
     steps: int
+    sets: Sets  # of a polish: whoever has more force than gap presses
 
 
 def follow_path(
@@ -106,16 +104,16 @@ def follow_path(
     f = f.copy()
     f[~(kinds.rubs | kinds.soft), 1:] = 0.0
     if not (f[:, 0].min(initial=1.0) > 0.0 and path.at(f, dq, kinds).room(bounds)):
-        return PathAnswer(f, dq, measure(system, bounds, f, dq), np.inf, 0)
+        none = np.zeros(len(f), bool)
+        return PathAnswer(f, dq, measure(system, bounds, f, dq), np.inf, 0, Sets.of(none, none))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # ends at the factorisation's gate
         at, kinds, steps = path.followed(f, dq, kinds, deadline)
-        product = float(np.max((at.f[:, 0] * at.gap)[kinds.pairs], initial=0.0))
-        plain = _without(at.f, kinds)
-        residuals = measure(system, bounds, plain, at.dq)
-        if residuals.accepted or not (product <= CLEAR):
-            return PathAnswer(plain, at.dq, residuals, product, steps)
-        f, dq = path.ended(at, kinds)
-    return PathAnswer(f, dq, measure(system, bounds, f, dq), product, steps)
+    product = float(np.max((at.f[:, 0] * at.gap)[kinds.pairs], initial=0.0))
+    pressed = kinds.shut | (kinds.pairs & (at.f[:, 0] > at.gap))
+    f = _without(at.f, kinds)
+    return PathAnswer(
+        f, at.dq, measure(system, bounds, f, at.dq), product, steps, Sets.of(pressed, pressed & kinds.rubs)
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,7 +124,6 @@ class _Kinds:
     soft: Bools  # friction that vanishes with nu
     free: Bools  # no force at all
     shut: Bools  # g = 0
-    ended: bool = False  # nothing is centred any more
 
     @property
     def pairs(self) -> Bools:
@@ -212,13 +209,12 @@ class _Path:
             except (SolverError, np.linalg.LinAlgError):
                 break
             length = self.length(at, move, kinds)
-            hinder = self.hindering(at, move, kinds, length)
-            short = short + 1 if length < IDLE and not hinder.any() else 0
-            if not (length > 0.0 or hinder.any()) or short > STALLED:
+            short = short + 1 if length < IDLE else 0
+            if not (length > 0.0) or short > STALLED:
                 break
             f, dq = at.f + length * move.df, at.dq + length * move.dq
             gap = at.gap + length * move.d[:, 0]
-            gone = hinder | (kinds.rubs & (f[:, 0] < GONE) & (f[:, 0] < OPEN * gap))
+            gone = kinds.rubs & (f[:, 0] < GONE) & (f[:, 0] < OPEN * gap)
             kinds = _Kinds(kinds.rubs & ~gone, kinds.soft | gone, kinds.free, kinds.shut)
             if trail[-1] <= CLEAR:
                 kinds, f = _settled(kinds, f, gap)
@@ -228,52 +224,6 @@ class _Path:
     def done(self, at: _At, kinds: _Kinds) -> bool:
         """Whether this is a state already, without the traces."""
         return measure(self.system, self.bounds, _without(at.f, kinds), at.dq).accepted
-
-    def ended(self, at: _At, kinds: _Kinds) -> tuple[Floats, Floats]:
-        """On fixed sets: whoever has more force than gap presses."""
-        free = kinds.free | (kinds.pairs & ~(at.f[:, 0] > at.gap))
-        weak = (np.abs(at.sine) > BENT) & (at.tangent < LIGHT)
-        kinds = _Kinds(kinds.rubs & ~free, np.zeros_like(free), free, ~free, ended=True)
-        f = at.f.copy()
-        f[weak, 1:] = -at.tangent[weak, None] * at.out[weak]  # turned against sliding: the balance costs less to mend
-        at = self.at(_without(f, kinds), at.dq, kinds)
-        usual, best = _usual(at), (np.inf, at.f, at.dq)
-        for _ in range(ENDS):
-            left = measure(self.system, self.bounds, at.f, at.dq)
-            if left.worst < best[0]:
-                best = left.worst, at.f, at.dq
-            if left.accepted:
-                break
-            try:
-                whole = self.barrier(at, kinds, usual, 0.0)
-                plain = _Barrier(whole.H, whole.W, 0.0 * whole.b, whole.Q, 0.0 * whole.bd)
-                move = self.step(at, kinds, plain, np.zeros_like(at.gap))
-            except (SolverError, np.linalg.LinAlgError):
-                break
-            length = self.length(at, move, kinds)
-            other = self.mended(at, move, kinds) if length < 0.3 else kinds
-            if other is not kinds:
-                kinds = other
-                at = self.at(_without(at.f, kinds), at.dq, kinds)
-            elif length < 0.05:
-                break
-            else:
-                at = self.at(at.f + length * move.df, at.dq + length * move.dq, kinds)
-        return best[1], best[2]
-
-    def mended(self, at: _At, move: Step, kinds: _Kinds) -> _Kinds:
-        """Other sets where a few points are in the way of a step; else the same object."""
-        f, d, left = at.f + move.df, at.d + move.d, 1.0 - ROOM
-        tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
-        pulls = ~kinds.free & (f[:, 0] <= left * at.f[:, 0])
-        low = kinds.free & ~kinds.shut & (d[:, 0] + 1.0 <= -1e-13)
-        along = f[:, 1] * d[:, 1] + f[:, 2] * d[:, 2]
-        stuck = (slide - self.bounds.beta <= left * at.spare) | (along >= AGAINST * tangent * slide)
-        stuck |= self.system.mu * f[:, 0] - tangent <= left * at.cone
-        stuck &= kinds.rubs & (at.tangent < LIGHT)
-        if not 0 < np.count_nonzero(pulls | low | stuck) <= FEW:
-            return kinds
-        return _Kinds(kinds.rubs & ~pulls & ~stuck, kinds.soft, kinds.free | pulls, kinds.shut | low, ended=True)
 
     def barrier(self, at: _At, kinds: _Kinds, usual: tuple[Floats, Floats], trace: float) -> _Barrier:
         """Second and first derivatives; `usual` is what fn and s - beta pay by."""
@@ -324,26 +274,19 @@ class _Path:
         rows, slack = self.rows(at, kinds, barrier.W, target)
         local = Eliminated(self.doubled, self.system, (barrier.W, barrier.Q), rows, slack, (SHIFT, 1e-6))
         off = self.system.residual(at.f)
-        return local.refined(off, rows.r, barrier.b, barrier.bd, partial(_wrong, at, kinds, rows.r, off))
+        return local.refined(off, rows.r, barrier.b, barrier.bd, partial(_wrong, at, kinds, off))
 
     def length(self, at: _At, move: Step, kinds: _Kinds) -> float:
         """Longest of 1, 0.8, ... that goes at most `ROOM` of the way to every bound; 0 where none does."""
         length = 1.0
         while length > SHORTEST:
-            others, rubbing = self.within(at, move, kinds, length)
-            if others and rubbing.all():
+            if self.within(at, move, kinds, length):
                 return length
             length *= SHORTER
         return 0.0
 
-    def hindering(self, at: _At, move: Step, kinds: _Kinds, length: float) -> Bools:
-        """(q,) points of little friction whose bounds cut a step short: they can do without any."""
-        if length >= BRIEF:
-            return np.zeros_like(kinds.rubs)
-        return ~self.within(at, move, kinds, max(length / SHORTER, SHORTEST))[1] & (at.tangent < LITTLE)
-
-    def within(self, at: _At, move: Step, kinds: _Kinds, length: float) -> tuple[bool, Bools]:
-        """Whether a step of that length keeps what holds at all points; (q,) and what holds where points rub."""
+    def within(self, at: _At, move: Step, kinds: _Kinds, length: float) -> bool:
+        """Whether a step of that length keeps a share of all that is positive."""
         left, eta, on, pairs = 1.0 - ROOM, self.bounds.eta, ~kinds.free, kinds.pairs
         watched = kinds.free & ~kinds.shut
         f, d = at.f + length * move.df, at.d + length * move.d
@@ -358,7 +301,7 @@ class _Path:
         )
         rubbing = high & (self.system.mu * f[:, 0] - tangent > left * at.cone)
         rubbing &= (slide - self.bounds.beta > left * at.spare) & (along < AGAINST * slide * tangent)
-        return bool(others), rubbing | ~kinds.rubs
+        return bool(others and (rubbing | ~kinds.rubs).all())
 
 
 def _usual(at: _At) -> tuple[Floats, Floats]:
@@ -381,12 +324,11 @@ def _without(f: Floats, kinds: _Kinds) -> Floats:
     return f
 
 
-def _wrong(at: _At, kinds: _Kinds, r: Floats, off: Floats, left: Floats, miss: Floats) -> float:
+def _wrong(at: _At, kinds: _Kinds, off: Floats, left: Floats, miss: Floats) -> float:
     """What a solution of the linearised equations leaves off, in terms of what it may."""
     fine = np.where(kinds.pairs, 0.05 * np.minimum(at.f[:, 0], np.abs(at.gap)), 1e-13)
-    turn = max(1e-13, 1e-3 * float(np.max(np.abs(r[:, 1]), initial=0.0))) if kinds.ended else 1e-3
     balance = max(1e-12, 1e-2 * float(np.max(np.abs(off), initial=0.0)))
-    parts = (np.abs(miss[:, 0]) / fine)[kinds.pairs | kinds.shut], np.abs(miss[:, 1]) / turn, np.abs(left) / balance
+    parts = (np.abs(miss[:, 0]) / fine)[kinds.pairs | kinds.shut], np.abs(miss[:, 1]) / 1e-3, np.abs(left) / balance
     return max(float(np.max(part, initial=0.0)) for part in parts)
 
 

@@ -43,7 +43,7 @@ from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["FACTORISATIONS", "Continued", "continuation"]
 
-PATHS = ((0.3, 1e-2), (2.0, 1e-2), (0.3, 1e-1), (0.05, 3e-2))  # alpha and nu of each
+PATHS = ((0.3, 1e-2), (2.0, 1e-2), (0.3, 1e-1))  # alpha and nu of each
 FACTORISATIONS = 1200  # in all; paths end by themselves, most at 50 to 150
 EXACT = 1e-6  # mean complementarity to which programme A is solved first: where nothing is at its bound, that is enough
 WORK = 1e-2  # fn |dn + 1| of its answer up to which a polish may succeed

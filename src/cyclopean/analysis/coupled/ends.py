@@ -17,7 +17,7 @@ from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
 from cyclopean.analysis.coupled.central_path import follow_path
 from cyclopean.analysis.coupled.dilatancy import Iterate
 from cyclopean.analysis.coupled.kkt import Doubled
-from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing, polish
+from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.arrays import Floats
 from cyclopean.statics import EquilibriumSystem, Schur
@@ -27,7 +27,6 @@ __all__ = ["Ends"]
 TRACES = (1e-6, 1e-4)  # friction, in weights of the lighter block, up to which there is none
 MENDS = 4  # sets tried in one polish
 CLEAR = 1e-4  # products at the end of a central path from which a polish is worth its time
-CHOICES = 2  # of sets in it
 NEARLY = 1e-4  # residual from which the repair is tried
 FAR = 1e3  # how far it may move a block, in its own unit
 
@@ -74,16 +73,13 @@ class Ends:
         return False
 
     def followed(self, at: Iterate) -> bool:
-        """Follow the central path, then polish or repair where it ends."""
+        """Follow the central path, then polish and repair where it ends."""
         end = follow_path(self.system, self.twice(), self.bounds, at.f, at.dq, self.deadline)
         if self.keep(end.f, end.dq):
             return True
         if not (end.product < CLEAR):
             return False
-        f, dq, residuals = polish(self.system, self.bounds, end.f, end.dq, CHOICES, self.twice())
-        if self.keep(f, dq):
-            return True
-        return residuals.worst < NEARLY and self.repaired(f, dq)
+        return self.polished(end.sets, end.f, end.dq) or (end.residuals.worst < NEARLY and self.repaired(end.f, end.dq))
 
     def repaired(self, f: Floats, dq: Floats) -> bool:
         """Let a linear programme say which points press, near (q, 3) forces and a (6 m,) motion, and polish."""

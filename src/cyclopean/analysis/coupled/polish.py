@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
-from cyclopean.analysis.coupled.kkt import Doubled
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure, merit
 from cyclopean.arrays import Floats
 from cyclopean.statics import EquilibriumSystem
@@ -74,7 +73,6 @@ def polish(
     f: Floats,
     dq: Floats,
     choices: int = len(LADDER),
-    doubled: Doubled | None = None,
 ) -> tuple[Floats, Floats, Residuals]:
     """Look for an exact state near (f, dq); stops at the first that is accepted.
 
@@ -90,8 +88,6 @@ def polish(
         Their displacement.
     choices : int
         How many ways of choosing the sets to try; most successes come from the first.
-    doubled : Doubled, optional
-        Of the same system, where the caller has one already.
 
     Returns
     -------
@@ -101,7 +97,7 @@ def polish(
     best = (f, dq, measure(system, bounds, f, dq))
     if best[2].accepted or not (np.isfinite(f).all() and np.isfinite(dq).all()):
         return best
-    newton, tried = BlockNewton(system, bounds, doubled), list[Sets]()
+    newton, tried = BlockNewton(system, bounds), list[Sets]()
     for theta, tau in LADDER[:choices]:
         for near, moved in newton.repaired(_chosen(system, f, dq, theta, tau), f, dq, tried):
             residuals = measure(system, bounds, near, moved)
