@@ -10,6 +10,9 @@ picks the points that do press: its multipliers are normal forces that, with fri
 those alone. By hand: a stone on four corners, one of them low by 1e-9, stands on the three others.
 """
 
+import time
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -28,6 +31,7 @@ TRACES = (1e-6, 1e-4)  # friction, in weights of the lighter block, up to which 
 MENDS = 4  # sets tried in one polish
 CLEAR = 1e-4  # products at the end of a central path from which a polish is worth its time
 NEARLY = 1e-4  # residual from which the repair is tried
+ITERATIONS = 20_000  # of the programme
 FAR = 1e3  # how far it may move a block, in its own unit
 
 
@@ -99,15 +103,17 @@ class Ends:
         turned = (e[:, 0] * d[k, 2] - e[:, 1] * d[k, 1]) / small
         cost = -system.residual(f * [0.0, 1.0, 1.0])
         room = (1.0 + d[near, 0]) / small
-        answer = linprog(
-            cost, -rows[3 * np.flatnonzero(near)], room, across, -turned, bounds=(-FAR, FAR), method="highs-ds"
-        )
+        pressing = -rows[3 * np.flatnonzero(near)]
+        limits: dict[str, Any] = {"maxiter": ITERATIONS}
+        if np.isfinite(self.deadline):
+            limits["time_limit"] = max(self.deadline - time.perf_counter(), 0.1)
+        answer = linprog(cost, pressing, room, across, -turned, (-FAR, FAR), method="highs-ds", options=limits)
         if answer.status != 0:
             return False
-        pressing = np.zeros(system.points)
-        pressing[near] = -answer.ineqlin.marginals
-        pressed = pressing > 1e-9 * weight
+        fn = np.zeros(system.points)
+        fn[near] = -answer.ineqlin.marginals
+        pressed = fn > 1e-9 * weight
         g = f.copy()
-        g[:, 0] = np.where(pressed, pressing, 0.0)
+        g[:, 0] = np.where(pressed, fn, 0.0)
         g[~pressed, 1:] = 0.0
         return self.polished(Sets.of(pressed, pressed & rubs), g, dq + small * answer.x)

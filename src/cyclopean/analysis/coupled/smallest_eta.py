@@ -33,6 +33,8 @@ PRESSED = 1e-9  # weights of the lighter block: what presses less carries nothin
 SPARE = 1.001  # of beta_min, so that a polish does not end below it
 TURNS = np.linspace(-np.pi / 2.0, np.pi / 2.0, 13)  # directions in which circles are held to, around where they touch
 FAR = 0.3  # of eta: what slides less in a state does not limit its eta
+POINTS = 250  # contact points up to which programmes take seconds, not minutes
+LIMITS = {"maxiter": 20_000}  # of one programme
 TRUST, WIDER, NARROWER, LEAST = 0.3, 2.0, 0.3, 1e-5  # shares of eta and of each force; growth; what is too little
 GAIN = 1e-6  # of eta: a programme that promises less ends it
 CORRECTIONS, CONTRACTS = 5, 0.5  # programmes from one state; share of what was left that the next has to undercut
@@ -75,7 +77,7 @@ def smallest_eta(
     dq : (6 m,)
         Its displacement, whatever its size.
     programmes : int
-        Linear programmes to solve at most.
+        Linear programmes to solve at most; none where there are more than `POINTS` contact points.
     stop : callable
         Whether to stop before the next programme.
 
@@ -89,7 +91,7 @@ def smallest_eta(
     InputError
         (f, dq) is no state for any eta.
     """
-    at, trust, left = _place(system, bounds, f, dq), TRUST, programmes
+    at, trust, left = _place(system, bounds, f, dq), TRUST, programmes if system.points <= POINTS else 0
     if not measure(system, replace(bounds, eta=max(at.eta, 2.0 * bounds.beta)), f, dq).accepted:
         raise InputError("smallest eta: the forces and the displacement to start from are no coupled state")
     while left > 0 and at.eta > bounds.eta and trust > LEAST and not stop():
@@ -149,7 +151,9 @@ def _step(system: EquilibriumSystem, bounds: Bounds, at: _Place, trust: float) -
     ends = (low.ravel(), -moved, [AIM * bounds.eta]), (high.ravel(), moved, [np.inf])
     span = np.stack([np.concatenate(end) for end in ends], 1)
     equal, right, below, limit = _programme(system, bounds, at)
-    found = linprog(np.eye(1, len(span), len(span) - 1)[0], below, limit, equal, right, span, method="highs")
+    found = linprog(
+        np.eye(1, len(span), len(span) - 1)[0], below, limit, equal, right, span, method="highs", options=LIMITS
+    )
     if found.status != 0:
         return None
     return at.f + found.x[:forces].reshape(-1, 3), at.dq + found.x[forces:-1], float(found.x[-1])
