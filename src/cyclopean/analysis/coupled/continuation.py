@@ -171,11 +171,16 @@ class _Route:
                 raise SolverError("programme A has no answer")
             stage = Stage(alpha, 1.0, nu, SOFT)
             at, ok = self.converged(self.family.begun(inner.q, stage), stage, STARTING)[:2]
-            reach = float(np.max(np.hypot(at.d[:, 1], at.d[:, 2]), initial=0.0)) / (REACH * self.bounds.eta)
+            reach = self.reach(at) / REACH
             if not (ok and reach > 1.0):
                 break
             alpha /= reach
         return at, stage, ok
+
+    def reach(self, at: Iterate) -> float:
+        """The longest displacement of a point, in eta."""
+        slide = np.hypot(at.d[:, 1], at.d[:, 2])
+        return float(np.max(np.maximum(at.d[:, 0], slide), initial=0.0)) / self.bounds.eta
 
     def turned(self, at: Iterate, stage: Stage) -> tuple[Iterate, Stage, bool]:
         """Theta to zero or to a fold; whether the central path found a state from where that was hard."""
@@ -184,6 +189,9 @@ class _Route:
             aim = replace(stage, theta=max(0.0, stage.theta - step))
             after, ok, steps = self.converged(at, aim, TURNING)
             if ok:
+                leaves = self.reach(at) <= 1.0 < self.reach(after)  # eta: the central path has to start within it
+                if leaves and self.ends.followed(at):
+                    return at, stage, True
                 at, stage = after, aim
                 step *= 2.0 if steps < QUICK else 1.2 if steps < SLOW else 1.0
                 continue
