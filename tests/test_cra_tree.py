@@ -1,4 +1,4 @@
-"""The refuting tree: leaves, splits, symmetries, documents that the independent checker accepts, and hopping.
+"""The refuting tree: leaves, splits, symmetries, documents that the independent checker accepts, and restarts.
 
 By hand, the frame of two fixed columns and a beam of length L, height h, depth d >= h, weight W between them: the beam
 can press both columns only by turning, say with its upper left and its lower right edge. There N and -N turn it by N h;

@@ -125,7 +125,7 @@ def sinking():
         utilisation=np.array([0.2]),
         displacement=np.array([[0, 0, 0, 0, 0, 0], [3.0, 0, -1.0, 0, 0, 0]]),
         certificate={"kind": "cra-state", "eps": 1.0, "eta": 10.0, "beta_min": 0.01},
-        provenance={"route": "A", "settings": {"eps": 1.0, "eta": 20.0, "beta_min": 0.01}},
+        provenance={"route": "continuation", "settings": {"eps": 1.0, "eta": 20.0, "beta_min": 0.01}},
     )
 
 
@@ -145,7 +145,7 @@ def refuted():
     certificate = {"kind": "cra-tree", "eps": 2.0, "eta": 20.0, "beta_min": 0.02, "tree": TREE}
     tried = [{"route": "RBE", "word": "balanced"}]
     return replace(sinking(), verdict="unstable", force=None, utilisation=None, displacement=None, residuals={},
-                   certificate=certificate, provenance={"route": "D", "tried": tried})  # fmt: skip
+                   certificate=certificate, provenance={"route": "tree", "tried": tried})  # fmt: skip
 
 
 class Page(HTMLParser):
@@ -240,12 +240,13 @@ def test_shows_every_field_of_a_stable_result(pages):
 COUPLED = """
 coupled rigid-block analysis (CRA)|How it presses and rubs|3 of 4 contact points overlap and press, 3 of them rub
 bounds: eta = 20 eps, beta_min = 0.01 eps|friction on the upper block, the longest is 1 kN|Click the drawing
-complementarity 0|in eps times the weight of the lighter block|route A: convex programmes, gap-shifted|brings them about
+complementarity 0|in eps times the weight of the lighter block|route continuation: from dilating to Coulomb friction
+brings them about
 """
 REFUTED = """
 What was proved|Rigid-block equilibrium accepts this model|divided into 5 cases (3 decisions deep at most)
 bounds: eta = 10 eps, beta_min = 0.01 eps|No forces 2|No displacement 2|Not both together 1|virtual work
-what is proved is that none go together|with a larger eta or a smaller beta_min|route D: a tree of cases
+what is proved is that none go together|with a larger eta or a smaller beta_min|route a tree of cases
 """
 
 

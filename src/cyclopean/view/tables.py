@@ -242,10 +242,10 @@ def _angle(mu: Floats) -> str:
 
 _ROUTES = {
     "RBE": "rigid-block equilibrium, which settles it already",
-    "A": "A: convex programmes, gap-shifted",
-    "A at scale": "A at scale: convex programmes on the structured system",
-    "B": "B: forces and displacement in turn",
-    "D": "D: a tree of cases",
+    "continuation": "continuation: from dilating to Coulomb friction",
+    "alternation": "alternation: forces and displacement in turn, with restarts",
+    "tree": "a tree of cases",
+    "smallest eta": "continuation and linear programmes, from a larger eta downwards",
 }
 
 
