@@ -124,7 +124,7 @@ def main() -> None:
     check(wall(12, 12), Settings(method="cra", tilt=(3.0, 0.0)))
     print(
         f"{'case':>20} {'blocks':>6} {'contacts':>8} {'peer s':>8} {'':>10} |"
-        f" {'whole s':>8} {'solve':>7} {'verify':>7} {'verdict':>9} {'route':>10} {'ratio':>6} {'peak MB':>8}"
+        f" {'whole s':>8} {'solve':>7} {'verify':>7} {'verdict':>9} {'route':>12} {'ratio':>6} {'peak MB':>8}"
     )
     for large_case, cases in ((False, small()), (True, large() if chosen.large else ())):
         for name, model, settings in cases:
@@ -139,7 +139,7 @@ def main() -> None:
             print(
                 f"{name:>20} {len(model):>6} {len(model.contacts):>8} {peer:>8.2f} {word:>10} |"
                 f" {whole:>8.3f} {result.seconds['solve']:>7.3f} {result.seconds['verify']:>7.3f}"
-                f" {result.verdict:>9} {result.provenance.get('route', ''):>10} {peer / whole:>6.0f} {peak:>8.0f}",
+                f" {result.verdict:>9} {result.provenance.get('route', ''):>12} {peer / whole:>6.0f} {peak:>8.0f}",
                 flush=True,
             )
 

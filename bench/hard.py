@@ -50,7 +50,7 @@ def row(name: str, model: Assembly, settings: Settings) -> str:
     mu = "" if settings.mu is None else f"{settings.mu:g}"
     counts = f"{4 * len(result.contacts):>6} {settings.eta:>5g} {mu:>5}"
     route, nodes = found.get("route", ""), found.get("nodes", 0)
-    return f"{name:>14} {counts} {result.verdict:>10} {route:>10} {nodes:>6} {took:>7.1f} {merit}"
+    return f"{name:>14} {counts} {result.verdict:>10} {route:>12} {nodes:>6} {took:>7.1f} {merit}"
 
 
 def hopped(name: str, model: Assembly, seed: int, seconds: float) -> str:
@@ -71,7 +71,7 @@ def main() -> None:
     parser.add_argument("--shelves", action="store_true")
     parser.add_argument("--seed", type=int, default=7)
     chosen = parser.parse_args()
-    print(f"{'case':>14} points   eta    mu    verdict      route  nodes       s")
+    print(f"{'case':>14} points   eta    mu    verdict        route  nodes       s")
     for mu, eta in ((0.84, 12.0), (0.7, 20.0), (0.3, 10.0), (0.4, 10.0), (0.84, 10.0), (0.7, 10.0)):
         print(row("free H", free_frame(), Settings(mu=mu, eta=eta, seconds=chosen.seconds)), flush=True)
     if not chosen.shelves:

@@ -48,7 +48,10 @@ ROOMS = {  # the code of each, and its tests
     ),
     "coupled": (
         "analysis/coupled",
-        ["cra_tree", "cra_penalty", "cra_laws", "cra_at_scale", "cra_search", "peer_cra", "cra_random", "oracle"],
+        [
+            "cra_tree", "cra_penalty", "cra_laws", "cra_continuation", "cra_plane", "cra_search", "smallest_eta",
+            "peer_cra", "cra_random", "oracle",
+        ],
     ),
 }  # fmt: skip
 COMPARED: dict[type[ast.cmpop], list[type[ast.cmpop]]] = {
