@@ -16,9 +16,9 @@ lies on it.
 >>> for mu in (0.5, 1.0):
 ...     slope = Contacts.of([(0, 1)], [corners[[2, 5, 3, 0]]], [mu])
 ...     found = steep_beds(Assembly((wedge, above)), slope, np.array([True, False]), np.array([0.0, 0.0, -9.8]))
-...     print([(one.block, round(one.angle, 3), round(one.friction, 1)) for one in found])
-[('stone', 45.0, 26.6)]
-[]
+...     print(len(found), *(f"{one.block} {one.angle:.1f} {one.friction:.1f}" for one in found))
+1 stone 45.0 26.6
+0
 """
 
 from dataclasses import dataclass
