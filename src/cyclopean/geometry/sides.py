@@ -83,6 +83,7 @@ def rings(rim: Ints) -> Iterator[Ints]:
         onward.setdefault(tail, []).append(head)
     while onward:
         path = [next(iter(onward))]
+        place = {path[0]: 0}  # of each vertex in the path
         while True:
             here = path[-1]
             heads = onward.get(here)
@@ -92,14 +93,17 @@ def rings(rim: Ints) -> Iterator[Ints]:
             there = heads.pop()
             if not heads:
                 del onward[here]
-            if there in path:
-                start = path.index(there)
-                yield np.array(path[start:])
-                path = path[: start + 1]
-                if start == 0:
-                    break
-            else:
+            start = place.get(there)
+            if start is None:
+                place[there] = len(path)
                 path.append(there)
+                continue
+            yield np.array(path[start:])
+            for vertex in path[start + 1 :]:
+                del place[vertex]
+            path = path[: start + 1]
+            if start == 0:
+                break
 
 
 def parted(mesh: Polyhedra, label: Ints) -> Polyhedra:

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 __all__ = [
     "CUBE",
     "Solid",
+    "cross_section",
     "difference",
+    "fans",
     "intersection",
     "mesh_of",
     "mesh_volume",
@@ -71,7 +73,7 @@ def solid_of(vertices: ArrayLike, faces: Sequence[Sequence[int]] | Ints, name: s
     from manifold3d import Error, Manifold, Mesh64
 
     point = np.array(sealed(f"{name}: vertices", vertices, None, 3))  # the library refuses read-only arrays
-    made = Manifold(Mesh64(point, np.array(_fans(faces), np.uint64)))
+    made = Manifold(Mesh64(point, np.array(fans(faces), np.uint64)))
     if made.status() != Error.NoError:
         why = made.status().name
         raise InputError(f"{name}: {_FAULTS.get(why, f'is not a solid ({why})')}")
@@ -81,10 +83,10 @@ def solid_of(vertices: ArrayLike, faces: Sequence[Sequence[int]] | Ints, name: s
     return made
 
 
-def _fans(faces: Sequence[Sequence[int]] | Ints) -> Ints:
-    """Triangles (t, 3) of polygon faces."""
-    if isinstance(faces, np.ndarray) and faces.ndim == 2 and faces.shape[1] == 3:
-        return faces.astype(np.int64)
+def fans(faces: Sequence[Sequence[int]] | Ints) -> Ints:
+    """Triangles (t, 3) of polygon faces, or of an array (f, 3) of such."""
+    if all(len(face) == 3 for face in faces):
+        return np.array(faces, np.int64).reshape(-1, 3)
     return np.array([(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)], np.int64).reshape(-1, 3)
 
 
@@ -117,6 +119,11 @@ def difference(a: Solid, b: Solid) -> Solid:
     from manifold3d import OpType
 
     return _sound(_boolean(a, b, OpType.Subtract))
+
+
+def cross_section(solid: Solid, height: float) -> list[Floats]:
+    """Rings (k, 2), x and y, in which the level plane z = height cuts a solid; holes run the other way round."""
+    return [np.array(ring, np.float64) for ring in solid.slice(height).to_polygons()]
 
 
 def _boolean(a: "Manifold", b: "Manifold", how: Any) -> "Manifold":

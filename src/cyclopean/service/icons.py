@@ -4,15 +4,14 @@ A pixel's colour is the mean over 4 x 4 points in it. Coordinates run from 0 to 
 """
 
 import base64
-import struct
-import zlib
 from functools import cache
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats
+from cyclopean.view.png import png
 
-__all__ = ["SIZE", "icon", "png"]
+__all__ = ["SIZE", "icon"]
 
 SIZE, FINE = 24, 4
 STONE, DARK, LIGHT, GREEN, RED, BLUE = "#a79f8f", "#4a453c", "#d8d2c4", "#2f7d4f", "#b3422c", "#2b5c9e"
@@ -46,21 +45,11 @@ DRAWINGS: dict[str, tuple[Shape, ...]] = {
 @cache
 def icon(name: str) -> str:
     """The icon of a component as base64; "" where it has none."""
-    return base64.b64encode(png(_drawn(DRAWINGS[name]))).decode("ascii") if name in DRAWINGS else ""
-
-
-def png(image: Floats) -> bytes:
-    """A picture (h, w, 4) of RGBA from 0 to 1 as a PNG file."""
-    h, w, _ = image.shape
-    rows = np.rint(255.0 * image).astype(np.uint8).reshape(h, 4 * w)
-    body = np.concatenate([np.zeros((h, 1), np.uint8), rows], axis=1).tobytes()  # 0: rows are not filtered
-    head = struct.pack(">IIBBBBB", w, h, 8, 6, 0, 0, 0)
-    parts = ((b"IHDR", head), (b"IDAT", zlib.compress(body, 9)), (b"IEND", b""))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in parts)
-
-
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    return (
+        base64.b64encode(png(np.rint(255.0 * _drawn(DRAWINGS[name])).astype(np.int64))).decode("ascii")
+        if name in DRAWINGS
+        else ""
+    )
 
 
 def _drawn(shapes: tuple[Shape, ...]) -> Floats:

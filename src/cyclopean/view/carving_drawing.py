@@ -17,6 +17,7 @@ from cyclopean.assembly import Assembly
 from cyclopean.design.carving.carve import Carved, Total, total
 from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.geometry.sides import rings
+from cyclopean.geometry.solids import fans
 from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SCALE, STEPS, SUPPORT, classes
 from cyclopean.view.figures import number
 from cyclopean.view.markup import (
@@ -51,7 +52,7 @@ def carving_svg(wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: s
     `fixed` (n,) are its held blocks; the title is for readers that do not see it.
     """
     paper = _paper(wall, carved, fixed, when)
-    outline = {b.id: _outline(paper.of(b.vertices), _fans(b.faces)) for b in wall.blocks}
+    outline = {b.id: _outline(paper.of(b.vertices), fans(b.faces)) for b in wall.blocks}
     held, free = ([b.id for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
     filled = {c.cell for c in carved if len(c.triangles)}
     parts = [f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held]
@@ -70,10 +71,6 @@ def _paper(wall: Assembly, carved: Sequence[Carved], fixed: Bools, when: When) -
     off = [piece.vertices for c in carved for piece in c.offcuts] if when == "before" else []
     view = front_view(np.concatenate(free))
     return fitted(view, np.concatenate([*free, *off]), TALLEST, (MARGIN,) * 4, wide=True)
-
-
-def _fans(faces: Sequence[Sequence[int]]) -> Ints:
-    return np.array([(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)], np.int64).reshape(-1, 3)
 
 
 def _outline(flat: Floats, triangles: Ints) -> str:
