@@ -139,7 +139,7 @@ def flat_or_curved(title: str, pattern: dict[str, Any], options: dict[str, Any])
 def rubble() -> tuple[str, Assembly, float]:
     """A wall of quarry stones laid dry, as on the page about laying; J is not defined for it."""
     wall = settle(Inventory(quarry(RUBBLE, 0, detail=2)))
-    return rubble_svg(wall.assembly, "Rubble, laid dry"), wall.assembly, float("nan")
+    return rubble_svg(wall.assembly, "Rubble, laid dry", (("front",),)), wall.assembly, float("nan")
 
 
 def main(given: Sequence[str] | None = None) -> None:

@@ -1,6 +1,7 @@
 """`settle`."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -17,13 +18,12 @@ def quarry(run):
 
 
 def test_a_wall_its_figures_and_its_picture(run, quarry, tmp_path):
-    status, out, err = run(
-        "settle", quarry, "--out", "w.json", "--json", "s.json", "--svg", "w.svg", "--length", 2, *QUICK
-    )
+    written = ("--json", "s.json", "--report", "w.html", "--svg", "w.svg")
+    status, out, err = run("settle", quarry, "--out", "w.json", *written, "--length", 2, *QUICK)
     assert (status, err) == (0, "")
     assert out.startswith("settled 4 of 4 stones in ")
     assert "2.00 m long" in out
-    assert out.endswith("written   w.json, s.json, w.svg\n")
+    assert out.endswith("written   w.json, s.json, w.html, w.svg\n")
     model, _ = read_model("w.json")
     data = json.loads((tmp_path / "s.json").read_text())
     assert data["schema"] == "cyclopean.settle/1"
@@ -40,7 +40,11 @@ def test_a_wall_its_figures_and_its_picture(run, quarry, tmp_path):
     assert data["settings"]["weights"]["height"] == 0.2
     assert model.contacts is not None
     assert sum(c["kind"] != "edge" for c in data["contacts"]) == len(model.contacts)
-    assert (tmp_path / "w.svg").read_text().count("<title>stone-") == 4
+    names = {block.id for block in model.blocks[1:]}
+    assert set(re.findall("<title>(stone-[^<]*)", (tmp_path / "w.svg").read_text())) == names
+    page = (tmp_path / "w.html").read_text()
+    assert "4 of 4 stones stand" in page
+    assert all(f"<td>{name}</td>" in page for name in names)
 
 
 def test_the_wall_stands(run, quarry):

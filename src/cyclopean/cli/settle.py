@@ -37,7 +37,8 @@ def settle(
         written(
             out=("MODEL", "Required: Model file to write."),
             json=("F|-", "Write placements and figures; - prints them and nothing else."),
-            svg=("F", "Draw the wall."),
+            report=("F", "Write a page: pictures, measures, and every stone."),
+            svg=("F", "Draw the wall from all sides, and cut."),
         ),
     ],
     settings: Annotated[SettleSettings, some(TAKEN)] = SettleSettings(),
@@ -63,6 +64,7 @@ def settle(
     from cyclopean.design.rubble.settle import settle as build
     from cyclopean.io.settled import settled_dict
     from cyclopean.view.rubble_drawing import rubble_svg
+    from cyclopean.view.settled_page import settled_page, told_of
 
     with long_work(f"laying {stones}") as stage:
         inventory, said = inventory_of(stones, reading)
@@ -81,7 +83,8 @@ def settle(
     )
     files.write(
         {
-            "svg": lambda: rubble_svg(wall.assembly, Path(stones).name),
+            "svg": lambda: rubble_svg(wall.assembly, Path(stones).name, told=told_of(wall)),
+            "report": lambda: settled_page(wall, inventory),
             "out": lambda: lambda file: io.write_model(file, wall.assembly),
             "json": lambda: data,
         }

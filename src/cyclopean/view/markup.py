@@ -39,7 +39,8 @@ __all__ = [
     "written_first",
 ]
 
-STILL = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"  # pages without a script
+# Of pages without a script.
+STILL = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 # Of pages with a scene: the browser itself is told to load nothing from anywhere; the scene in the frame inherits this.
 # Viser's client unpacks itself with blob and data addresses, which never leave the machine.
 POLICY = (

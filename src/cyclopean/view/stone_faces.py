@@ -14,7 +14,7 @@ from cyclopean.geometry.frames import unit
 from cyclopean.geometry.solids import mesh_of, solid_of
 from cyclopean.view.colours import shaded
 
-__all__ = ["stone_faces", "stone_svg"]
+__all__ = ["facing", "stone_faces", "stone_svg"]
 
 GRAIN = 5  # steps of coordinates in one unit; whole numbers keep the file small
 FINE = 2.0  # units: faces smaller than that are joined, as no eye would tell them apart
@@ -24,20 +24,27 @@ AMBIENT = 0.4  # light of a face that is turned away from the sun
 STEPS = 24  # of light
 
 
-def stone_faces(point: Floats, faces: Ints | Sequence[Sequence[int]], name: str = "stone") -> tuple[Floats, Floats]:
-    """Triangles that look at the viewer, the furthest first: corners (t, 3, 3), and light (t,), `AMBIENT` to 1.
+def facing(point: Floats, triangles: Ints) -> tuple[Floats, Floats]:
+    """Triangles that look at the viewer: corners (t, 3, 3), and light (t,) from `AMBIENT` to 1.
 
-    Points are (v, 3), faces polygons or (f, 3): clockwise on the sheet where they look at the viewer. The name is for
-    refusals.
+    Points are (v, 3), triangles (f, 3): clockwise on the sheet where they look at the viewer.
+    """
+    corner = point[triangles]
+    normal = unit(-np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
+    seen = normal[:, 2] > 1e-6
+    return corner[seen], AMBIENT + (1.0 - AMBIENT) * np.maximum(normal[seen] @ LIGHT, 0.0)
+
+
+def stone_faces(point: Floats, faces: Ints | Sequence[Sequence[int]], name: str = "stone") -> tuple[Floats, Floats]:
+    """What `facing` answers with faces joined that no eye would tell apart, the furthest first, light in steps.
+
+    Points are (v, 3), faces polygons or (f, 3). The name is for refusals.
     """
     upright = point * [1.0, -1.0, 1.0]  # right-handed
     point, triangles = mesh_of(solid_of(upright, faces, name).simplify(FINE))
-    corner = point[triangles] * [1.0, -1.0, 1.0]
-    normal = unit(-np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
-    seen = np.flatnonzero(normal[:, 2] > 1e-6)
-    seen = seen[np.argsort(corner[seen, :, 2].mean(axis=1), kind="stable")]
-    light = AMBIENT + (1.0 - AMBIENT) * np.maximum(normal[seen] @ LIGHT, 0.0)
-    return corner[seen], np.rint(light * STEPS) / STEPS
+    corner, light = facing(point * [1.0, -1.0, 1.0], triangles)
+    order = np.argsort(corner[:, :, 2].mean(axis=1), kind="stable")
+    return corner[order], np.rint(light[order] * STEPS) / STEPS
 
 
 def stone_svg(name: str, corner: Floats, light: Floats, tint: str, at: tuple[float, float] = (0.0, 0.0)) -> str:

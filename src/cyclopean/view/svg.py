@@ -168,11 +168,15 @@ def text(x: float, y: float, words: str, style: str = "") -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}"{style and " " + style}>{words}</text>'
 
 
-def hatch(name: str = "hatch", turn: int = 45, width: float = 3.0, back: str = "") -> str:
-    """A pattern of lines in the colour of supports, to be filled with by its name."""
+def hatch(
+    name: str = "hatch", turn: int = 45, width: float = 3.0, back: str = "", colour: str = HATCH, scale: float = 1.0
+) -> str:
+    """A pattern of lines, in the colour of supports unless another is given, to be filled with by its name."""
+    larger = "" if scale == 1.0 else f" scale({scale:g})"
     return (
-        f'<pattern id="{name}" width="7" height="7" patternUnits="userSpaceOnUse" patternTransform="rotate({turn})">'
-        f'{back}<path d="M0 0V7" stroke="{HATCH}" stroke-width="{width:g}"/></pattern>'
+        f'<pattern id="{name}" width="7" height="7" patternUnits="userSpaceOnUse"'
+        f' patternTransform="rotate({turn}){larger}">'
+        f'{back}<path d="M0 0V7" stroke="{colour}" stroke-width="{width:g}"/></pattern>'
     )
 
 
@@ -204,7 +208,7 @@ def legend(lead: str, marks: Sequence[tuple[str, str]], columns: Sequence[float]
 
     `columns` says where each of `marks`, (drawing, text), begins.
     """
-    found = [text(*at, lead, 'font-weight="600"')]
+    found = [text(*at, lead, 'font-weight="600"')] if lead else []
     for x, (mark, words) in zip(columns, marks, strict=True):
         found.append(f'<g transform="translate({x:.1f} {at[1]:.1f})">{mark}<text x="34" y="0">{words}</text></g>')
     return found

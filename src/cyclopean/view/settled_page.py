@@ -1,0 +1,144 @@
+"""The page of a settled wall: what stands, how large, its pictures and measures, and its stones one by one."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cyclopean.arrays import Floats
+from cyclopean.assembly import Assembly
+from cyclopean.view.figures import number
+from cyclopean.view.markup import document, figure, headline, section, table
+from cyclopean.view.rubble_drawing import Profile, Told, courses_svg, rubble_svg
+
+if TYPE_CHECKING:
+    from cyclopean.design.rubble.wall import RubbleWall
+    from cyclopean.design.stones.inventory import Inventory
+
+__all__ = ["settled_html", "settled_page", "told_of"]
+
+SECTIONS = 3  # at equal steps along the wall
+DENSITY = 2400.0  # kg/m3, where a stone has none
+
+
+def settled_html(
+    assembly: Assembly,
+    answer: tuple[str, str],
+    told: Told,
+    measures: Mapping[str, str],
+    aside: Sequence[tuple[str, str]] = (),
+) -> str:
+    """Write the page of a wall, its ground first: self-contained, without a script.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The wall; its stones in the order of laying.
+    answer : tuple of str
+        What stands, in large letters, and how large it is and what is missing, in a sentence.
+    told : Told
+        Numbers, roles and courses of the stones, and which do not stand by themselves.
+    measures : mapping of str to str
+        Their names, and what they came to.
+    aside : sequence of tuple of str
+        Stones that were put aside, each with the reason.
+
+    Raises
+    ------
+    InputError
+        There is no stone to draw.
+    """
+    figures = [("stones", len(assembly) - 1), ("courses", len(set(told.course.values()))), ("put aside", len(aside))]
+    weight = f"{_mass(assembly)[1:].sum():,.0f}"
+    body = (
+        headline(assembly.name, [*figures, ("kg of stone", weight)], answer=answer),
+        section("The wall", _pictures(assembly, told), _WALL),
+        section("Course by course", figure(courses_svg(assembly, "Courses", told)) if told.course else "", _COURSES),
+        section("Do not stand by themselves", _why(list(told.unsteady.items())), _UNSTEADY),
+        section("Measures", table(("", ""), [(escape(name), escape(said)) for name, said in measures.items()])),
+        section("Put aside", _why(aside), _ASIDE),
+        section("Stone by stone", _stones(assembly, told), _STONES),
+    )
+    return document(f"{assembly.name}: {answer[0]}", body, word="undecided" if told.unsteady else "stable")
+
+
+_WALL = "Stones are numbered in the order in which they are laid. Letters mark the sections."
+_COURSES = "From above, the front at the foot of each picture: the stones of a course on those below it, in pale."
+_UNSTEADY = "These are outlined and hatched in red: they have to be held, pinned or bedded."
+_ASIDE = "Stones that are not in the wall, by the reason."
+_STONES = "In the order of laying. Sizes are of the stone as it lies: along the wall, through it, and in height."
+
+
+def _pictures(assembly: Assembly, told: Told) -> str:
+    """The front, the other sides, sections and the plan."""
+    x = np.concatenate([block.vertices for block in assembly.blocks[1:]])[:, 0] if len(assembly) > 1 else np.zeros(1)
+    cuts = np.linspace(x.min(), x.max(), SECTIONS + 2)[1:-1].round(3).tolist()
+    shown = {"Front": ["front"], "Left end, back and right end": ["left", "back", "right"], "Sections": cuts}
+    shown["Plan"] = ["above"]
+    return "".join(
+        figure(rubble_svg(assembly, f"{name} of {assembly.name}", (row,), told=told, cuts=cuts, keys="front" in row))
+        for name, row in shown.items()
+    )
+
+
+def _why(stones: Sequence[tuple[str, str]]) -> str:
+    """Stones by what is said of them, what is said of most first."""
+    named: dict[str, list[str]] = {}
+    for stone, why in stones:
+        named.setdefault(why, []).append(stone)
+    rows = [
+        (escape(why), str(len(names)), escape(", ".join(names)))
+        for why, names in sorted(named.items(), key=lambda one: -len(one[1]))
+    ]
+    return table(("Reason", ">Stones", "Which"), rows)
+
+
+def _stones(assembly: Assembly, told: Told) -> str:
+    """Number, id, course, mass, size and role of each stone."""
+    mass = _mass(assembly)
+    rows = [
+        (
+            str(k if told.number is None else told.number.get(block.id, "")),
+            escape(block.id),
+            str(told.course[block.id] + 1) if block.id in told.course else "",
+            number(float(mass[k])),
+            " × ".join(f"{1e3 * side:.0f}" for side in np.ptp(block.vertices, axis=0)),
+            escape(told.role.get(block.id, "stone")),
+        )
+        for k, block in enumerate(assembly.blocks)
+        if k
+    ]
+    return table(("No.", "Stone", ">Course", ">Mass, kg", ">Size, mm", "Role"), rows, elsewhere=" in the model")
+
+
+def _mass(assembly: Assembly) -> Floats:
+    """(n,) kg."""
+    return np.asarray(assembly.densities(DENSITY) * np.abs(assembly.mass.volume))
+
+
+def settled_page(wall: "RubbleWall", inventory: "Inventory") -> str:
+    """Write the page of a settled wall of stones of this inventory."""
+    m, settings = wall.measures, wall.settings
+    answer = (
+        f"{len(wall.laid)} of {len(inventory)} stones stand",
+        f"They make a wall {m.length:.2f} m long, {m.thickness:.2f} m thick and {m.height:.2f} m high that stands"
+        f" at every stage, with friction {settings.friction:g} and gravity leaning by {settings.lean:g} degrees.",
+    )
+    measures = {
+        "Void between the faces": f"{m.void:.0%}",
+        "Void below the stones' own tops": f"{m.hollow:.0%}",
+        "Largest overlap of two stones": f"{m.overlap:.1e} of a stone",
+    }
+    aside = [(inventory.stones[k].id, "no place was found") for k in wall.left_over.tolist()]
+    return settled_html(wall.assembly, answer, told_of(wall), measures, aside)
+
+
+def told_of(wall: "RubbleWall") -> Told:
+    """What pictures tell of a settled wall."""
+    m, settings = wall.measures, wall.settings
+    ids = [block.id for block in wall.assembly.blocks[1 : 1 + len(wall.laid)]]
+    course = {name: laid.course for name, laid in zip(ids, wall.laid, strict=True)}
+    role = {name: "hearting" for name, laid in zip(ids, wall.laid, strict=True) if laid.wythe == 2}
+    profile = Profile(settings.length or m.length, settings.thickness or m.thickness, settings.height or m.height)
+    return Told(role=role, course=course, profile=profile)
