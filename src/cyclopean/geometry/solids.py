@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CUBE",
     "Solid",
+    "beneath",
     "cross_section",
     "difference",
     "fans",
@@ -124,6 +125,11 @@ def difference(a: Solid, b: Solid) -> Solid:
 def cross_section(solid: Solid, height: float) -> list[Floats]:
     """Rings (k, 2), x and y, in which the level plane z = height cuts a solid; holes run the other way round."""
     return [np.array(ring, np.float64) for ring in solid.slice(height).to_polygons()]
+
+
+def beneath(solid: Solid, normal: ArrayLike, offset: float) -> Solid:
+    """What of a solid has normal . x <= offset (m), for a unit normal (3,); may be empty."""
+    return _sound(solid.trim_by_plane(-np.asarray(normal, float), -offset))
 
 
 def _boolean(a: "Manifold", b: "Manifold", how: Any) -> "Manifold":

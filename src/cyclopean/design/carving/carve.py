@@ -62,7 +62,7 @@ if TYPE_CHECKING:  # only names here
     from cyclopean.design.matching.cells import Cells
     from cyclopean.design.matching.match import Match
 
-__all__ = ["BALANCE", "LEAST", "Carved", "Offcut", "Total", "carve", "carve_all", "carve_match", "total"]
+__all__ = ["BALANCE", "LEAST", "Carved", "Offcut", "Total", "carve", "carve_all", "carve_match", "share_off", "total"]
 
 BALANCE = 1e-9  # of a volume: what carved and offcuts may differ from the stone, carved and void from the cell
 LEAST = 0.002  # m: depth up to which a cut is dressing; the kerf of a saw is wider
@@ -105,12 +105,12 @@ class Carved:
     @property
     def carved_share(self) -> float:
         """Lambda of this stone: the share of it that comes off."""
-        return _left(self.volume, self.stone_volume)
+        return share_off(self.volume, self.stone_volume)
 
     @property
     def gap_share(self) -> float:
         """The share of the cell that stays empty."""
-        return _left(self.volume, self.cell_volume)
+        return share_off(self.volume, self.cell_volume)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +132,8 @@ def total(carved: Iterable[Carved]) -> Total:
     stones, cells = sum(c.stone_volume for c in rows), sum(c.cell_volume for c in rows)
     kept = sum(c.volume for c in rows)
     return Total(
-        _left(kept, stones) if rows else 0.0,
-        _left(kept, cells) if rows else 0.0,
+        share_off(kept, stones) if rows else 0.0,
+        share_off(kept, cells) if rows else 0.0,
         stones,
         cells,
         kept,
@@ -142,8 +142,8 @@ def total(carved: Iterable[Carved]) -> Total:
     )
 
 
-def _left(part: float, whole: float) -> float:
-    """What is not the part, over the whole."""
+def share_off(part: float, whole: float) -> float:
+    """What is not the part, over the whole; both m3."""
     return min(max(1.0 - part / whole, 0.0), 1.0)
 
 
