@@ -3,6 +3,7 @@
 By hand: a box fills its rectangle of the front; a section of a wedge is as high as the wedge is there.
 """
 
+import base64
 import re
 import struct
 import zlib
@@ -15,10 +16,12 @@ from hypothesis import strategies as st
 
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
+from cyclopean.geometry.solids import fans
 from cyclopean.view.png import png
-from cyclopean.view.relief import SHORT, Relief, hollow, outlines, places, relief
+from cyclopean.view.relief import SHORT, Relief, hollow, outlines, picture, places, relief
 from cyclopean.view.rubble_drawing import PALE_RIM, Profile, Told, courses_svg, rubble_svg
 from cyclopean.view.settled_page import settled_html
+from cyclopean.view.stone_faces import facing
 
 SVG = "{http://www.w3.org/2000/svg}"
 QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -145,10 +148,10 @@ def test_roles_and_unsteady_stones_are_told_apart_only_where_there_are_some():
 
 
 def test_a_wall_that_is_asked_for_leans_in():
-    """Front 1:4, 1 m high: its upper edge lies 0.25 m within."""
-    edges = Profile(2.0, 0.8, 1.0, (0.25, 0.0)).edges()
+    """Front 1:4, back 1:5, 1 m high: the upper edges lie 0.25 and 0.2 m within."""
+    edges = Profile(2.0, 1.0, 1.0, (0.25, 0.2)).edges()
     assert edges.shape == (12, 2, 3)
-    assert {tuple(point) for point in edges[..., 1:].reshape(-1, 2)} == {(0, 0), (0.25, 1), (0.8, 0), (0.8, 1)}
+    assert {tuple(point) for point in edges[..., 1:].reshape(-1, 2)} == {(0, 0), (0.25, 1), (1, 0), (0.8, 1)}
 
 
 def test_courses_are_drawn_on_those_below_in_pale():
@@ -159,6 +162,16 @@ def test_courses_are_drawn_on_those_below_in_pale():
     assert PALE_RIM not in lower
     assert re.findall(rf"{PALE_RIM}[^>]*><title>(\w+)", upper) == ["a", "b", "rear"]
     assert "top" not in lower
+
+    shown = pixels(re.findall(r'href="([^"]*)"', upper)[0]).reshape(-1, 4)
+    shown = shown[shown[:, 3] > 0]
+    bare = (0.5 + 0.5) * 0.4 + (0.3 + 0.3) * 0.4  # m2 of the lower course, seen from above
+    assert (shown[:, :3].min(axis=1) > 180).mean() == pytest.approx(bare / (bare + 1.0 * 0.8), abs=0.02)
+
+
+def test_the_mean_top_of_a_wall():
+    """1 m high over half of its length, 0.6 m over the other."""
+    assert "Frontdashed: mean top, 0.8 m" in words(rubble_svg(BUILT, "Front", (("front",),)))
 
 
 def test_no_stone_no_side_and_a_cut_beside_the_wall_are_refused():
@@ -187,6 +200,23 @@ def test_triangles_that_share_edges_share_no_pixel_and_leave_no_gap(a, b, c, ins
     assert (sum(part.astype(int) for part in covered) == (relief(empty, [(0, whole[None], light)]).stone >= 0)).all()
 
 
+def test_faces_that_look_at_the_viewer_are_in_the_sun_from_the_upper_left():
+    """Of a cube, y down, the near face and no other; towards the sun it is at 0.62 / |(0.5, 0.6, 0.62)|."""
+    corner, light = facing(CORNER * [1.0, -1.0, 1.0], fans(QUADS))
+    assert (corner[:, :, 2] == 1.0).all()
+    assert light == pytest.approx([0.4 + 0.6 * 0.62 / np.sqrt(0.25 + 0.36 + 0.62**2)] * 2)
+    leaning = [np.array([[0, 0, 0], [x, 0, -0.5], [0, 1, 0]], float)[:: -1 if x > 0 else 1] for x in (1, -1)]
+    right, left = (facing(point, np.array([[0, 1, 2]]))[1] for point in leaning)
+    assert left > right
+
+
+def test_a_picture_has_the_tint_of_each_stone_and_pale_ones_near_white():
+    seen = relief(Relief.empty(4, 9), [(k, plate(3 * k, 3 * k + 3, 0.0, 0, 4), np.ones(2)) for k in (0, 1)])
+    address = picture(seen, 10.0, np.array([1, 0]), np.array([False, True]), ["#0000ff", "#ff0000"])
+    shown = pixels(address)[0, [0, 3, 8]].tolist()
+    assert shown == [[255, 0, 0, 255], [191, 191, 255, 255], [255, 255, 255, 0]]
+
+
 def plate(left: float, right: float, near: float, top: float = 0.0, foot: float = 20.0) -> np.ndarray:
     """Two triangles (2, 3, 3) of a rectangle that looks at the viewer, pixels."""
     a, b, c, d = ((x, y, near) for x, y in ((left, top), (right, top), (right, foot), (left, foot)))
@@ -198,6 +228,11 @@ def test_the_nearest_is_seen_whatever_the_order():
     for order in (stones, stones[::-1]):
         seen = relief(Relief.empty(20, 30), order)
         assert [(seen.stone == k).sum() for k in (-1, 0, 1)] == [0, 400, 200]
+    tilted = plate(0, 30, 0.0)
+    tilted[:, :, 2] = tilted[:, :, 1] - tilted[:, :, 0] + 5.0
+    seen = relief(Relief.empty(20, 30), [(0, plate(0, 30, 0.25), np.ones(2)), (1, tilted, np.ones(2))])
+    row, column = np.indices((20, 30)) + 0.5
+    assert (seen.stone == (row - column > -4.75)).all()
     behind = relief(Relief.empty(20, 30), stones, nearest=4.0)
     assert (behind.stone == 0).all()
 
@@ -236,6 +271,15 @@ def unpacked(file: bytes) -> dict[bytes, bytes]:
     return found
 
 
+def pixels(address: str) -> np.ndarray:
+    """(h, w, 4) of a picture with a palette."""
+    file = unpacked(base64.b64decode(address.partition(",")[2]))
+    (wide,) = struct.unpack(">I", file[b"IHDR"][:4])
+    index = np.frombuffer(zlib.decompress(file[b"IDAT"]), np.uint8).reshape(-1, wide + 1)[:, 1:]
+    opacity = np.frombuffer(file[b"tRNS"], np.uint8)
+    return np.column_stack([np.frombuffer(file[b"PLTE"], np.uint8).reshape(-1, 3), opacity])[index]
+
+
 def test_pictures_of_pixels_come_back():
     colours = np.array([[255, 0, 0, 255], [0, 0, 255, 128]])
     few = unpacked(png(np.array([[0, 1, 1]]), colours))
@@ -249,14 +293,15 @@ def test_pictures_of_pixels_come_back():
 def test_the_page_holds_all_and_loads_nothing():
     stones = [box("<i>", (0, 0, 0), (1, 0.5, 0.5)), box("b", (1, 0, 0), (2, 0.5, 0.5))]
     told = Told(course={"<i>": 0, "b": 0}, role={"b": "pin"}, unsteady={"b": "rocks"})
-    aside = [("s", "too large"), ("<t>", "too large"), ("u", "no place left")]
+    aside = [("s", "<b>large"), ("<t>", "<b>large"), ("u", "no place left")]
     page = settled_html(wall(*stones), ("2 of 5 stones stand", "A wall."), told, {"Void & more": "5 %"}, aside)
     assert "<i>" not in page
     assert "<t>" not in page
+    assert "<b>" not in page
     assert not re.search(r"""(?:src|href)=["'](?!data:image/png;base64,)""", page)
     assert "script" not in page
     rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in re.findall(r"<tr>(.*?)</tr>", page)]
-    assert ["too large", "2", "s, &lt;t&gt;"] in rows
+    assert ["&lt;b&gt;large", "2", "s, &lt;t&gt;"] in rows
     assert ["Void &amp; more", "5 %"] in rows
     assert ["rocks", "1", "b"] in rows
     assert ["2", "b", "1", "600", "1000 × 500 × 500", "pin"] in rows

@@ -24,7 +24,7 @@ AROUND = (0.02, 0.06, 0.15)  # of a stone's size: how far around a pixel its nei
 _AROUND = [(np.cos(a), np.sin(a)) for a in np.pi / 8.0 + np.pi / 4.0 * np.arange(8)]
 TONE = 0.7  # power of the light that is shown: middle tones are lifted, as print and screens swallow them
 PALE = 0.25  # of its difference from white that a pale stone keeps
-SHADES = 30  # of a tint: more are not told apart, fewer make steps
+SHADES = 24  # of a tint: more are not told apart, fewer make steps
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,7 +27,7 @@ STEPS = 24  # of light
 def facing(point: Floats, triangles: Ints) -> tuple[Floats, Floats]:
     """Triangles that look at the viewer: corners (t, 3, 3), and light (t,) from `AMBIENT` to 1.
 
-    Points are (v, 3), triangles (f, 3): clockwise on the sheet where they look at the viewer.
+    Points are (v, 3), triangles (f, 3): counter-clockwise on the sheet where they look at the viewer.
     """
     corner = point[triangles]
     normal = unit(-np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
