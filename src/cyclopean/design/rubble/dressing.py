@@ -200,7 +200,7 @@ def _cut(body: Body, planes: Sequence[Plane]) -> Dressed | None:
     solid, volume, steps = body.solid, body.volume, []
     for normal, offset in planes:
         depth = float((mesh_of(solid)[0] @ normal).max(initial=offset)) - offset
-        if not (depth <= DEEPEST * np.cbrt(body.volume) and normal @ body.centroid < offset):
+        if not depth <= DEEPEST * np.cbrt(body.volume):
             return None
         solid = beneath(solid, normal, offset)
         left = solid_volume(solid)
@@ -222,7 +222,7 @@ def _area(body: Body, normal: Floats, offset: float) -> float:
     corner = body.vertices[body.triangles]
     double = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     flat = (np.abs(corner @ normal - offset) <= FLAT * np.cbrt(body.volume)).all(axis=1)
-    return float((double[flat & (unit(double) @ normal > 0.0)] @ normal).sum() / 2.0)
+    return float((double[flat] @ normal).sum() / 2.0)
 
 
 def let_down(gap: Floats, cell: float, volume: Floats, cap: ArrayLike) -> Floats:
