@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from html import escape
 
-import numpy as np
-
 from cyclopean.assembly import supports
 from cyclopean.design.carving.carve import carve
 from cyclopean.design.matching.cells import Cells
@@ -12,9 +10,8 @@ from cyclopean.design.matching.match import Match
 from cyclopean.design.matching.negotiation import Round
 from cyclopean.design.stones.stone import Stone
 from cyclopean.view.carving_drawing import DATUM, carving_svg
-from cyclopean.view.colours import GHOST, INK, SCALE
+from cyclopean.view.curves import curves_svg
 from cyclopean.view.markup import document, figure, headline, listed, section, table
-from cyclopean.view.svg import open_path, sheet, text
 
 __all__ = ["match_html", "rounds_svg"]
 
@@ -58,24 +55,9 @@ _ROUNDS = "In each round the cells were moved to suit their stones, drawn again,
 
 def rounds_svg(rounds: Sequence[Round]) -> str:
     """Lambda and gap of each round as two lines; nothing where there is no round."""
-    if not rounds:
-        return ""
-    wide, high, left, foot = 700.0, 260.0, 60.0, 40.0
-    value = np.array([[r.imposition, r.gap] for r in rounds])
-    top = max(float(value.max()) * 1.15, 1e-3)
-    x = left + (wide - left - 110.0) * np.arange(len(rounds)) / max(len(rounds) - 1, 1)
-    y = high - foot - (high - foot - 14.0) * value / top
-    parts = [f'<path d="M{left} {high - foot}H{wide - 100}" stroke="{GHOST}"/>']
-    for k, (label, colour) in enumerate((("Lambda", SCALE[5]), ("gap", INK))):
-        line = open_path(np.stack([x, y[:, k]], -1))
-        parts.append(f'<path d="{line}" fill="none" stroke="{colour}" stroke-width="2.5"/>')
-        for a, b, v in zip(x, y[:, k], value[:, k], strict=True):
-            parts.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" fill="{colour}"/>')
-            parts.append(text(a, b - 8.0, f"{v:.3f}", f'text-anchor="middle" fill="{colour}"'))
-        parts.append(text(x[-1] + 34.0, y[-1, k] + 5.0, label, f'fill="{colour}"'))
-    for k, a in enumerate(x):
-        parts.append(text(a, high - foot + 22.0, f"round {k}" if k else "as drawn", 'text-anchor="middle"'))
-    return sheet((wide, high), "Lambda and gap by round", parts, letters=14.0, white=False)
+    ticks = ["as drawn", *(f"round {k}" for k in range(1, len(rounds)))][: len(rounds)]
+    curves = {"Lambda": [r.imposition for r in rounds], "gap": [r.gap for r in rounds]}
+    return curves_svg("Lambda and gap by round", range(len(rounds)), ticks, curves)
 
 
 def _table(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
