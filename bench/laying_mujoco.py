@@ -27,30 +27,19 @@ from cyclopean.design.stones.stone import Stone, in_body_frame, stone_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))  # hulls are shared with the tests
 
+from simulated import DENSITY, STIFF, hulls, simulation
+
 from geometry_rules import hull_mesh
 
 WALLS = 40
 STONES = (4, 25)
 BAND = 5e-4  # m: the hulls touch in points; a wider band would lend them contacts that they do not have
-SECONDS, STEP = 3.0, 1e-3
+SECONDS = 3.0
 FELL, SHIFTED, ENOUGH = 0.2, 0.05, 0.25  # of the cube root of the smallest stone's volume
 MU = 0.7
-DENSITY = 2400.0
 DETAIL = 2
 YAWS = 4
 SLOPES = ((0.0, 0.0), (0.5, 3.0), (15.0, 35.0), (0.0, 0.0))  # degrees
-
-XML = """
-<mujoco>
-  <option timestep="{step}" gravity="{gravity}" cone="elliptic" impratio="20" noslip_iterations="20" iterations="100"
-          tolerance="1e-10" integrator="implicitfast"><flag multiccd="enable"/></option>
-  <default>
-    <geom type="mesh" condim="3" density="{density}" friction="{mu} 0 0" solref="0.004 1" solimp="0.99 0.999 0.0001"/>
-  </default>
-  <asset>{meshes}</asset>
-  <worldbody>{bodies}</worldbody>
-</mujoco>
-"""
 
 
 def hull_stone(stone: Stone) -> Stone:
@@ -84,41 +73,20 @@ def without(wall: Assembly, out: int) -> Assembly:
     return Assembly(blocks, Contacts.of(ends, [contacts.polygon(k) for k in kept]), (), wall.name)
 
 
-def numbers(values: np.ndarray) -> str:
-    return " ".join(f"{x:.17g}" for x in np.ravel(values))
-
-
 def moved(model: Assembly, gravity: tuple[float, float, float]) -> tuple[float, str]:
-    """How far the farthest stone goes, in sizes of the smallest stone, and which one it is."""
-    import mujoco
-
-    fixed, _ = supports(model)
-    meshes, bodies = [], []
-    for k, block in enumerate(model.blocks):
-        centre = model.mass.centroid[k]
-        meshes.append(f'<mesh name="m{k}" vertex="{numbers(block.vertices - centre)}"/>')
-        joint = "" if fixed[k] else "<freejoint/>"
-        bodies.append(f'<body name="b{k}" pos="{numbers(centre)}">{joint}<geom mesh="m{k}"/></body>')
-    xml = XML.format(
-        step=STEP, gravity=numbers(np.array(gravity)), density=DENSITY, mu=MU, meshes="".join(meshes),
-        bodies="".join(bodies),
-    )  # fmt: skip
-    simulated = mujoco.MjModel.from_xml_string(xml)
-    state = mujoco.MjData(simulated)
-    free = np.flatnonzero(~fixed)
+    """How far the farthest corner of a stone goes, in sizes of the smallest stone, and which stone it is."""
+    free = np.flatnonzero(~supports(model)[0])
     size = float(np.cbrt(model.mass.volume[free].min()))
     farthest, which = 0.0, ""
-    for step in range(round(SECONDS / STEP)):
-        mujoco.mj_step(simulated, state)
-        if step % 100 == 99:
-            for k in free:
-                turn = state.xmat[k + 1].reshape(3, 3)
-                now = (model.blocks[k].vertices - model.mass.centroid[k]) @ turn.T + state.xpos[k + 1]
-                far = float(np.linalg.norm(now - model.blocks[k].vertices, axis=1).max())
-                if far > farthest:
-                    farthest, which = far, model.blocks[k].id
-            if farthest > ENOUGH * size:
-                break
+    for _, turn, place in simulation(model, hulls(model), MU, np.array(gravity), STIFF, SECONDS):
+        for k in free:
+            block = model.blocks[k]
+            now = (block.vertices - model.mass.centroid[k]) @ turn[k].T + place[k]
+            far = float(np.linalg.norm(now - block.vertices, axis=1).max())
+            if far > farthest:
+                farthest, which = far, block.id
+        if farthest > ENOUGH * size:
+            break
     return farthest / size, which
 
 
