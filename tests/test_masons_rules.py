@@ -1,0 +1,105 @@
+"""Rules of masons: bonds by hand, laws of symmetry and scale, refusals."""
+
+import itertools
+from dataclasses import astuple, dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cyclopean.cli.masons_words import json_of, lines
+from cyclopean.design.rubble.masons_rules import Faces, masons_rules
+from cyclopean.errors import InputError
+
+CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+TRIANGLES = np.array([t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))])
+
+
+@dataclass(frozen=True)
+class Block:
+    vertices: np.ndarray
+    volume: float
+    triangles: np.ndarray = None
+
+
+def block(low, high) -> Block:
+    size = np.subtract(high, low)
+    return Block(np.asarray(low) + CORNERS * size, float(np.prod(size)), TRIANGLES)
+
+
+def bond(shift: float, courses: int = 4, length: float = 1.2) -> list[Block]:
+    """Courses of units 0.2 x 0.15 m, every second one shifted; cut at the ends of the wall."""
+    found = []
+    for k in range(courses):
+        cuts = np.arange(0.0, length + 1e-9, 0.2) + shift * (k % 2)
+        cuts = np.unique(np.clip(np.r_[0.0, cuts, length], 0.0, length).round(9))
+        found += [block((a, 0, 0.15 * k), (b, 0.4, 0.15 * (k + 1))) for a, b in itertools.pairwise(cuts)]
+    return found
+
+
+WALL = Faces(1.2, 0.4)
+
+
+def test_stack_bond_runs_on_and_its_trace_is_straight() -> None:
+    found = masons_rules(bond(0.0), WALL)
+    assert abs(found.void) < 1e-6
+    assert abs(found.void_tops) < 1e-6
+    assert found.face == found.face_back == 1.0
+    assert found.trace_least == found.trace_median == pytest.approx(1.0)
+    assert found.running_joints == 5
+    assert found.running_joint_longest == pytest.approx(0.6, abs=0.01)
+
+
+def test_running_bond_covers_its_joints() -> None:
+    found = masons_rules(bond(0.1), WALL)
+    # 5 + 6 + 5 + 6 head joints, each half a unit from the next; up 4 courses and aside 3 times
+    assert found.head_joints == 22
+    assert found.running_joints == 0
+    assert found.joint_overlap_median == pytest.approx(0.1, abs=0.006)
+    assert found.trace_least == pytest.approx((0.6 + 3 * 0.1) / 0.6, rel=0.03)
+    assert found.through_stones == found.binders == pytest.approx(26 / 0.72, rel=0.02)
+
+
+def test_a_battered_face_is_measured_on_its_plane() -> None:
+    stone = block((0, 0, 0), (1, 0.4, 0.4))
+    upper = stone.vertices[:, 2] > 0.2
+    stone.vertices[upper, 1] = np.where(stone.vertices[upper, 1] < 0.2, 0.1, 0.3)
+    leaning = Block(stone.vertices, 0.12, TRIANGLES)
+    found = masons_rules([leaning], Faces(1.0, 0.4, 0.25, 0.25))
+    assert found.void == pytest.approx(0.0, abs=0.01)
+    assert found.face == found.face_back == 1.0
+    assert masons_rules([leaning], Faces(1.0, 0.4)).face < 0.5  # the plane matters
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(2, 8), st.sampled_from([0.25, 2.0, 8.0]))
+def test_scale_and_mirror_change_nothing(tenth: int, scale: float) -> None:
+    stones = bond(0.02 * tenth, 3)
+    one = masons_rules(stones, WALL)
+    larger = [Block(s.vertices * scale, s.volume * scale**3, TRIANGLES) for s in stones]
+    other = masons_rules(larger, Faces(1.2 * scale, 0.4 * scale))
+    assert other.void == pytest.approx(one.void, abs=1e-6)
+    assert other.trace_least == pytest.approx(one.trace_least, rel=0.02)
+    assert other.joint_overlap_median == pytest.approx(one.joint_overlap_median * scale, rel=0.1)
+    turned = [Block(s.vertices * [-1, 1, 1] + [1.2, 0, 0], s.volume, TRIANGLES[:, ::-1]) for s in stones]
+    mirrored = masons_rules(turned, WALL)
+    for a, b in zip(astuple(one), astuple(mirrored), strict=True):
+        assert b is None if a is None else b == pytest.approx(a, rel=0.02, abs=0.006)
+
+
+def test_words_tell_what_was_measured() -> None:
+    found = masons_rules(bond(0.1), WALL)
+    assert any("of 22 head joints half are covered by at least" in line for line in lines(found))
+    assert any("running joints: 5" in line for line in lines(masons_rules(bond(0.0), WALL)))
+    assert json_of(found)["joint_overlap_median"] == found.joint_overlap_median
+
+
+def test_refusals() -> None:
+    with pytest.raises(InputError, match="at least one"):
+        masons_rules([], WALL)
+    with pytest.raises(InputError, match="positive"):
+        Faces(1.0, 0.0)
+    with pytest.raises(InputError, match="none stands"):
+        masons_rules([block((3, 3, 0), (4, 4, 1))], WALL)
