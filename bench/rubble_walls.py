@@ -1,7 +1,7 @@
 """Rubble walls: how much of them is stone, what `check` says of them, and what falls when they are let go.
 
     python bench/rubble_walls.py table [--stones DIR] [--dress 0,0.03] [--keep DIR]
-    python bench/rubble_walls.py measure WALL.json
+    python bench/rubble_walls.py measure WALL.json ... [--length 0.7] [--thickness 0.4]
     python bench/rubble_walls.py simulate WALL.json ... [--out 0.01] [--parts DIR] [--mu 0.7]
 
 `table` lays the 132 stones of a published benchmark by the command line, one wall for each share of dressing, and
@@ -34,7 +34,7 @@ from cyclopean.geometry import triangles
 from cyclopean.io import read_model
 
 LENGTH, THICKNESS = 0.7, 0.4  # m
-CELL = 0.005  # m
+CELL = 0.002  # m
 MU = 0.6
 MOVED, FELL = 0.1, 1.0  # of a stone's size
 DOWN = np.array([0.0, 0.0, -9.81])
@@ -57,11 +57,11 @@ def line(name: str, *values: object) -> str:
     return f"{name:>26} " + " ".join(f"{value:>{form}}" for value, form in zip(values, FORMS, strict=True))
 
 
-def figures(wall: Assembly) -> tuple[int, float, float, float, float, float]:
+def figures(wall: Assembly, length: float, thickness: float) -> tuple[int, float, float, float, float, float]:
     """Laid, litres, void A, void B, face and top (cm) of a wall on the first block."""
     corner, face = triangles(wall.mesh)
     body, start = wall.mesh.face_body[face], wall.mesh.vertex_start
-    shape = (round(LENGTH / CELL), round(THICKNESS / CELL))
+    shape = (round(length / CELL), round(thickness / CELL))
     height = np.zeros(shape)
     front = np.full((shape[0], int(wall.mesh.vertex[:, 2].max() / CELL) + 2), np.inf)
     for k in range(1, len(wall)):
@@ -73,7 +73,7 @@ def figures(wall: Assembly) -> tuple[int, float, float, float, float, float]:
     highest, volume = height.max(axis=1), float(wall.mass.volume[1:].sum())
     below = (np.arange(front.shape[1]) + 0.5) * CELL < highest[:, None]
     void = [1.0 - volume / (room * CELL**2) for room in (highest.sum() * shape[1], height.sum())]
-    seen = float((below & (front <= 0.1 * THICKNESS)).sum() / below.sum())
+    seen = float((below & (front <= 0.1 * thickness)).sum() / below.sum())
     return len(wall) - 1, 1e3 * volume, void[0], void[1], seen, 100.0 * float(height[height > 0.0].std())
 
 
@@ -88,11 +88,11 @@ def _raise(field: Floats, points: Floats, corners: np.ndarray) -> None:
         np.maximum(here, part, out=here)
 
 
-def measured(name: str, path: Path, seconds: float) -> str:
+def measured(name: str, path: Path, seconds: float, length: float = LENGTH, thickness: float = THICKNESS) -> str:
     """The line of the table for a wall in a file."""
     wall, _ = read_model(path)
-    words = [check(wall, Settings(method=method, mu=MU, seconds=60.0)).verdict for method in ("rbe", "cra")]
-    return line(name, *figures(wall), *words, seconds)
+    words = [check(wall, Settings(method=method, mu=MU, seconds=300.0)).verdict for method in ("rbe", "cra")]
+    return line(name, *figures(wall, length, thickness), *words, seconds)
 
 
 def table(stones: str, shares: list[str], keep: Path) -> None:
@@ -141,7 +141,10 @@ def main() -> None:
     lay.add_argument("--stones", default=os.environ.get("CYCLOPEAN_BENCHMARK_STONES"))
     lay.add_argument("--dress", default="0,0.03")
     lay.add_argument("--keep", type=Path, help="folder for the walls")
-    ways.add_parser("measure").add_argument("walls", type=Path, nargs="+")
+    told = ways.add_parser("measure")
+    told.add_argument("walls", type=Path, nargs="+")
+    told.add_argument("--length", type=float, default=LENGTH)
+    told.add_argument("--thickness", type=float, default=THICKNESS)
     go = ways.add_parser("simulate")
     go.add_argument("walls", type=Path, nargs="+")
     go.add_argument("--out", type=float, default=simulated.OUT, help="of a stone's size: how far a part may stand out")
@@ -157,7 +160,7 @@ def main() -> None:
     if asked.way == "measure":
         print(heads())
         for path in asked.walls:
-            print(measured(path.stem, path, np.nan), flush=True)
+            print(measured(path.stem, path, np.nan, asked.length, asked.thickness), flush=True)
         return
     for path in asked.walls:
         print(simulate(path, asked.mu, asked.seconds, asked.out, asked.parts), flush=True)

@@ -25,6 +25,7 @@ PARTS = 40  # at the least, of a stone that is not convex
 OUT = 0.01  # of the stone's size: how far a part may stand out of the stone
 TURN = 0.35  # of the stone's size: what a whole turn of the normal counts in telling patches apart
 INNER = 0.5  # share of the way to the centroid at which a part ends
+SHALLOW = 0.05  # the same where a part of one triangle stands out
 FINE = 0.02  # of the stone's size: spacing of the points at which what stands out is measured
 NEAR = 12  # triangles looked at for the distance of a point
 FLAT = 1e-9  # of the cubed size: a part of less volume is none
@@ -151,7 +152,9 @@ def parts_of(vertices: Floats, corner: Ints, most: float = OUT) -> Parts:
         patch = max(todo, key=len) if len(todo) + len(done) < PARTS else todo[-1]
         todo = [p for p in todo if p is not patch]
         few = len(todo) + len(done) + 1 < PARTS
-        part = None if few and len(patch) > 1 else stone.part(patch)
+        part = None if few and len(patch) > 1 else stone.part(patch, INNER)
+        if len(patch) == 1 and (part is None or part[1] > most * size):
+            part = stone.part(patch, SHALLOW) or part  # the way to the centroid leads out of the stone
         if len(patch) > 1 and (part is None or part[1] > most * size):
             todo += _halves(patch, place)
         elif part is None:
@@ -186,10 +189,10 @@ class _Stone:
     middle: Floats
     at: Floats  # (t, 3) middle of each triangle
 
-    def part(self, patch: Ints) -> tuple[Floats, float] | None:
+    def part(self, patch: Ints, inner: float) -> tuple[Floats, float] | None:
         """Corners of the part of a patch, and how far it stands out (m); None where it has no volume."""
         on = self.vertices[np.unique(self.corner[patch])]
-        point = np.concatenate([on, on + INNER * (self.middle - on)])
+        point = np.concatenate([on, on + inner * (self.middle - on)])
         try:
             hull = ConvexHull(point)
         except QhullError:
@@ -236,7 +239,7 @@ def _kept_parts(vertices: Floats, corner: Ints, most: float, kept: Path | None) 
     if kept is None:
         return parts_of(vertices, corner, most)
     edge = np.linalg.norm(vertices[corner] - vertices[corner[:, [1, 2, 0]]], axis=2)
-    shape = corner.tobytes() + np.round(edge, 6).tobytes() + repr((most, PARTS, INNER)).encode()
+    shape = corner.tobytes() + np.round(edge, 6).tobytes() + repr((most, PARTS, INNER, SHALLOW)).encode()
     path = kept / f"{sha256(shape).hexdigest()[:24]}.npz"
     origin = vertices[corner[0]]
     along, across = origin[1] - origin[0], np.cross(origin[1] - origin[0], origin[2] - origin[0])
