@@ -27,14 +27,13 @@ import numpy as np
 import simulated
 
 from cyclopean.analysis import Settings, check
-from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
-from cyclopean.design.rubble.height_map import edges_of, rasters
+from cyclopean.design.rubble.features import body_of
+from cyclopean.design.rubble.masons_rules import Faces, masons_rules
 from cyclopean.geometry import triangles
 from cyclopean.io import read_model
 
 LENGTH, THICKNESS = 0.7, 0.4  # m
-CELL = 0.002  # m
 MU = 0.6
 MOVED, FELL = 0.1, 1.0  # of a stone's size
 DOWN = np.array([0.0, 0.0, -9.81])
@@ -61,31 +60,10 @@ def figures(wall: Assembly, length: float, thickness: float) -> tuple[int, float
     """Laid, litres, void A, void B, face and top (cm) of a wall on the first block."""
     corner, face = triangles(wall.mesh)
     body, start = wall.mesh.face_body[face], wall.mesh.vertex_start
-    shape = (round(length / CELL), round(thickness / CELL))
-    height = np.zeros(shape)
-    front = np.full((shape[0], int(wall.mesh.vertex[:, 2].max() / CELL) + 2), np.inf)
-    for k in range(1, len(wall)):
-        corners, points = corner[body == k] - start[k], wall.blocks[k].vertices
-        _raise(height, points, corners)
-        depth = -front
-        _raise(depth, points[:, [0, 2, 1]] * [1.0, 1.0, -1.0], corners[:, ::-1])
-        front = -depth
-    highest, volume = height.max(axis=1), float(wall.mass.volume[1:].sum())
-    below = (np.arange(front.shape[1]) + 0.5) * CELL < highest[:, None]
-    void = [1.0 - volume / (room * CELL**2) for room in (highest.sum() * shape[1], height.sum())]
-    seen = float((below & (front <= 0.1 * thickness)).sum() / below.sum())
-    return len(wall) - 1, 1e3 * volume, void[0], void[1], seen, 100.0 * float(height[height > 0.0].std())
-
-
-def _raise(field: Floats, points: Floats, corners: np.ndarray) -> None:
-    """Raise a field of heights over cells to the highest points of a mesh over them."""
-    raster = rasters(points[None], corners, edges_of(corners), CELL)[0]
-    at = np.round(raster.corner / CELL).astype(int)
-    low, high = np.maximum(at, 0), np.minimum(at + raster.high.shape, field.shape)
-    if (high > low).all():
-        part = raster.high[low[0] - at[0] : high[0] - at[0], low[1] - at[1] : high[1] - at[1]]
-        here = field[low[0] : high[0], low[1] : high[1]]
-        np.maximum(here, part, out=here)
+    stones = [body_of(wall.blocks[k].vertices, corner[body == k] - start[k]) for k in range(1, len(wall))]
+    told = masons_rules(stones, Faces(length, thickness))
+    litres = 1e3 * sum(stone.volume for stone in stones)
+    return len(stones), litres, told.void, told.void_tops, told.face, 100.0 * told.top
 
 
 def measured(name: str, path: Path, seconds: float, length: float = LENGTH, thickness: float = THICKNESS) -> str:
