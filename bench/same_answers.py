@@ -70,7 +70,7 @@ ASKED = [
     "match stones.glb poly.json --out matched --negotiate 0",
     "match stones.glb poly.json --out moved --negotiate 1 --rounds 3",
     "carve matched --out carved", "settle stones.glb --ways 1 --out rubble.json",
-    "settle stones.glb --ways 2 --wythes 2 --hearting --chinking --out rubble2.json",
+    "settle stones.glb --wythes 2 --pins --out rubble2.json",
     "ashlar --stone 0.4x0.2x0.2*60 --width 2 --height 1 --depth 0.2 --bond english --out ashlar.json",
     "ashlar --stone 0.4x0.2x0.2*60 --stone 0.7x0.15x0.2*40 --width 2 --height 1 --depth 0.2 --courses bins --bed 0.005"
     " --head 0.005 --opening 0.6,0.2,0.5,0.4 --out bins.json",

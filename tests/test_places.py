@@ -1,82 +1,110 @@
-"""What is kept of places is what would be found anew, and it is forgotten where something is laid.
+"""Places on the height map: found by the plain definition, kept where nothing changed, found anew where it did.
 
-By hand: where a stone was tried in vain, it may be tried again once a box lies beside it, but not for one far away.
-Mutants killed: nothing forgotten; heights taken from the wrong row; a place told apart by its row alone; the worst
-place of a stone kept, or one in another order; a stone that touches nothing taken for the next one.
+Mutants killed: places not swept anew where the map changed; a place tried in vain offered again; a ceiling not kept.
 """
 
 import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from cyclopean.design.rubble import places
-from cyclopean.design.rubble.places import BESIDE, Looked, Place, Slot, Weights, assessed, bedded, different, ranked
+from cyclopean.design.rubble.choosing import chosen, closed
+from cyclopean.design.rubble.orientations import bedded
+from cyclopean.design.rubble.places import FULL, Places, Scores, swept
 from cyclopean.design.stones.quarry import quarry
+from cyclopean.errors import InputError
 
-CELL = 0.06
+CELL, UNIT = 0.06, 0.4
 
 
-def slot(start, end):
-    return Slot(
-        np.array([start, end]), np.array([0, 14]), 0.6, np.inf, -1, play=10, both=True,
-        open=(start * CELL, end * CELL), length=0.6, narrowest=0.1,
-    )  # fmt: skip
+@given(seed=st.integers(0, 200))
+@settings(max_examples=20, deadline=None)
+def test_rest_heights_are_those_of_the_plain_definition(seed):
+    draw = np.random.default_rng(seed)
+    ground, low = draw.random((9, 7)).astype(np.float32), draw.random((3, 2)).astype(np.float32)
+    low[1, 1] = np.inf
+    cells = np.argwhere(low < np.inf)
+    ring = np.array([[3, 0], [3, 1]])
+    rest, gap, beside = swept(ground, cells, low[cells[:, 0], cells[:, 1]], ring, (6, 6))
+    for i in range(6):
+        for j in range(6):
+            high = max(ground[i + a, j + b] - low[a, b] for a, b in cells)
+            assert rest[i, j] == pytest.approx(high, abs=1e-6)
+            left = sum(high + low[a, b] - ground[i + a, j + b] for a, b in cells)
+            assert gap[i, j] == pytest.approx(left, abs=1e-5)
+            assert beside[i, j] == pytest.approx(np.mean([ground[i + a, j + b] >= high for a, b in ring]))
 
 
 def told(places):
-    return [(p.lying.stone, id(p.lying), p.cell, p.rest, p.cost) for p in places]
+    return [(p.lying.stone, p.cell, p.rest, p.cost) for p in places]
 
 
 def test_what_is_kept_is_what_is_found_anew():
     draw = np.random.default_rng(5)
-    ground = draw.uniform(0.0, 0.1, (160, 14))
-    lying = [b for k, stone in enumerate(quarry(3, 4, detail=1)) for b in bedded(k, stone, 4, CELL)]
-    looked, seen = Looked(), 0
-    for step in range(24):
-        start = int(draw.integers(0, 120))
-        for begin in (start, start + 3):
-            kept = told(ranked(ground, lying, slot(begin, 160), Weights(), CELL, 24, looked))
-            assert kept == told(ranked(ground, lying, slot(begin, 160), Weights(), CELL, 24))
-            seen += len(kept)
-        if step % 2:
-            ground[start + 20 : start + 26] += draw.uniform(0.0, 0.1)
-            looked.forget(start + 20.0, start + 26.0)
-    assert seen > 100
+    ground = draw.uniform(0.0, 0.1, (80, 14))
+    room = np.full(ground.shape, np.inf)
+    stones = [bedded(k, stone, 4, CELL) for k, stone in enumerate(quarry(3, 4, detail=1))]
+    kept = Places(0, room, CELL, UNIT, Scores())
+    for _ in range(8):
+        anew = Places(0, room, CELL, UNIT, Scores())
+        first = told(kept.best(ground, stones, 1.0))
+        assert first == told(anew.best(ground, stones, 1.0))
+        assert first
+        i = int(draw.integers(0, 70))
+        ground[i : i + 6, 2:8] += draw.uniform(0.0, 0.1)
+        kept.changed((i, 2, i + 6, 8))
 
 
-def test_a_place_that_failed_is_open_again_when_something_is_laid_beside_it():
-    lying = bedded(0, quarry(1, 4, detail=1)[0], 1, CELL)
-    place, other = Place(lying[0], (40, 2), 0.1, 0.0), Place(lying[1], (40, 2), 0.1, 0.0)
-    wide = lying[0].raster.low.shape[0]
-    looked = Looked()
-    looked.fail(place)
-    assert looked.failed(place)
-    assert not looked.failed(other)
-    assert not looked.failed(Place(lying[0], (41, 2), 0.1, 0.0))
-    looked.forget(40 + wide + BESIDE + 1, 90)
-    looked.forget(0, 39 - BESIDE)
-    assert looked.failed(place)
-    looked.forget(40 + wide + 3, 90)
-    assert not looked.failed(place)
+def test_a_place_tried_in_vain_is_not_offered_until_something_is_laid_near():
+    ground, room = np.zeros((40, 12)), np.full((40, 12), np.inf)
+    stones = [bedded(0, quarry(1, 4, detail=1)[0], 4, CELL)]
+    places = Places(0, room, CELL, UNIT, Scores())
+    first = places.best(ground, stones, 1.0)[0]
+    places.fail(first)
+    assert (first.lying, first.cell) not in [(p.lying, p.cell) for p in places.best(ground, stones, 1.0)]
+    places.changed((first.cell[0], 0, first.cell[0] + 1, 12))
+    assert (first.lying, first.cell) in [(p.lying, p.cell) for p in places.best(ground, stones, 1.0)]
+    places.fail(first)
+    places.renewed()
+    assert (first.lying, first.cell) in [(p.lying, p.cell) for p in places.best(ground, stones, 1.0)]
 
 
-def test_the_best_place_of_each_stone_as_it_lies():
-    one, two = bedded(0, quarry(1, 4, detail=1)[0], 1, CELL)
-    found = [Place(one, (3, 0), 0.1, 1.0), Place(one, (4, 0), 0.1, 2.0), Place(two, (9, 0), 0.1, 3.0)]
-    assert different(found) == [found[0], found[2]]
-    assert different([found[2], found[1], found[0]]) == [found[2], found[1]]
-    assert different([]) == []
+def test_nothing_above_the_ceiling_or_out_of_the_wall():
+    ground, room = np.zeros((40, 14)), np.full((40, 14), np.inf)
+    room[:20] = 0.0
+    ground[:20] = FULL
+    stones = [bedded(0, quarry(1, 4, detail=1)[0], 4, CELL)]
+    found = Places(0, room, CELL, UNIT, Scores()).best(ground, stones, 1.0)
+    assert found
+    assert all(place.cell[0] >= 19 for place in found)
+    top = min(place.rest + place.lying.top for place in found)
+    assert not Places(0, room, CELL, UNIT, Scores()).best(ground, stones, top - 0.01)
+    none = Places(0, room, CELL, UNIT, Scores()).best(ground, stones, 1.0, lambda place: False)
+    assert not none
 
 
-def test_a_stone_that_comes_to_touch_nothing_counts_as_one_that_falls(monkeypatch):
-    """By hand: two stones on a floor; the one that is held a metre above it has no support, and the worst centre."""
-    one, two = bedded(0, quarry(1, 4, detail=1)[0], 1, CELL)
-    floor, at = np.zeros((40, 40)), [(one, (3, 3)), (two, (12, 5))]
-    usual = assessed(floor, at, CELL)
-    tip = places.tipped
-    for held in (0, 1):
-        lift = np.zeros((2, 3))
-        lift[held, 0] = 1.0
-        monkeypatch.setattr(places, "tipped", lambda *given, lift=lift: tip(*given) + lift)
-        found = assessed(floor, at, CELL)
-        assert found[held][:2] == (0.0, 2.0)
-        assert found[1 - held] == usual[1 - held]
-        assert usual[held][0] > 0.0
+def test_the_closing_fills_what_is_narrower_than_its_square_and_faces_are_walls():
+    """By hand: a slot of one cell is filled to its lower side; a step of two cells beside a face as well."""
+    ground = np.array([[0.3] * 5, [0.0] * 5, [0.2] * 5, [0.2] * 5, [0.2] * 5, [0.1] * 5])
+    assert closed(ground, 1)[:, 2].tolist() == pytest.approx([0.3, 0.2, 0.2, 0.2, 0.2, 0.2])
+    grown = closed(ground, 1)
+    assert (grown >= ground).all()
+    assert np.array_equal(closed(grown, 1), grown)
+
+
+def test_a_stone_lies_flat_on_flat_ground_and_the_lower_place_is_chosen():
+    ground, label = np.zeros((40, 14)), np.full((40, 14), -1)
+    ground[:20] = 0.3
+    stones = [bedded(0, quarry(6, 4, detail=1)[1], 4, CELL)]
+    places = Places(0, np.full((40, 14), np.inf), CELL, UNIT, Scores()).best(ground, stones, 2.0)
+    good = chosen(ground, label, places, 0, CELL, UNIT, Scores())
+    assert good
+    assert good[0].place.cell[0] >= 20
+    assert [t.cost for t in good] == sorted(t.cost for t in good)
+    assert np.hypot(*good[0].slope) < 0.2
+    assert chosen(ground, label, [], 0, CELL, UNIT, Scores()) == []
+
+
+def test_scores_below_nothing_are_refused():
+    with pytest.raises(InputError, match="scores: room: must not be negative"):
+        Scores(room=-1.0)

@@ -68,19 +68,15 @@ def test_a_box_on_the_free_end_of_a_plank(at, stands):
 
 
 @pytest.mark.parametrize(("touch", "stands", "below"), [(1e-4, False, {0}), (1e-3, True, {0, 1})])
-def test_what_is_a_little_apart_holds_nothing_but_is_a_contact_of_the_model(touch, stands, below):
+def test_what_is_a_little_apart_holds_nothing(touch, stands, below):
     """A plank of 4 m on two cubes at its ends, the second half a millimetre lower: it lies on the first alone."""
-    structure = Structure(ground(), 1e-3, touch=touch)
+    structure = Structure(ground(), touch)
     assert laid(structure, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
     assert laid(structure, (1.0, 1.0, 1.0 - 5e-4), (3.0, 0.0, 0.0))
     surface, mass = slab((4.0, 1.0, 0.1), (0.0, 0.0, 1.0))
     fresh = structure.fresh(mass, surface, (0, 1))
     assert {joint.below for joint in fresh.joints} == below
     assert (structure.held((fresh,)) is not None) == stands
-    (whole,) = structure.with_contacts((fresh,), (0, 1))
-    assert {joint.below for joint in whole.contacts} == {0, 1}
-    assert (whole.told[:, 0].min(), whole.told[:, 0].max()) == pytest.approx((0.0, 4.0))
-    assert whole.joints == fresh.joints
 
 
 def test_the_last_of_a_stack_may_tip_the_lowest():
@@ -124,7 +120,7 @@ def test_a_lean_of_gravity_tips_a_tower(lean, stands):
     assert laid(structure, (0.9, 0.9, 1.0), (0.0, 0.0, 0.0))
     assert laid(structure, (0.9, 0.9, 1.2), (0.0, 0.0, 1.0)) == stands
     shape = next(iter(structure.force.values())).shape
-    assert shape[0] == (4 if lean else 1)
+    assert shape[0] == (5 if lean else 1), "straight down, and four ways leaning"
 
 
 def test_what_touches_nothing_does_not_stand():

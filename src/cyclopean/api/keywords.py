@@ -9,7 +9,7 @@ from cyclopean.options import Option, options_of, read_option, shown_default
 from cyclopean.texts import PointLoad
 
 if TYPE_CHECKING:
-    from cyclopean.design.rubble.places import Weights
+    from cyclopean.design.rubble.places import Scores
 
 __all__ = [
     "CheckKeywords",
@@ -114,19 +114,26 @@ class SettleKeywords(TypedDict, total=False):
     length: float | None
     height: float | None
     thickness: float | None
-    wythes: Literal[1, 2] | None
+    wythes: Literal[1, 2]
+    batter: str | None
+    corner: float | None
+    opening: tuple[float, ...] | None
+    ends: Literal["vertical", "racked"]
+    coursed: bool
+    through: float | None
+    hearting: bool
+    pins: bool
+    copes: bool
+    inward: float
+    dress: float
+    all: bool
     cell: float | None
-    yaws: int | None
-    weights: "Weights"
-    look_ahead: int | None
+    yaws: int
+    scores: "Scores"
+    look_ahead: int
     margin: float | None
-    friction: float | None
-    lean: float | None
-    tries: int
-    hearting: bool | None
-    chinking: bool | None
-    band: float | None
-    ways: int | None
+    friction: float
+    lean: float
     units: str | None
     strict: bool
 

@@ -52,6 +52,8 @@ __all__ = [
 BAND = 0.005  # of the cube root of the median block's volume: 2 mm for stones of 0.4 m
 ALIGNED = 0.955  # least cosine between a contact's normal and those of the faces it lies on; the checker has 0.95
 FACING = 2.0 * ALIGNED**2 - 1.0  # of two faces that can share such a normal
+ALIKE = 0.94  # cosine of 20 degrees: of what bears a block in about the same way
+SPOT = 20.0  # bands: pieces nearer to each other are at one spot
 CORNERS = 8  # of a contact, at most
 LEAN = 0.002  # share of the area for which a corner is not worth keeping
 NARROW = 0.2  # bands; what is narrower is a line or a point
@@ -73,6 +75,7 @@ class Meeting:
     touching: float  # m2 of the surfaces that lie within the band of each other, as seen along the normal
     misfit: float  # m: farthest that either surface leaves the plane within the patch
     gap: float  # m: mean distance of the two surfaces, negative where they run into each other
+    lean: float  # radians: largest angle between the normal and those of the faces that touch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -220,8 +223,14 @@ def meeting(a: Surface, b: Surface, band: float) -> list[Meeting]:
     return meetings([a], b, band)[0]
 
 
-def meetings(others: Sequence[Surface], b: Surface, band: float) -> list[list[Meeting]]:
-    """Patches of each of some blocks with block b, whose side they are not on, largest first; all cut out together."""
+def meetings(
+    others: Sequence[Surface], b: Surface, band: float, aligned: Sequence[float] = (ALIGNED,)
+) -> list[list[Meeting]]:
+    """Patches of each of some blocks with block b, whose side they are not on, largest first; all cut out together.
+
+    `aligned` are cosines of what faces may lean from the normal of their patch. Of several, the first is the least: at
+    each spot, faces that lean more only count where none was found that lean less.
+    """
     near = [meeting_boxes(a.low, a.high, b.low, b.high, band) for a in others]
     first = np.cumsum([0, *(len(a.corner) for a in others)])
     i = np.concatenate([np.zeros(0, np.int64), *(i + k for (i, _), k in zip(near, first[:-1], strict=True))])
@@ -235,7 +244,7 @@ def meetings(others: Sequence[Surface], b: Surface, band: float) -> list[list[Me
     steep, whose = (opposed > 0.0) & (opposed < FACING), np.searchsorted(first, i, side="right") - 1
     found = []
     for k in range(len(others)):
-        parts = _parts(pieces, owner == k, band)
+        parts = _parts(pieces, owner == k, band, aligned)
         edge = np.flatnonzero(steep & (whose == k)) if not parts else ()
         found.append(parts or _steep(every, b, i[edge], j[edge], band) if len(edge) else parts)
     return found
@@ -250,13 +259,20 @@ def _near(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> Bools:
     return near
 
 
-def _parts(pieces: "_Pieces", left: Bools, band: float) -> list[Meeting]:
+def _parts(pieces: "_Pieces", left: Bools, band: float, aligned: Sequence[float]) -> list[Meeting]:
     """Patches of some of the pieces, largest first."""
     parts: list[Meeting] = []
-    while left.any():
-        members, normal = _largest(pieces, left, band)
-        parts.append(_part(pieces, members, normal, band))
-        left[members] = False
+    for cosine in aligned:
+        fit = left & (np.einsum("ki,ki->k", pieces.normal_a, pieces.normal) >= cosine)
+        while fit.any():
+            members, normal = _largest(pieces, fit, band, cosine)
+            fit[members] = left[members] = False
+            if len(aligned) > 1:
+                beside = np.flatnonzero(left & (pieces.normal @ normal >= ALIKE))
+                apart = np.linalg.norm(pieces.middle[beside][:, None] - pieces.middle[members], axis=2).min(axis=1)
+                beside = beside[apart < SPOT * band]
+                fit[beside] = left[beside] = False
+            parts.append(_part(pieces, members, normal, band))
     parts.sort(key=lambda part: -part.touching)
     return parts
 
@@ -347,7 +363,7 @@ def _area(ring: Floats) -> Floats:
     return np.asarray((x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1) / 2.0)
 
 
-def _largest(pieces: _Pieces, left: Bools, band: float) -> tuple[Ints, Floats]:
+def _largest(pieces: _Pieces, left: Bools, band: float, aligned: float) -> tuple[Ints, Floats]:
     """Members and normal of the patch of most area among the pieces that are left."""
     rows = np.flatnonzero(left)
     best: tuple[float, Ints, Floats] = (-1.0, rows[:0], np.zeros(3))
@@ -356,12 +372,14 @@ def _largest(pieces: _Pieces, left: Bools, band: float) -> tuple[Ints, Floats]:
         if seen[seed]:
             continue  # it is in a patch already that began at a larger one
         normal, middle = pieces.normal[seed], pieces.middle[seed]
-        members = _members(pieces, rows, normal, middle, band)
+        members = _members(pieces, rows, (normal, middle), band, aligned)
         for _ in range(TURNS):
             weight = pieces.area[members]
             mean = weight @ pieces.normal[members]
             mean /= np.linalg.norm(mean)
-            grown = _members(pieces, rows, mean, weight @ pieces.middle[members] / weight.sum(), band)
+            grown = _members(
+                pieces, rows, (mean, weight @ pieces.middle[members] / weight.sum()), band, aligned
+            )
             if pieces.area[grown].sum() < weight.sum():
                 break
             members, normal = grown, mean
@@ -374,9 +392,10 @@ def _largest(pieces: _Pieces, left: Bools, band: float) -> tuple[Ints, Floats]:
     return best[1], best[2]
 
 
-def _members(pieces: _Pieces, rows: Ints, normal: Floats, middle: Floats, band: float) -> Ints:
-    """Pieces whose faces look along the normal, and all of whose corners lie within the band of the plane."""
-    along = (pieces.normal_a[rows] @ normal >= ALIGNED) & (-pieces.normal_b[rows] @ normal >= ALIGNED)
+def _members(pieces: _Pieces, rows: Ints, plane: tuple[Floats, Floats], band: float, aligned: float) -> Ints:
+    """Pieces whose faces look along a plane's normal, and all of whose corners lie within the band of it."""
+    normal, middle = plane
+    along = (pieces.normal_a[rows] @ normal >= aligned) & (-pieces.normal_b[rows] @ normal >= aligned)
     near = rows[along]
     off = np.abs((pieces.point[near] - middle) @ normal).max(axis=1, initial=0.0)
     return np.asarray(near[off <= band])
@@ -395,7 +414,8 @@ def _part(pieces: _Pieces, members: Ints, normal: Floats, band: float) -> Meetin
     mean = float(weight @ pieces.gap[members].mean(axis=1) / weight.sum())
     polygon = middle + outline @ frame[1:]
     kind = "narrow" if widened else "face"
-    return Meeting(polygon, kind, normal, float(weight @ slope), misfit, mean)
+    least = min(float((pieces.normal_a[members] @ normal).min()), float((-pieces.normal_b[members] @ normal).min()))
+    return Meeting(polygon, kind, normal, float(weight @ slope), misfit, mean, float(np.arccos(min(least, 1.0))))
 
 
 def _outline(xy: Floats, band: float) -> tuple[Floats, bool]:
@@ -450,4 +470,4 @@ def _steep(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> list[Meetin
     normal = mean / length if length > 0.0 else pieces.normal[0]
     off = float((np.abs((pieces.point - pieces.middle.mean(axis=0)) @ normal) + np.abs(pieces.gap) / 2.0).max())
     gap = float(pieces.area @ pieces.gap.mean(axis=1) / pieces.area.sum())
-    return [Meeting(np.zeros((0, 3)), "edge", normal, float(pieces.area.sum()), off, gap)]
+    return [Meeting(np.zeros((0, 3)), "edge", normal, float(pieces.area.sum()), off, gap, np.pi / 2.0)]

@@ -10,7 +10,8 @@ from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import long_work, warn
 from cyclopean.cli.workers import beside
-from cyclopean.design.rubble.wall import SettleSettings, ways_of
+from cyclopean.design.rubble.places import Scores
+from cyclopean.design.rubble.wall import SettleSettings
 from cyclopean.errors import InputError
 from cyclopean.options import Option
 from cyclopean.texts import scores as read_scores
@@ -23,12 +24,17 @@ __all__ = ["settle"]
 
 LISTED = 6  # stones named one by one
 MANY = 400  # stones beyond which a second process is worth its start
-TAKEN = "length height thickness wythes look_ahead margin friction lean yaws hearting chinking cell ways"
+TAKEN = (
+    "length height thickness wythes batter corner opening ends coursed through hearting pins copes inward dress all"
+    " look_ahead margin friction lean yaws cell"
+)
 
 
 @command(
     friction="is --mu now, as everywhere",
     weights="is --scores now; weights are those of forces, as in check",
+    chinking="is --pins now: stones that would rock are steadied with small ones of the stock",
+    ways="is gone: one wall is laid, and better",
 )
 def settle(
     stones: Annotated[str, argument("STONES", "Folder of stones, or a file that holds them.", source=True)],
@@ -44,7 +50,7 @@ def settle(
     settings: Annotated[SettleSettings, some(TAKEN)] = SettleSettings(),
     scores: Annotated[
         str | None,
-        Option("[support=2,centre=3,tilt=1.5,void=1,height=0.2,bond=0.5,face=0.5]", metavar="NAME=W,..."),
+        Option("[" + ",".join(f"{name}={value:g}" for name, value in asdict(Scores()).items()) + "]", metavar="NAME=W,..."),
     ] = None,
     workers: Annotated[
         int | None, Option("Processes [2 for several walls, and beyond 400 stones].", "whole", choices=("1", "2"))
@@ -56,8 +62,8 @@ def settle(
     if out.suffix.lower() != ".json":
         raise InputError(f"`out` {out}: unknown ending; use .json")
     if scores is not None:
-        given = read_scores("`scores`", scores, tuple(asdict(settings.weights)))
-        settings = replace(settings, weights=replace(settings.weights, **given))
+        given = read_scores("`scores`", scores, tuple(asdict(settings.scores)))
+        settings = replace(settings, scores=replace(settings.scores, **given))
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean import io

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 __all__ = ["SCHEMA", "settled_dict"]
 
 SCHEMA = "cyclopean.settle/1"
-WYTHES = ("front", "rear", "hearting")
 
 
 def settled_dict(
@@ -40,14 +39,13 @@ def settled_dict(
         "placements": [
             {
                 "stone": stones[laid.stone].id,
-                **picked(laid, "transform", "course", "stable", "support"),
-                "wythe": WYTHES[laid.wythe],
+                **picked(laid, "transform", "course", "role", "stable", "reason"),
                 "margin": laid.margin if laid.margin > -1e300 else None,  # None: nothing bears it
             }
             for laid in wall.laid
         ],
-        "left_over": [stones[k].id for k in wall.left_over.tolist()],
-        **picked(wall, "wedges", "measures", "settings"),
+        "left_over": [{"stone": stones[k].id, "reason": reason} for k, reason in wall.left_over],
+        **picked(wall, "measures", "settings"),
         "contacts": [
             {"a": ids[p.a], "b": ids[p.b], **picked(p, "kind", "area", "touching", "misfit")} for p in wall.patches
         ],

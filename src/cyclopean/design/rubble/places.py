@@ -1,99 +1,60 @@
-"""Where a found stone could lie: its bedded orientations, and what speaks for and against each place on the map.
+"""Where stones could lie: every place of a part of the height map is tried for every orientation.
 
-A stone is bedded on a face of its convex hull on which it can rest: from its shortest axis pointing down it rolls, face
-by face, until it stands on the face below its centre of mass; so on both flips, and on those of its middle axis. About
-the vertical it is turned by equal steps. Half of a turn away, a raster is the same one read backwards.
+A stone let down onto a map of heights m comes to rest, at a shift by whole cells, at
 
-What speaks against a place, each term from 0 (nothing) to about 1:
+    z = max over its cells of (m - low).
 
-support   share of the stone's plan under which it does not nearly touch what is below
-centre    how far the centre of mass is from well inside the hull of what it touches; 1 on its border, 2 at most
-tilt      slope by which it tips until it lies on three points, over `TIPPED`
-void      mean gap under the stone over its thickness, and the length of the course that nothing could fill any more
-height    how far its top is from the level of the course, over its thickness
-bond      how near its end is to a head joint of the course below; 0 from a quarter of a mean stone's length on
-face      how far it is from the face of the wall (of a wall of one wythe: from the farther one), over the thickness
+All shifts are tried at once, and again only where the map has changed. What speaks against a place at this first look
+is the gap under the stone over its volume, its height, and the want of neighbours at its sides. Of each stone only the
+best places are kept, for a closer look (`choosing`). Places where a stone was tried in vain are not offered again until
+something is laid near them.
+
+By hand: a block of two cells over a map (0, 1, 0) rests at 1 in both places, with half of a cell's gap under it.
+
+>>> rest, gap, _ = swept(np.array([[0.0], [1.0], [0.0]], np.float32), np.array([[0, 0], [1, 0]]), np.zeros(2, np.float32),
+...                      np.zeros((0, 2), int), (2, 1))
+>>> rest.ravel().tolist(), gap.ravel().tolist()
+([1.0, 1.0], [1.0, 1.0])
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.design.options import not_negative
-from cyclopean.design.rubble.height_map import Raster, edges_of, rasters, rest_heights
-from cyclopean.design.rubble.tipping import left_under, tipped
-from cyclopean.design.stones.stone import Stone
+from cyclopean.design.rubble.orientations import Bedded
 
-__all__ = ["Bedded", "Looked", "Place", "Slot", "Weights", "assessed", "bedded", "different", "ranked"]
+__all__ = ["FULL", "Place", "Places", "Scores", "swept"]
 
-DIRECTIONS = 16  # in which the hull of what touches is felt
-NEAR = 0.25  # of a mean length: head joints farther from each other than that are bonded
-HOLLOW = 0.6  # of its thickness: a stone that lies higher than that above what is below it bridges, it does not lie
-ABOVE = 0.75  # of its thickness that a stone may rise above the level of its course
-TIPPED = 0.35  # slope beyond which a stone that tips falls
-OUTERMOST = 0.85  # centre term beyond which hardly a stone comes to stand
-NEARLY = 0.5  # cells: gap at which a stone nearly touches
-AHEAD = 12  # cells to either side that are looked at together, as the next slots will ask for them
-BESIDE = 24.0  # cells: what is laid farther away along the wall than that changes nothing
-DIGITS = 5  # of a mean gap: so that two places that are alike are so on any machine
-LEVEL = 1e-5  # of a thickness: what heights of places are good to
-EACH = 4  # places of one stone in one orientation that are looked at closely
+Singles = NDArray[np.float32]
+Box = tuple[int, int, int, int]  # first cell along and across, and the ones after the last
+
+FULL = 1e6  # m: height of the map where there is no wall
+EACH, APART = 5, 3  # places of one orientation that are looked at, and cells by which they differ
+PER_STONE, TWICE = 6, 2  # places of one stone that are looked at, and of these at about the same spot
+AROUND = 24  # best places of an orientation among which such are found
 
 
 @dataclass(frozen=True, slots=True)
-class Weights:
-    """Of what speaks against a place; 0 takes a term out."""
+class Scores:
+    """Of what speaks against a place; lengths over the size of a stone (`unit`), volumes over the stone's own."""
 
-    support: float = 2.0
-    centre: float = 3.0
-    tilt: float = 1.5
-    void: float = 1.0
-    height: float = 0.2
-    bond: float = 0.5
-    face: float = 0.5
+    gap: float = 1.0  # volume under the stone, at the first look
+    height: float = 1.7
+    beside: float = 0.5  # share of its sides without a neighbour, at the first look
+    size: float = 0.6  # small stones, by the logarithm of their volume
+    room: float = 1.0  # volume that it makes unusable (`choosing`)
+    margin: float = 0.6  # centre of mass near the border of what bears it
+    bond: float = 0.1  # stones that bear it: for each of up to three
+    upright: float = 0.15
+    face: float = 1.0  # stands back from a face of the wall that nothing fits before any more
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
-            object.__setattr__(self, name, not_negative(f"weights: {name}", getattr(self, name)))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Bedded:
-    """A stone in one orientation. Heights and plan are about its centre of mass."""
-
-    stone: int
-    rotation: Floats  # (3, 3)
-    raster: Raster
-    bed: int  # 0 on its flattest bed, 1 on its second choice
-    top: float  # m: its highest point
-    thickness: float  # m: from its lowest to its highest point
-
-    @classmethod
-    def of(cls, stone: int, rotation: Floats, raster: Raster, bed: int) -> "Bedded":
-        """A stone, turned by (3, 3), with what its raster tells."""
-        top = float(raster.high.max())
-        return cls(stone, rotation, raster, bed, top, top - float(raster.low.min()))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Slot:
-    """The part of the map that is open to the next stone, and what it should meet there; the grid in cells."""
-
-    first: Ints  # (2,) range of x within which its plan must lie
-    across: Ints  # (2,) the same of y
-    level: float  # m: top of the course
-    limit: float  # m: nothing may be higher
-    side: int = 0  # -1: it should lie near the lower end of `first`, 1: near the upper, 0: anywhere
-    play: int = 0  # places tried along the wall, from that side
-    play_across: int = 0  # places tried across it, from its face; 0 = all
-    rear: bool = False  # whether its face is the upper end of `across`
-    both: bool = False  # whether the wall has its other face there too
-    open: tuple[float, float] = (0.0, 0.0)  # m: x between the stones that the course has so far, for a side
-    joints: Floats = field(default_factory=lambda: np.zeros(0))  # (k,) m: x of the head joints below, for a side
-    length: float = 1.0  # m: of a mean stone
-    narrowest: float = 0.0  # m: shorter room is lost
+            object.__setattr__(self, name, not_negative(f"scores: {name}", getattr(self, name)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,267 +67,199 @@ class Place:
     cost: float
 
 
-def bedded(number: int, stone: Stone, yaws: int, cell: float, beds: Sequence[int] = (0,)) -> list[Bedded]:
-    """Orientations of a stone that are worth trying.
+def swept(
+    padded: Singles, cells: Ints, under: Singles, ring: Ints, count: tuple[int, int], start: tuple[int, int] = (0, 0)
+) -> tuple[Singles, Singles, Singles]:
+    """Let a stone down at many places.
 
     Parameters
     ----------
-    number : int
-        What the stone is called by.
-    stone : Stone
-        A measured stone.
-    yaws : int
-        Turns about the vertical.
-    cell : float
-        Width of a cell of the map (m).
-    beds : sequence of int
-        0 = with the shortest axis up, 1 = with the middle one.
+    padded : (n, m) array
+        Heights of the map (m).
+    cells : (k, 2) array
+        Cells that the stone covers at the first place.
+    under : (k,) array
+        Its underside there (m).
+    ring : (r, 2) array
+        Cells around it.
+    count, start : (int, int)
+        Places along and across, and the first of them.
+
+    Returns
+    -------
+    rest, gap, beside : (count) arrays
+        Height at which it rests (m), sum of the gaps under its cells (m), share of the ring as high as its middle.
     """
-    point = stone.vertices - stone.centroid
-    normal, offset = _hull_faces(point)
-    edges = edges_of(stone.triangles)
-    half = yaws // 2 if yaws % 2 == 0 else yaws
-    found: list[Bedded] = []
-    for bed in beds:
-        for sign in (-1.0, 1.0):
-            down = _rolled(sign * stone.axes[2 - bed], normal, offset)
-            flat = _upright(down, stone.axes[0])
-            turns = [_yaw(2.0 * np.pi * k / yaws) @ flat for k in range(half)]
-            made = rasters(np.stack([point @ turn.T for turn in turns]), stone.triangles, edges, cell)
-            if half < yaws:
-                turns += [_yaw(np.pi) @ turn for turn in turns]
-                made += [_backwards(raster, cell) for raster in made]
-            found += [Bedded.of(number, turn, raster, bed) for turn, raster in zip(turns, made, strict=True)]
-    return found
+    view = np.lib.stride_tricks.sliding_window_view(padded, count)
+    space = view[cells[:, 0] + start[0], cells[:, 1] + start[1]]
+    space -= under[:, None, None]
+    rest = space.max(axis=0)
+    gap = len(cells) * rest - space.sum(axis=0)
+    around = view[ring[:, 0] + start[0], ring[:, 1] + start[1]] >= rest
+    return rest, gap, around.sum(axis=0, dtype=np.float32) / max(len(ring), 1)
 
 
-def _backwards(raster: Raster, cell: float) -> Raster:
-    """The raster of a mesh turned by half of a turn."""
-    return Raster(
-        np.ascontiguousarray(raster.low[::-1, ::-1]),
-        np.ascontiguousarray(raster.high[::-1, ::-1]),
-        -(raster.corner + cell * np.array(raster.low.shape)),
-    )
+class _Known:
+    """What is known of the places of one stone in one orientation."""
+
+    def __init__(self, lying: Bedded, shape: tuple[int, int], room: Singles) -> None:
+        w, d = lying.raster.low.shape
+        self.lying = lying
+        self.count = shape[0] - w + 1, shape[1] - d + 1
+        self.rest = np.zeros(self.count, np.float32)
+        self.cost = np.zeros(self.count, np.float32)
+        cells, _ = lying.cells
+        view = np.lib.stride_tricks.sliding_window_view(room, self.count)
+        self.most = view[cells[:, 0], cells[:, 1]].min(axis=0)  # m: height up to which all its cells are in the wall
+        self.dirty: list[Box] = [(0, 0, *shape)]
+        self.vain = np.zeros(self.count, bool)
+        self.best: list[tuple[float, int, int]] | None = None
 
 
-def _hull_faces(point: Floats) -> tuple[Floats, Floats]:
-    """Outward normals (f, 3) and distances (f,) from the centre of mass of the faces of the convex hull."""
-    from scipy.spatial import ConvexHull
+@dataclass(slots=True, eq=False)
+class Places:
+    """All places of some stones on a part of the map, kept up to date.
 
-    plane = ConvexHull(point).equations
-    return plane[:, :3], np.maximum(-plane[:, 3], 1e-12)
-
-
-def _rolled(down: Floats, normal: Floats, offset: Floats) -> Floats:
-    """Normal of the face on which a body comes to stand that is let go with `down` pointing down.
-
-    It tips over the face that the plumb line from its centre of mass leaves through; each time the centre sinks.
+    `room` (m) is the height up to which each cell is in the wall; 0 outside it.
     """
-    face = int(np.argmax(normal @ down / offset))
-    for _ in range(len(normal)):
-        below = int(np.argmax(normal @ normal[face] / offset))
-        if not offset[below] < offset[face] * (1.0 - 1e-12):
-            break
-        face = below
-    return np.asarray(normal[face], float)
 
+    first: int  # cell along the wall where the part begins
+    room: Singles
+    cell: float
+    unit: float
+    scores: Scores
+    known: dict[Bedded, _Known | None] = field(default_factory=dict)
 
-def _upright(down: Floats, along: Floats) -> Floats:
-    """Rotation that takes `down` to -z and lays `along` as nearly as can be along x."""
-    up = -down
-    x = along - (along @ up) * up
-    if not np.linalg.norm(x) > 1e-6:
-        x = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-    x = x / np.linalg.norm(x)
-    return np.stack([x, np.cross(up, x), up])
+    def changed(self, box: Box) -> None:
+        """Something was laid in a box of the whole map."""
+        x0, y0, x1, y1 = box
+        here = (x0 - self.first, y0, x1 - self.first, y1)
+        if here[2] > 0 and here[0] < len(self.room):
+            for known in self.known.values():
+                if known is not None:
+                    known.dirty.append(here)
 
-
-def _yaw(angle: float) -> Floats:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-Felt = tuple[float, float, float, float]  # share that nearly touches, centre term, tilt term, rest height (m)
-
-
-class Looked:
-    """What was found out about places, as long as nothing is laid near them; x in cells."""
-
-    def __init__(self) -> None:
-        self._felt: dict[tuple[Bedded, int, int], Felt] = {}
-        self._fits: dict[tuple[Bedded, int, int], tuple[int, Floats, Floats]] = {}
-        self._failed: set[tuple[Bedded, int, int]] = set()
-
-    def felt(self, ground: Floats, places: Sequence[tuple[Bedded, tuple[int, int]]], cell: float) -> list[Felt]:
-        """What `assessed` says of each place."""
-        fresh = [(lying, at) for lying, at in places if (lying, *at) not in self._felt]
-        for (lying, at), felt in zip(fresh, assessed(ground, fresh, cell) if fresh else (), strict=True):
-            self._felt[lying, *at] = felt
-        return [self._felt[lying, *at] for lying, at in places]
-
-    def fits(self, ground: Floats, lying: Bedded, x: tuple[int, int], y: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Rest heights and mean gaps over the thickness (sx, sy), from cell x[0] to x[1] along, y[0] to y[1] across."""
-        known = self._fits.get((lying, *y))
-        if known is None or x[0] < known[0] or x[1] >= known[0] + len(known[1]):
-            w, d = lying.raster.low.shape
-            start, end = max(x[0] - AHEAD, 0), min(x[1] + AHEAD, ground.shape[0] - w)
-            rest, gap = rest_heights(ground[start : end + w, y[0] : y[1] + d], lying.raster.low, lying.thickness)
-            known = self._fits[lying, *y] = start, rest, np.round(gap / lying.thickness, DIGITS)
-        start, rest, hollow = known
-        here = slice(x[0] - start, x[1] - start + 1)
-        return rest[here], hollow[here]
-
-    def fail(self, place: "Place") -> None:
+    def fail(self, place: Place) -> None:
         """A stone was tried there in vain."""
-        self._failed.add((place.lying, *place.cell))
+        known = self.known.get(place.lying)
+        if known is not None:
+            i, j = place.cell[0] - self.first, place.cell[1]
+            known.vain[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2] = True
+            known.best = None
 
-    def failed(self, place: "Place") -> bool:
-        """Whether it was."""
-        return (place.lying, *place.cell) in self._failed
+    def best(
+        self,
+        ground: Floats,
+        stones: Sequence[Sequence[Bedded]],
+        ceiling: float,
+        accepts: Callable[[Place], bool] | None = None,
+    ) -> list[Place]:
+        """The best places of each of some stones below a ceiling (m), best first; `ground` is the part of the map.
 
-    def forget(self, low: float, high: float) -> None:
-        """Something is laid from x = low to high (cells)."""
+        Where not all places are accepted, those that are not count as tried in vain.
+        """
+        padded = np.pad(ground.astype(np.float32), 1, constant_values=np.float32(FULL))
+        found: list[Place] = []
+        for orientations in stones:
+            mine: list[tuple[float, int, int, int]] = []
+            for k, lying in enumerate(orientations):
+                mine += [(cost, k, i, j) for cost, i, j in self._picked(lying, padded, ceiling)]
+            found += self._kept(orientations, sorted(mine))
+        if accepts is not None:
+            for place in found:
+                if not accepts(place):
+                    self.fail(place)
+            found = [place for place in found if accepts(place)]
+        return sorted(found, key=lambda place: place.cost)
 
-        def beyond(lying: Bedded, start: int, more: int = 0) -> bool:
-            return start + more + lying.raster.low.shape[0] < low - BESIDE or start > high + BESIDE
+    def _picked(self, lying: Bedded, padded: Singles, ceiling: float) -> list[tuple[float, int, int]]:
+        known = self._entry(lying)
+        if known is None:
+            return []
+        self._swept(known, padded)
+        if known.best is None:
+            limit = np.minimum(np.float32(ceiling - lying.top), known.most)
+            cost = np.where(known.vain | (known.rest > limit), np.float32(np.inf), known.cost).reshape(-1)
+            near = np.argpartition(cost, min(AROUND, cost.size - 1))[:AROUND]
+            near = near[np.lexsort((near, cost[near]))]
+            best: list[tuple[float, int, int]] = []
+            for value, at in zip(cost[near].tolist(), near.tolist(), strict=True):
+                i, j = divmod(at, known.count[1])
+                if not value < np.inf or len(best) == EACH:
+                    break
+                if all(max(abs(i - a), abs(j - b)) >= APART for _, a, b in best):
+                    best.append((value, i, j))
+            known.best = best
+        return known.best
 
-        self._felt = {at: felt for at, felt in self._felt.items() if beyond(*at[:2])}
-        self._failed = {at for at in self._failed if beyond(*at[:2])}
-        self._fits = {at: known for at, known in self._fits.items() if beyond(at[0], known[0], len(known[1]))}
+    def renewed(self) -> None:
+        """Places where stones were tried in vain are offered again."""
+        for known in self.known.values():
+            if known is not None:
+                known.vain[:] = False
+                known.best = None
 
+    def forget(self) -> None:
+        """Another ceiling: places are picked anew."""
+        for known in self.known.values():
+            if known is not None:
+                known.best = None
 
-def ranked(
-    ground: Floats,
-    stones: Sequence[Bedded],
-    slot: Slot,
-    weights: Weights,
-    cell: float,
-    close: int,
-    looked: Looked | None = None,
-) -> list[Place]:
-    """The best places of some stones in a slot, best first.
+    def _entry(self, lying: Bedded) -> _Known | None:
+        if lying not in self.known:
+            w, d = lying.raster.low.shape
+            fits = w <= self.room.shape[0] and d <= self.room.shape[1]
+            self.known[lying] = _Known(lying, (self.room.shape[0], self.room.shape[1]), self.room) if fits else None
+        return self.known[lying]
 
-    All places are ranked by what is quickly known (void, height, bond, face); of the best `close` of them, support and
-    centre are felt cell by cell. What was found out before is taken from `looked`.
-    """
-    looked = Looked() if looked is None else looked
-    rough: list[tuple[float, int, int, int]] = []
-    for k, lying in enumerate(stones):
-        cost, corner = _quick(ground, lying, slot, weights, cell, looked)
-        flat = cost.reshape(-1)
-        for at in np.argsort(flat, kind="stable")[:EACH].tolist():
-            if flat[at] < np.inf:
-                i, j = divmod(at, cost.shape[1])
-                rough.append((float(flat[at]), k, int(corner[0]) + i, int(corner[1]) + j))
-    rough = sorted(rough)[:close]
-    found = []
-    felt = looked.felt(ground, [(stones[k], (i, j)) for _, k, i, j in rough], cell)
-    for (cost_so_far, k, i, j), (support, centre, tilt, rest) in zip(rough, felt, strict=True):
-        if not (tilt < 1.0 and centre <= OUTERMOST):
-            continue  # it falls over, or is about to
-        cost_now = cost_so_far + weights.support * (1.0 - support) + weights.centre * centre + weights.tilt * tilt
-        found.append(Place(stones[k], (i, j), rest, cost_now))
-    return sorted(found, key=lambda place: place.cost)
+    def _swept(self, known: _Known, padded: Singles) -> None:
+        """Try all places again where the map has changed."""
+        lying = known.lying
+        (w, d), (n, m) = lying.raster.low.shape, known.count
+        cells, under = lying.cells
+        area = np.float32(self.cell**2 / (lying.volume))
+        for x0, y0, x1, y1 in _merged(known.dirty):
+            a, b, c, e = max(0, x0 - w), min(n, x1 + 1), max(0, y0 - d), min(m, y1 + 1)
+            if b > a and e > c:
+                rest, gap, beside = swept(padded, cells + 1, under, lying.ring + 1, (b - a, e - c), (a, c))
+                known.rest[a:b, c:e] = rest
+                s = self.scores
+                known.cost[a:b, c:e] = (
+                    np.float32(s.gap) * area * gap
+                    + np.float32(s.height / self.unit) * rest
+                    - np.float32(s.beside) * beside
+                )
+                known.vain[a:b, c:e] = False
+        if known.dirty:
+            known.dirty, known.best = [], None
 
-
-def different(places: Sequence[Place]) -> list[Place]:
-    """The best place of each stone in each orientation, of places with the best first; in this order."""
-    best: dict[Bedded, Place] = {}
-    for place in places:
-        best.setdefault(place.lying, place)
-    return list(best.values())
-
-
-def _quick(
-    ground: Floats, lying: Bedded, slot: Slot, weights: Weights, cell: float, looked: Looked
-) -> tuple[Floats, tuple[int, int]]:
-    """Cost so far (sx, sy) of every place of a slot, and the place that (0, 0) stands for."""
-    (x0, x1), (y0, y1) = _range(lying, slot)
-    if x1 < x0 or y1 < y0:
-        return np.zeros((0, 1)), (0, 0)
-    w, d = lying.raster.low.shape
-    thick = lying.thickness
-    rest, hollow = looked.fits(ground, lying, (x0, x1), (y0, y1))
-    top = rest + lying.top
-    start: Floats = (x0 + np.arange(x1 - x0 + 1, dtype=float)) * cell
-    costs = weights.void * (hollow + _lost(start, lying, slot, cell)[:, None])
-    costs = costs + weights.height * np.abs(top - slot.level) / thick
-    costs = costs + weights.bond * _unbonded(start, w * cell, slot)[:, None]
-    costs = costs + weights.face * _off_face(y0 + np.arange(y1 - y0 + 1), d, slot)
-    refused = (hollow > HOLLOW) | (top > slot.level + ABOVE * thick) | (top > slot.limit + LEVEL * thick)
-    return np.where(refused, np.inf, costs), (x0, y0)
-
-
-def _range(lying: Bedded, slot: Slot) -> tuple[tuple[int, int], tuple[int, int]]:
-    """First and last cell of its plan's lower corner, along and across."""
-    w, d = lying.raster.low.shape
-    x0, x1 = int(slot.first[0]), int(slot.first[1]) - w
-    if slot.side < 0:
-        x1 = min(x1, x0 + slot.play)
-    elif slot.side > 0:
-        x0 = max(x0, x1 - slot.play)
-    y0, y1 = int(slot.across[0]), int(slot.across[1]) - d
-    if slot.play_across and not slot.rear:
-        y1 = min(y1, y0 + slot.play_across)
-    elif slot.play_across:
-        y0 = max(y0, y1 - slot.play_across)
-    return (x0, x1), (y0, y1)
-
-
-def _lost(start: Floats, lying: Bedded, slot: Slot, cell: float) -> Floats:
-    """(sx,) length of the course that is lost, over the stone's own.
-
-    That is the room towards the side it is laid from, and what is left of the course where no stone fits into that.
-    Where the stone reaches into its neighbour's plan, length is won.
-    """
-    if slot.side == 0:
-        return np.zeros(len(start))
-    w = lying.raster.low.shape[0] * cell
-    before, after = start - slot.open[0], slot.open[1] - start - w
-    near, far = (before, after) if slot.side < 0 else (after, before)
-    lost: Floats = (near + np.where(far < slot.narrowest, far, 0.0)) / w
-    return lost
-
-
-def _unbonded(start: Floats, length: float, slot: Slot) -> Floats:
-    """(sx,) how near the nearest head joint below is to the stone's free end: 1 = below it, 0 = far enough."""
-    if not len(slot.joints) or slot.side == 0:
-        return np.zeros(len(start))
-    end = start + length if slot.side < 0 else start
-    near = np.abs(end[:, None] - slot.joints).min(axis=1)
-    worst: Floats = np.maximum(1.0 - near / (NEAR * slot.length), 0.0)
-    return worst
+    def _kept(self, orientations: Sequence[Bedded], mine: Sequence[tuple[float, int, int, int]]) -> list[Place]:
+        """The best places of one stone, no more than two at about one spot."""
+        kept: list[tuple[float, float]] = []
+        found: list[Place] = []
+        for cost, k, i, j in mine:
+            lying = orientations[k]
+            corner = lying.raster.corner / self.cell
+            x, y = i - float(corner[0]), j - float(corner[1])
+            if sum(abs(x - a) < APART and abs(y - b) < APART for a, b in kept) < TWICE:
+                kept.append((x, y))
+                known = self.known[lying]
+                assert known is not None
+                rest = float(known.rest[i, j])
+                small = self.scores.size * float(np.log(lying.volume / self.unit**3))
+                found.append(Place(lying, (i + self.first, j), rest, cost - small))
+            if len(found) == PER_STONE:
+                break
+        return found
 
 
-def _off_face(start: Ints, width: int, slot: Slot) -> Floats:
-    """(sy,) distance from the face over the thickness."""
-    low, high = start - slot.across[0], slot.across[1] - start - width
-    away = np.maximum(low, high) if slot.both else high if slot.rear else low
-    off: Floats = away / (slot.across[1] - slot.across[0])
-    return off
-
-
-def assessed(ground: Floats, places: Sequence[tuple[Bedded, tuple[int, int]]], cell: float) -> list[Felt]:
-    """Support (share of the plan that nearly touches), centre and tilt terms, and the rest height (m) of some places.
-
-    Let go at rest height, a stone tips until it lies on three points (`tipping`).
-    """
-    size = [lying.raster.low.shape for lying, _ in places]
-    need = np.full((len(places), max(w for w, _ in size), max(d for _, d in size)), -np.inf)
-    for k, ((lying, (i, j)), (w, d)) in enumerate(zip(places, size, strict=True)):
-        need[k, :w, :d] = ground[i : i + w, j : j + d] - lying.raster.low
-    rest = need.max(axis=(1, 2))
-    need -= rest[:, None, None]
-    corner = np.array([lying.raster.corner for lying, _ in places])  # about the centre of mass
-    x, y = (corner[:, axis, None] + cell * (np.arange(need.shape[1 + axis]) + 0.5) for axis in (0, 1))
-    motion = tipped(need, x, y, TIPPED)
-    touching = left_under(need, x, y, motion) <= NEARLY * cell
-    angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    which, along, across = touching.nonzero()  # stone after stone
-    out = x[which, along] * np.cos(angle)[:, None] + y[which, across] * np.sin(angle)[:, None]
-    reach, some = np.full(len(places), -np.inf), np.unique(which)
-    reach[some] = np.maximum.reduceat(out, np.searchsorted(which, some), axis=1).min(axis=0)
-    centre = np.clip(1.0 - reach / (0.5 * cell * np.array(size).min(axis=1)), 0.0, 2.0)
-    support = touching.sum(axis=(1, 2)) / np.isfinite(need).sum(axis=(1, 2))
-    tilt = np.hypot(motion[:, 1], motion[:, 2]) / TIPPED
-    return list(zip(support.tolist(), centre.tolist(), tilt.tolist(), rest.tolist(), strict=True))
+def _merged(boxes: Sequence[Box]) -> list[Box]:
+    """One box around all that overlap; boxes far apart stay apart."""
+    merged: list[Box] = []
+    for box in boxes:
+        x0, y0, x1, y1 = box
+        for other in [o for o in merged if o[0] <= x1 and x0 <= o[2] and o[1] <= y1 and y0 <= o[3]]:
+            merged.remove(other)
+            x0, y0, x1, y1 = min(x0, other[0]), min(y0, other[1]), max(x1, other[2]), max(y1, other[3])
+        merged.append((x0, y0, x1, y1))
+    return merged

@@ -1,49 +1,43 @@
-"""Rubble: a wall of stones as they were found, laid dry, course after course, on a running height map.
+"""Rubble: a wall of stones as they were found, laid dry, on a running height map.
 
-The map holds the top of the wall over a grid. A stone is tried in its bedded orientations at the places that are open
-to it (`places`), dropped onto the map, and, once a place is chosen, adjusted on the exact meshes until it sits
-(`seating`). It is laid there only if
+Nothing may reach above a ceiling, which rises by a little when nothing more fits below it; so courses fill from end to
+end. Below it, all places of the largest stones left are looked at (`places`), the best more closely (`choosing`), and
+of these the first is taken at which the stone, seated on the exact meshes (`seating`),
 
-- it shares no more than `OVERLAP` of its volume with any other, which is looked up with exact solids;
-- its centre of mass stands inside the hull of what bears it, by a margin (Heyman 1966);
-- the wall with it is in equilibrium, with less friction than stone has on stone, and with gravity leaning a little
-  whichever way (`standing`).
+- shares no more than `OVERLAP` of its volume with any other;
+- has its centre of mass inside the hull of what bears it, by a margin (Heyman 1966);
+- keeps the wall in equilibrium, with less friction than stone has on stone, and with gravity leaning whichever way
+  (`standing`).
 
-So the wall stands when it is done, and at every stage before. Where none of some stones at some places does all that, a
-gap is left; a stone that is tried in vain too often is put aside, and tried again in the next course and at the end.
-
-A course is laid from both ends towards its middle: left, right, left ... A long wall is laid from two fronts, one from
-either end, each with half of the stones (`parallel`). Where a wall has two wythes, the front one of a course is laid
-first, then the rear one. Which stone comes next: of all that are left, the largest; `look_ahead` of them compete for
-every place. With a look-ahead of 0, stones are laid in the order of the inventory, the next one always at the first
-place where it stands. Nothing is drawn at random.
-
-How many of a few stones come to lie hangs on chance: on which of them meet. So of few, several walls are laid, each
-with gaps of another width where nothing goes, and every other one with a smaller look-ahead. The best is kept: that
-with most stones, and of these the densest.
+So the wall stands when it is done, and at every stage before. Where none of the largest goes, all that are left are
+tried. Nothing is drawn at random.
 """
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
 
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import gathered
-from cyclopean.design.rubble.coursing import CLOSE, Course, inwards, level_of
-from cyclopean.design.rubble.hearting import Wedge
-from cyclopean.design.rubble.parallel import Fronts
-from cyclopean.design.rubble.places import Slot, Weights, ranked
-from cyclopean.design.rubble.site import Progress, Site, free_name
+from cyclopean.design.rubble.choosing import chosen
+from cyclopean.design.rubble.orientations import Bedded
+from cyclopean.design.rubble.places import FULL, Place, Places
+from cyclopean.design.rubble.site import LARGE, NO_PLACE, Progress, Site
+from cyclopean.design.rubble.stock import SLENDER
+from cyclopean.design.rubble.trials import Trial, tried
 from cyclopean.design.rubble.wall import OVERLAP, Laid, Measures, RubbleWall, SettleSettings, filled_in
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.errors import InputError
 
 __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "settle"]
 
-HEART = 2  # the wythe of small stones in hollows
-HEARTING = Weights(bond=0.0, face=0.0)
+FIRST, LIFT = 1.9, 0.23  # of the unit: the ceiling at the start, and by how much it rises
+COURSE = 4  # lifts
+LOOKED = 60  # places that are looked at closely at a time
+PATIENCE, LAST = 60, 300  # trials in vain before the ceiling rises, and under the last one
 
 
 def _silent(stage: str) -> None:
@@ -67,7 +61,7 @@ def settle(
     progress : callable, optional
         Told what goes on.
     executor : concurrent.futures.Executor, optional
-        Has one process do half of a long wall, or lay every other one of several. The wall is the same without it.
+        Has one process do half of a long wall. The wall is the same without it.
 
     Returns
     -------
@@ -79,79 +73,151 @@ def settle(
         There are no stones, none of them fits into the wall, or the map would have too many cells.
     """
     began = perf_counter()
-    say = progress or _silent
     if not len(inventory):
         raise InputError(f"{inventory.source}: there are no stones to lay")
     full = filled_in(inventory.stones, settings or SettleSettings())
-    ways = full.ways or 1
-    elsewhere = {} if executor is None else {k: executor.submit(_laid, inventory, full, k) for k in range(1, ways, 2)}
-    here = {k: _laid(inventory, full, k, say, executor) for k in range(ways) if k not in elsewhere}
-    walls = [elsewhere[k].result() if k in elsewhere else here[k] for k in range(ways)]
-    best = min((wall for wall in walls if wall is not None), key=_rank, default=None)
-    if best is None:
+    site = Site(inventory.stones, full, progress or _silent)
+    _build(site)
+    if not site.laid:
         raise InputError(
             f"{inventory.source}: none of {len(inventory)} stones fits into a wall {full.length:.3g} m long and"
             f" {full.thickness:.3g} m thick; make it larger (`length`, `thickness`, `height`)"
         )
-    return replace(best, measures=replace(best.measures, seconds=perf_counter() - began))
+    wall = _finished(site)
+    return replace(wall, measures=replace(wall.measures, seconds=perf_counter() - began))
 
 
-def _laid(
-    inventory: Inventory, settings: SettleSettings, way: int, say: Progress = _silent, executor: Executor | None = None
-) -> RubbleWall | None:
-    """One wall; None where nothing can be laid."""
-    site = Site(inventory.stones, settings, say, way)
-    _build(site, executor if settings.ways == 1 else None)  # of several walls, the other process lays some
-    return _finished(site) if site.laid else None
-
-
-def _rank(wall: RubbleWall) -> tuple[int, float]:
-    """Less is better."""
-    return -len(wall.laid), wall.measures.void
-
-
-def _build(site: Site, executor: Executor | None = None) -> None:
-    """Lay courses until stones or room are used up."""
-    fronts = Fronts(site, executor)
-    number = 0
-    while site.left:
-        count = len(site.laid)
-        site.vain.clear()
-        for wythe in range(site.settings.wythes):
-            if site.left:
-                course = Course(number, wythe, level_of(site, wythe))
-                cells, joints = fronts.begun(course)
-                site.joints[wythe] = joints + inwards(site, course, cells, (-1, 1))[1]
-        _heart(site, number)
-        if len(site.laid) > count:
-            number += 1
-            site.left, site.aside = site.aside + site.left, []
-        elif site.settings.look_ahead == 0:  # the one that comes next fits nowhere, and others may
-            site.aside, site.left = site.aside + site.left[:1], site.left[1:]
+def _build(site: Site) -> None:
+    """Lay stones under a rising ceiling until stones or room are used up; then the copes."""
+    places = _places(site)
+    lift, begun = COURSE * site.course, -1
+    while site.kept["stone"]:
+        course = lift // COURSE
+        if course > begun:
+            begun = course
+            site.begin()
+            places.renewed()
+        ceiling = _ceiling(site, lift)
+        _tie(site, places, ceiling, course)
+        places.forget()
+        _fill(site, places, _body(site, ceiling, course, PATIENCE))
+        if site.bridged():
+            places = _places(site)
+            lintels = (site.kept.pop("lintel"),)
+            _fill(site, places, Round(ceiling + LIFT * site.unit, course, "lintel", lintels, site.bridges))
+        if _ceiling(site, lift + 1) > _highest(site):
+            laid = len(site.laid)
+            _fill(site, places, _body(site, ceiling, course, LAST))
+            if len(site.laid) == laid:
+                break
         else:
-            break
-    site.left, site.aside = site.aside + site.left, []
-    if site.left and site.settings.look_ahead:
-        site.vain.clear()
-        fronts.again(Course(site.laid[-1].course if site.laid else 0, 0, level_of(site, 0)))
+            lift += 1
+    _crowned(site, places, lift // COURSE + 1)
 
 
-def _heart(site: Site, course: int) -> None:
-    """Drop small stones into the hollows of what was laid, as long as they sit there."""
-    n, d = site.map.shape
-    level = float(site.map.max(axis=1).mean())
-    slot = Slot(np.array([0, n]), np.array([0, d]), level, level)
-    fruitless = 0
-    while fruitless < len(site.small):
-        number = site.small.pop(0)
-        places = ranked(site.map, site.bedded(number, 0), slot, HEARTING, site.cell, CLOSE)
-        good = site.first(places[: site.settings.tries], [])
-        if good is None:
-            site.small.append(number)
-            fruitless += 1
+def _ceiling(site: Site, lift: int) -> float:
+    """Height (m) that nothing may be above: it rises lift by lift, or course by course."""
+    risen = COURSE * (lift // COURSE) if site.settings.coursed else lift
+    return min((FIRST + LIFT * risen) * site.unit, site.shape.height)
+
+
+def _places(site: Site) -> Places:
+    return Places(0, site.room, site.cell, site.unit, site.settings.scores)
+
+
+def _highest(site: Site) -> float:
+    """The ceiling (m) is no higher: so far above the mean of the wall's top, and not above the height asked for."""
+    top = float(site.map[site.room > 0.0].mean())
+    return min(site.shape.height - LIFT * site.unit / 2.0, top + FIRST * site.unit)
+
+
+def _body(site: Site, ceiling: float, course: int, patience: int) -> "Round":
+    """The stones of the body: the largest left, then all."""
+    stones = site.kept["stone"]
+    window = stones[: max(site.settings.look_ahead, 1)]
+    return Round(ceiling, course, "stone", (window, stones + site.kept.get("hearting", [])), patience=patience)
+
+
+def _tie(site: Site, places: Places, ceiling: float, course: int) -> None:
+    """Lay a row of through-stones, where its height is reached."""
+    apart = site.through
+    if apart is None or not site.kept.get("through-stone"):
+        return
+    planned = site.shape.height if np.isfinite(site.shape.height) else SLENDER * site.shape.thickness
+    rows = [planned / 2.0] if apart > planned else np.arange(apart / 2.0, planned, apart).tolist()
+    if site.ties < len(rows) and ceiling >= rows[site.ties] + FIRST * site.unit / 2.0:
+        site.ties, site.row = site.ties + 1, []
+        _fill(site, places, Round(ceiling, course, "through-stone", (site.kept["through-stone"],), site.ties_here))
+        if site.ties == len(rows):
+            site.kept["stone"] = site.by_size(site.kept["stone"] + site.kept.pop("through-stone"))
+
+
+def _crowned(site: Site, places: Places, course: int) -> None:
+    """Lay the copes; and what does not stand, where all are to be laid."""
+    if site.kept.get("cope"):
+        places.renewed()
+        ceiling = min(site.shape.height, float(site.map[site.room > 0.0].max()) + FIRST * site.unit)
+        _fill(site, places, Round(ceiling, course, "cope", (site.kept["cope"],), patience=LAST))
+    if site.settings.all:
+        places.renewed()
+        for stone in site.left:
+            found = places.best(site.map, [site.bedded(stone)], FULL / 2.0)
+            good = chosen(site.map, site.label, found, 0, site.cell, site.unit, site.settings.scores)
+            if good:
+                places.changed(site.leave(good[0], course))
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """Stones that are to be laid, one after the other, until none goes any more."""
+
+    ceiling: float  # m
+    course: int
+    role: str
+    pools: tuple[Sequence[int], ...]  # stones that are tried: the first of them first
+    accepts: Callable[[Place], bool] | None = None
+    patience: int = PATIENCE
+
+
+def _fill(site: Site, places: Places, work: Round) -> None:
+    """Lay stones until none goes below the ceiling."""
+    while any(work.pools):
+        trial = _next(site, places, work)
+        if trial is None:
+            return
+        for box in site.take(trial, work.course, work.role):
+            places.changed(box)
+        if work.role == "stone":
+            work = _body(site, work.ceiling, work.course, work.patience)
         else:
-            site.take(good, course, HEART)
-            fruitless = 0
+            work = replace(work, pools=tuple([k for k in pool if k in site.left] for pool in work.pools))
+
+
+def _next(site: Site, places: Places, work: Round) -> Trial | None:
+    """The stone that is laid next; None where none goes below the ceiling."""
+    vain, rounds = 0, 0
+    while vain < work.patience:
+        pool = work.pools[min(rounds, len(work.pools) - 1)]
+        found = places.best(site.map, [site.bedded(k) for k in pool], work.ceiling, work.accepts)
+        if not found and rounds >= len(work.pools) - 1:
+            return None
+        rounds += 1
+        for start in range(0, len(found), LOOKED):
+            some = found[start : start + LOOKED]
+            good = chosen(site.map, site.label, some, 0, site.cell, site.unit, site.settings.scores)
+            kept = {id(tipped.place) for tipped in good}
+            for place in some:
+                if id(place) not in kept:
+                    places.fail(place)
+            for tipped in good:
+                trial = tried(site, tipped, work.ceiling)
+                if trial is not None:
+                    return trial
+                places.fail(tipped.place)
+                vain += 1
+            if good:
+                break
+    return None
 
 
 # What came out
@@ -159,44 +225,47 @@ def _heart(site: Site, course: int) -> None:
 
 def _finished(site: Site) -> RubbleWall:
     """The wall as a model with contacts, and its measures but for the time that it took."""
-    wedge = np.array([isinstance(what, Wedge) for what in site.kind.values()])
-    block = np.where(wedge, len(site.laid) + np.cumsum(wedge), np.cumsum(~wedge))
-    contacts, patches = gathered(site.structure.meetings(dict(zip(site.kind, block.tolist(), strict=True))))
-    left_over = np.array(sorted(site.left + site.aside + site.small), np.int64)
+    contacts, patches = gathered(site.structure.meetings({k: i + 1 for i, k in enumerate(site.stood)}))
     whole = Assembly(_blocks(site), contacts, (), "rubble wall")
-    return RubbleWall(
-        tuple(site.laid), left_over, site.settings, _measures(site), whole, patches, int(np.count_nonzero(wedge))
-    )
+    left_over = tuple((k, _reason(site, k)) for k in sorted(site.left))
+    return RubbleWall(tuple(site.laid), left_over, site.settings, _measures(site), whole, patches)
+
+
+def _reason(site: Site, stone: int) -> str:
+    """Why a stone is not in the wall: what happened most often where it was tried."""
+    if not any(_fits(site, lying) for lying in site.bedded(stone)):
+        return LARGE
+    tried = site.why.get(stone)
+    return tried.most_common(1)[0][0] if tried else NO_PLACE
+
+
+def _fits(site: Site, lying: Bedded) -> bool:
+    """Whether a stone would have room in the wall if it were empty."""
+    (w, d), (n, m) = lying.raster.low.shape, site.room.shape
+    return w <= n and d <= m and lying.top - lying.bottom <= site.shape.height
 
 
 def _blocks(site: Site) -> tuple[Block, ...]:
-    """The ground, the stones, then wedges."""
-    names = {s.id for s in site.stones} | {site.ground.id}
-    stones: list[Block] = [site.ground]
-    wedges: list[Block] = []
-    for number, what in site.kind.items():
-        mesh = site.stood[number]
+    """The ground, then the stones."""
+    blocks: list[Block] = [site.ground]
+    for laid, mesh in zip(site.laid, site.stood.values(), strict=True):
+        stone = site.stones[laid.stone]
         faces = tuple(map(tuple, mesh.triangles.tolist()))
-        if isinstance(what, Wedge):
-            name = free_name(f"wedge-{len(wedges) + 1}", names)
-            wedges.append(Block(name, mesh.vertices, faces, None, False, "chinking"))
-        else:
-            stone = site.stones[what.stone]
-            stones.append(Block(stone.id, mesh.vertices, faces, stone.density, False, f"course-{what.course}"))
-    return (*stones, *wedges)
+        blocks.append(Block(stone.id, mesh.vertices, faces, stone.density, False, f"course-{laid.course}"))
+    return tuple(blocks)
 
 
 def _measures(site: Site) -> Measures:
     volume = sum(site.stones[laid.stone].volume for laid in site.laid)
-    skyline = float(site.map.max(axis=1).sum()) * site.cell * site.map.shape[1] * site.cell
+    top = np.where(site.room > 0.0, site.map, 0.0)
+    skyline = float(top.max(axis=1).sum()) * site.cell * site.map.shape[1] * site.cell
     return Measures(
         void=1.0 - volume / skyline,
-        hollow=1.0 - volume / (float(site.map.sum()) * site.cell**2),
-        stable=sum(laid.stable for laid in site.laid) / len(site.stones),
+        void_tops=1.0 - volume / (float(top.sum()) * site.cell**2),
         courses=1 + max(laid.course for laid in site.laid),
         height=float(site.boxes[:, 1, 2].max()),
-        length=site.size[0],
-        thickness=site.size[1],
+        length=site.shape.length,
+        thickness=site.shape.thickness,
         overlap=site.overlap,
         seconds=0.0,
     )

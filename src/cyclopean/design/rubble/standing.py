@@ -4,8 +4,9 @@ A stone may be laid where the wall with it is in rigid-block equilibrium,
 
     A f = -p,   f in the cones of friction,
 
-over the contacts that `assembly.patches` finds between the meshes as they lie: those within a narrow band only, that
-touch before anything moves. The model has all within a wider one.
+over the contacts that `assembly.patches` finds between the meshes as they lie, within a narrow band: those that touch
+before anything moves. The model has the same. What is proved of the model asks for friction of the faces as well: so
+with gravity straight down, friction about the normal of a contact is less by what its faces lean from it.
 
 The forces that hold what was laid before are known. A new stone leaves them as they are but for the stones it comes to
 bear on, and those that bear these, down to the ground: the forces on them, and those alone, are found anew, with all
@@ -13,11 +14,10 @@ others as loads. That there are such forces is enough for the whole wall to stan
 of any size. That there are none proves nothing; the stone then goes elsewhere.
 
 A wall that only just stands falls when it is touched. So friction is counted with less than stone has on stone, and
-gravity leans a little, along the wall either way and across it either way; each stage has to stand in all four. By
-convexity it then stands in all that is between them, straight down too.
+each stage has to stand with gravity leaning a little as well, along the wall either way and across it either way.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,6 +36,8 @@ GRAVITY = 9.80665  # m/s2, standard
 BEARING = 0.25  # least upward component of the normal of a contact that bears a stone
 BALANCED = 1e-9  # of the weight: what forces may leave over
 CAP = 30  # factorisations: most need six to ten, and few of those that stand more than twenty
+ALIGNED = (0.9976, 0.9903, 0.9781, 0.955)  # cosines of 4, 8, 12 and 17 degrees: the flattest faces at each spot bear
+CURVED = 1e-3  # radians by which friction is less, that what is proved about the faces has room
 WEDGED = 0.8  # of all loads together: where forces must be larger, stones only hold by wedging (upright walls: 0.5)
 DENSE = 1 << 18  # entries up to which a matrix is kept whole: products with it are faster then
 GROUND = -1
@@ -70,18 +72,12 @@ class Fresh:
 
     mass: Mass
     surface: Surface
-    joints: tuple[Joint, ...]  # that hold it
-    contacts: tuple[Joint, ...] = ()  # as the model has them, once it may be laid
+    joints: tuple[Joint, ...]
 
     @property
     def bearing(self) -> Floats:
         """(n, 3) points that bear it."""
         return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in self.joints)])
-
-    @property
-    def told(self) -> Floats:
-        """(n, 3) points that bear it in the model."""
-        return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in self.contacts)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,15 +89,10 @@ class State:
 
 
 class Structure:
-    """What stands: stones by their numbers, their joints, and forces that hold them.
+    """What stands: stones by their numbers, their joints where surfaces are nearer than `touch` (m), and forces."""
 
-    Surfaces nearer than `touch` (m) hold stones; those nearer than `band` are contacts of the model.
-    """
-
-    def __init__(
-        self, ground: Surface, band: float, friction: float = FRICTION, lean: float = 0.0, touch: float = np.inf
-    ) -> None:
-        self.ground, self.band, self.touch, self.friction = ground, band, min(touch, band), friction
+    def __init__(self, ground: Surface, touch: float, friction: float = FRICTION, lean: float = 0.0) -> None:
+        self.ground, self.touch, self.friction = ground, touch, friction
         self.down = _ways_down(lean)  # (c, 3)
         self.stones: dict[int, Fresh] = {}
         self.force: dict[tuple[int, int], Floats] = {}  # (c, q, 3) N
@@ -112,21 +103,11 @@ class Structure:
 
     def fresh(self, mass: Mass, surface: Surface, near: Sequence[int], others: Sequence[Surface] = ()) -> Fresh:
         """A new stone with all its joints: with the ground, those of `near`, and others that are laid with it."""
-        return Fresh(mass, surface, self._met(surface, near, others, self.touch))
-
-    def with_contacts(self, fresh: Sequence[Fresh], near: Sequence[int]) -> tuple[Fresh, ...]:
-        """New stones that are laid together, in order, with their contacts in the model."""
-        surfaces = [new.surface for new in fresh]
-        return tuple(
-            replace(new, contacts=self._met(new.surface, near, surfaces[:k], self.band)) for k, new in enumerate(fresh)
-        )
-
-    def _met(self, surface: Surface, near: Sequence[int], others: Sequence[Surface], band: float) -> tuple[Joint, ...]:
-        """Joints of a surface with the ground, those of `near`, and others, within a band."""
         beside = {GROUND: self.ground, **{k: self.stones[k].surface for k in near}}
         beside |= {self.next + i: other for i, other in enumerate(others)}
-        met = meetings(list(beside.values()), surface, band)
-        return tuple(Joint(k, tuple(parts)) for k, parts in zip(beside, met, strict=True) if parts)
+        met = meetings(list(beside.values()), surface, self.touch, ALIGNED)
+        joints = tuple(Joint(k, tuple(parts)) for k, parts in zip(beside, met, strict=True) if parts)
+        return Fresh(mass, surface, joints)
 
     def held(self, fresh: Sequence[Fresh]) -> State | None:
         """Forces that hold one or more new stones and all that stands; None where none were found."""
@@ -138,6 +119,14 @@ class Structure:
         if not all(low <= self.stones[k].mass.centre[0] <= high for k in bearers):
             return None
         return self._balanced((*bearers, *numbers), fresh)
+
+    def resolve(self) -> None:
+        """Find the forces in all joints anew, and keep those that are known where none are found."""
+        if self.stones:
+            state = self._balanced(tuple(sorted(self.stones)), ())
+            if state is not None:
+                self.force.update(zip(state.joint, state.force, strict=True))
+        self.worst = 0
 
     def lay(self, fresh: Sequence[Fresh], state: State) -> None:
         """Add stones, with the forces that hold them."""
@@ -153,7 +142,7 @@ class Structure:
         """Contacts of the model, between blocks a < b; `block` is the number of each stone, and the ground block 0."""
         found = {}
         for k, stone in self.stones.items():
-            for joint in stone.contacts:
+            for joint in stone.joints:
                 a, b = 0 if joint.below == GROUND else block[joint.below], block[k]
                 found[min(a, b), max(a, b)] = joint.parts if a < b else tuple(map(_turned, joint.parts))
         return found
@@ -171,7 +160,8 @@ class Structure:
 
     def _balanced(self, free: tuple[int, ...], fresh: Sequence[Fresh]) -> State | None:
         """Forces in all joints of these stones, new ones last, with all others as they are."""
-        stones = {k: self.stones[k] for k in free[: -len(fresh)]} | dict(zip(free[-len(fresh) :], fresh, strict=True))
+        old = len(free) - len(fresh)
+        stones = {k: self.stones[k] for k in free[:old]} | dict(zip(free[old:], fresh, strict=True))
         row = {k: i for i, k in enumerate(free)}
         masses = [stone.mass for stone in stones.values()]
         load = np.zeros((len(self.down), len(free), 6))
@@ -190,7 +180,8 @@ class Structure:
         system = _system(masses, load[0], list(found.values()), ends, self.friction)
         if system is None:
             return None
-        f, self.worst = _forces(system, load / [1.0, 1.0, 1.0, *3 * [system.length_unit]], self.worst)
+        mu = _faces_mu(found.values(), self.friction)
+        f, self.worst = _forces(system, load / [1.0, 1.0, 1.0, *3 * [system.length_unit]], mu, self.worst)
         if f is None:
             return None
         world = np.einsum("cqf,qfi->cqi", f * system.force_unit, system.frame)
@@ -199,11 +190,20 @@ class Structure:
 
 
 def _ways_down(lean: float) -> Floats:
-    """(c, 3) unit directions of gravity: straight down, or leaning by so many degrees along and across the wall."""
+    """(c, 3) unit directions of gravity: straight down, and leaning by so many degrees along and across the wall."""
+    plumb = np.array([[0.0, 0.0, -1.0]])
     if not lean > 0.0:
-        return np.array([[0.0, 0.0, -1.0]])
+        return plumb
     side, down = np.sin(np.radians(lean)), -np.cos(np.radians(lean))
-    return np.array([[0.0, -side, down], [0.0, side, down], [side, 0.0, down], [-side, 0.0, down]])
+    leaning = [[0.0, -side, down], [0.0, side, down], [side, 0.0, down], [-side, 0.0, down]]
+    return np.concatenate([plumb, leaning])
+
+
+def _faces_mu(joints: Iterable[Joint], friction: float) -> Floats:
+    """(q,) friction about the contacts' normals that is friction of all faces that touch there."""
+    parts = [part for joint in joints for part in joint.parts if len(part.polygon)]
+    left = np.arctan(friction) - np.array([part.lean for part in parts]) - CURVED
+    return np.repeat(np.tan(np.maximum(left, 0.0)), [len(part.polygon) for part in parts])
 
 
 def _turned(part: Meeting) -> Meeting:
@@ -249,20 +249,20 @@ def _system(
     return EquilibriumSystem(free, used, *sides, mu, matrix, wrench.ravel(), unit, length)
 
 
-def _forces(system: EquilibriumSystem, loads: Floats, first: int) -> tuple[Floats | None, int]:
+def _forces(system: EquilibriumSystem, loads: Floats, plumb: Floats, first: int) -> tuple[Floats | None, int]:
     """(c, q, 3) scaled forces that balance each of some loads (c, b, 6), in their cones, from the `first` of them on.
 
-    None where one has none; and which one that is.
+    The first load, straight down, is held by friction `plumb`. None where one has none; and which one that is.
     """
     schur = Schur(system, threads=1)
     found = np.zeros((len(loads), system.points, 3))
     for k in (first, *(k for k in range(len(loads)) if k != first)):
-        posed = replace(system, p=loads[k].ravel() / system.force_unit)
+        posed = replace(system, p=loads[k].ravel() / system.force_unit, mu=system.mu if k else plumb)
         try:
             answer = newton(posed, schur, cap=CAP, lost=WEDGED)
         except (SolverError, np.linalg.LinAlgError):
             return None, k
-        found[k] = project_cones(answer.f, system.mu)
+        found[k] = project_cones(answer.f, posed.mu)
         off = float(np.abs(posed.residual(found[k])).max(initial=0.0))
         if answer.word != "balanced" or not off <= BALANCED * system.blocks:
             return None, k

@@ -73,20 +73,19 @@ def _settle(given: Given, context: Context) -> Answer:
         raise InputError(f"Look Ahead: {given['Look Ahead']} is not between 0 and 1000")
     inventory = stones_of(given, context)
     settings = SettleSettings(
-        **lengths, wythes=given["Wythes"], look_ahead=given["Look Ahead"], chinking=given["Chinking"]
+        **lengths, wythes=given["Wythes"], look_ahead=given["Look Ahead"], pins=given["Pins"]
     )
     wall = settle(inventory, settings)
     poses: list[Pose] = [(laid.rotation, laid.shift) for laid in wall.laid]
     placed = [moved(inventory.stones[laid.stone], pose) for laid, pose in zip(wall.laid, poses, strict=True)]
-    extra = wall.assembly.blocks[1 + len(wall.laid) :]  # after the ground and the stones: wedges
     values = {
         "Placed": placed,
         "Planes": poses,
         "Stone": [laid.stone for laid in wall.laid],
         "Sits": [laid.stable for laid in wall.laid],
         "Course": [laid.course for laid in wall.laid],
-        "Wedges": block_meshes(extra),
-        "Left Over": wall.left_over.tolist(),
+        "Role": [laid.role for laid in wall.laid],
+        "Left Over": [stone for stone, _ in wall.left_over],
         "Void": wall.measures.void,
         "Model": model_text(wall.assembly),
     }
@@ -104,9 +103,9 @@ SETTLE = Component(
         Input("Length", "L", "Number", "Of the wall (m); to suit the stones where not given.", optional=True),
         Input("Height", "H", "Number", "No stone reaches higher (m).", optional=True),
         Input("Thickness", "T", "Number", "Of the wall (m); to suit the stones where not given.", optional=True),
-        Input("Wythes", "Wy", "Integer", "Stones side by side through the wall: 1 or 2.", default=1),
-        Input("Look Ahead", "La", "Integer", "Stones that compete for a place; 0: in their order.", default=8),
-        Input("Chinking", "Ch", "Boolean", "Drive wedges under stones that rock.", default=False),
+        Input("Wythes", "Wy", "Integer", "2: two faces with hearting between them.", default=1),
+        Input("Look Ahead", "La", "Integer", "Stones that compete for a place; 0: in their order.", default=16),
+        Input("Pins", "Pi", "Boolean", "Steady stones that would rock with small ones.", default=False),
     ),
     (
         Output("Placed", "S", "Mesh", "The stones where they lie, in the order they were laid.", "list"),
@@ -116,7 +115,7 @@ SETTLE = Component(
             "Sits", "Si", "Boolean", "Whether its centre of mass stands inside the hull of what it touches.", "list"
         ),
         Output("Course", "C", "Integer", "Course of each.", "list"),
-        Output("Wedges", "W", "Mesh", "Wedges that were driven.", "list"),
+        Output("Role", "R", "Text", "What each is: stone, through-stone, hearting, pin, lintel or cope.", "list"),
         Output("Left Over", "X", "Integer", "Stones that are not in the wall.", "list"),
         Output("Void", "V", "Number", "Share of the wall that is not stone."),
         Output("Model", "M", "Text", "The wall with its contacts, for Check."),

@@ -1,0 +1,193 @@
+"""Which of the places of some stones is best: a closer look at a few of them, all at once.
+
+Let go at its place, a stone tips on the map until it lies on three points (`tipping`). Then what counts is
+
+room     how much of the wall it makes unusable, over its own volume: by how much the volume under the *closing* of the
+         map grows, less its own. The grey closing fills whatever is narrower than a square; two squares are taken, of
+         which the mean counts, and whatever lies outside the faces counts as full. So a stone is laid where it leaves
+         room that other stones can fill, or none
+height   of its centre of mass
+margin   how far the centre of mass stands inside the hull of what it touches
+bond     on how many stones it lies
+size     the largest stones first
+upright  how high it stands over its least thickness
+face     how far it stands back from a face, where nothing fits before it any more
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.design.rubble.orientations import Bedded
+from cyclopean.design.rubble.places import FULL, Place, Scores
+from cyclopean.design.rubble.tipping import left_under, tipped
+
+__all__ = ["Tipped", "chosen", "closed", "leaning"]
+
+DIRECTIONS = 16  # in which the hull of what touches is felt
+STEEP = 0.5  # slope beyond which a stone that tips falls
+TOUCHING = 0.2  # cells: gap at which a stone counts as touching
+LEAST, MOST = 0.08, 0.3  # of the stone's size: margin below which it is left alone, and above which more is no better
+SQUARES = 0.3, 0.7  # of the size of a stone: half the widths of the squares
+STANDS_BACK = 1.0  # of the size of a stone: what is farther from a face leaves room before it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tipped:
+    """A stone at a place, tipped until it lies."""
+
+    place: Place
+    slope: tuple[float, float]  # of what was level, along and across
+    rest: float  # m: of its centre of mass
+    cost: float
+
+
+def closed(ground: Floats, half: int) -> Floats:
+    """The grey closing of maps (..., n, m) by squares of 2 half + 1 cells; what is outside counts as full."""
+    size = 2 * half + 1
+    out = ground
+    for axis in (-2, -1):
+        out = maximum_filter1d(out, size, axis=axis, mode="constant", cval=FULL)
+    for axis in (-2, -1):
+        out = minimum_filter1d(out, size, axis=axis, mode="constant", cval=FULL)
+    return np.asarray(out)
+
+
+def chosen(
+    ground: Floats, label: Ints, places: Sequence[Place], first: int, cell: float, unit: float, scores: Scores
+) -> list[Tipped]:
+    """Places at which stones lie, the best first.
+
+    Parameters
+    ----------
+    ground : (n, m) array
+        Part of the map (m).
+    label : (n, m) array of int
+        Which stone is on top of each cell.
+    places : sequence of Place
+        What is looked at.
+    first : int
+        Where the part begins.
+    cell, unit : float
+        Width of a cell, and size of a stone (m).
+    scores : Scores
+        What counts for how much.
+    """
+    if not places:
+        return []
+    at = [(place.cell[0] - first, place.cell[1]) for place in places]
+    lying = [place.lying for place in places]
+    need, x, y = _needed(ground, lying, at, cell)
+    level = need.max(axis=(1, 2))
+    need -= level[:, None, None]
+    motion = tipped(need, x, y, STEEP)
+    gap = left_under(need, x, y, motion)
+    touching = gap <= TOUCHING * cell
+    size = np.cbrt([b.volume for b in lying])
+    reach = _reach(touching, x, y)
+    margin = reach.min(axis=0) / size
+    steep = np.hypot(motion[:, 1], motion[:, 2])
+    good = np.flatnonzero((margin >= LEAST) & (steep <= STEEP))
+    if not len(good):
+        return []
+    rest = level + motion[:, 0]
+    room = _lost(ground, [lying[k] for k in good], [at[k] for k in good], (rest, motion, x, y), good, (cell, unit))
+    volume = size[good] ** 3
+    under = [len(np.unique(_under(label, touching[k], at[k]))) for k in good]
+    tall = np.array([(lying[k].top - lying[k].bottom) / (2.0 * lying[k].thin) for k in good])
+    cost = (
+        scores.room * (room / volume - 1.0)
+        + scores.height * rest[good] / unit
+        - scores.margin * np.minimum(margin[good], MOST)
+        - scores.size * np.log(volume / unit**3)
+        - scores.bond * np.minimum(under, 3)
+        + scores.upright * tall
+        + scores.face * np.array([_back(ground.shape[1], lying[k], at[k], cell) for k in good]) / unit
+    )
+    order = np.argsort(cost, kind="stable")
+    return [
+        Tipped(places[k], (float(motion[k, 1]), float(motion[k, 2])), float(rest[k]), float(cost[o]))
+        for o, k in zip(order.tolist(), good[order].tolist(), strict=True)
+    ]
+
+
+def leaning(along: float, across: float) -> Floats:
+    """Rotation (3, 3) that gives a level plane these slopes."""
+    axis = np.array([across, -along, 0.0])
+    size = float(np.linalg.norm(axis))
+    if size < 1e-12:
+        return np.eye(3)
+    x, y, _ = axis / size
+    angle = np.arctan(size)
+    cross = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]])
+    turned: Floats = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return turned
+
+
+def _needed(
+    ground: Floats, lying: Sequence[Bedded], at: Sequence[tuple[int, int]], cell: float
+) -> tuple[Floats, Floats, Floats]:
+    """How far the map stands above the underside of each stone (k, w, d), and its cells from its centre of mass."""
+    shape = [b.raster.low.shape for b in lying]
+    need = np.full((len(lying), max(w for w, _ in shape), max(d for _, d in shape)), -np.inf)
+    for k, (b, (i, j), (w, d)) in enumerate(zip(lying, at, shape, strict=True)):
+        need[k, :w, :d] = ground[i : i + w, j : j + d] - b.raster.low
+    corner = np.array([b.raster.corner for b in lying])
+    x, y = (corner[:, axis, None] + cell * (np.arange(need.shape[1 + axis]) + 0.5) for axis in (0, 1))
+    return need, x, y
+
+
+def _reach(touching: Bools, x: Floats, y: Floats) -> Floats:
+    """(16, k) how far (m) some cells of each stone reach from its centre of mass, in each direction."""
+    angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    which, along, across = touching.nonzero()  # stone after stone
+    out = x[which, along] * np.cos(angle)[:, None] + y[which, across] * np.sin(angle)[:, None]
+    reach, some = np.full((DIRECTIONS, len(touching)), -np.inf), np.unique(which)
+    if len(some):
+        reach[:, some] = np.maximum.reduceat(out, np.searchsorted(which, some), axis=1)
+    return reach
+
+
+def _lost(
+    ground: Floats,
+    lying: Sequence[Bedded],
+    at: Sequence[tuple[int, int]],
+    moved: tuple[Floats, Floats, Floats, Floats],
+    which: Ints,
+    sizes: tuple[float, float],
+) -> Floats:
+    """(k,) m3 by which the volume under the closing grows with each stone, in the mean of two squares."""
+    cell, unit = sizes
+    rest, motion, x, y = moved
+    halves = [max(round(share * unit / cell), 1) for share in SQUARES]
+    n, m = ground.shape
+    width = min(max(b.raster.low.shape[0] for b in lying) + 8 * max(halves), n)
+    start = [min(max(i - 4 * max(halves), 0), n - width) for i, _ in at]
+    before = np.stack([ground[s : s + width] for s in start])
+    after = before.copy()
+    for k, (b, (i, j), s) in enumerate(zip(lying, at, start, strict=True)):
+        w, d = b.raster.low.shape
+        q = which[k]
+        plane = motion[q, 1] * x[q, :w, None] + motion[q, 2] * y[q, None, :d]
+        top = b.raster.high + rest[q] + plane
+        part = after[k, i - s : i - s + w, j : j + d]
+        np.maximum(part, top, out=part)
+    grown = [
+        (closed(after, half) - closed(before, half)).clip(0.0, FULL / 2.0).sum(axis=(1, 2)) for half in halves
+    ]
+    return np.asarray(np.mean(grown, axis=0)) * cell**2
+
+
+def _under(label: Ints, touching: Bools, at: tuple[int, int]) -> Ints:
+    """Stones under the cells that touch."""
+    i, j = touching.nonzero()
+    return label[i + at[0], j + at[1]]
+
+
+def _back(across: int, lying: Bedded, at: tuple[int, int], cell: float) -> float:
+    """How far (m) it stands back from the nearer face, where no stone fits before it; else 0."""
+    gap = cell * min(at[1], across - at[1] - lying.raster.low.shape[1])
+    return gap if gap < STANDS_BACK * 2.0 * lying.thin else 0.0

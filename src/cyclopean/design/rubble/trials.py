@@ -1,0 +1,147 @@
+"""Trials of stones on the exact meshes: where one comes to rest, on what, and whether the wall stands with it.
+
+A stone may be laid where it shares no volume with another, stands well inside the hull of what bears it, stays within
+the faces of the wall, and the wall with it is in equilibrium. A stone that rocks may be pinned: a small stone is laid
+first, where it would bear it (`pinning`); each of the two has to sit by itself, and both are in the proof.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cyclopean.analysis import DENSITY
+from cyclopean.arrays import Floats
+from cyclopean.assembly.patches import Surface
+from cyclopean.design.rubble.choosing import Tipped, leaning
+from cyclopean.design.rubble.features import Body
+from cyclopean.design.rubble.pinning import pins_under
+from cyclopean.design.rubble.seating import heyman_margin, seat
+from cyclopean.design.rubble.standing import GRAVITY, Fresh, Mass, State
+from cyclopean.design.rubble.wall import OVERLAP
+
+if TYPE_CHECKING:
+    from cyclopean.design.rubble.site import Site
+
+__all__ = ["Seated", "Trial", "tried"]
+
+INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
+REACH = 1.0  # of the unit: what is farther from a stone than that is not looked at
+NEARLY = 0.2  # of its size: a stone that stands so far outside what bears it is not pinned
+PINNED = 2  # pins that are tried under one stone
+
+SLIDES, ROCKS, INTO, OUT, FALLS = (
+    "slides where it could lie",
+    "rocks where it could lie",
+    "would stand in other stones",
+    "would stand out of the wall",
+    "would fall, or bring others down, with gravity leaning",
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seated:
+    """A stone where it came to rest."""
+
+    stone: int  # in the inventory
+    rotation: Floats  # (3, 3)
+    shift: Floats  # (3,) m
+    body: Body
+    fresh: Fresh
+    margin: float  # m: of the centre of mass inside the hull of what bears it
+    overlap: float  # largest volume that it has in common with another, over its own
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """Stones that are laid together, in this order: one, or a pin and the stone that it steadies."""
+
+    stones: tuple[Seated, ...]
+    state: State  # forces that hold all
+
+
+def tried(site: "Site", tipped: Tipped, ceiling: float) -> Trial | None:
+    """Seat a stone at a place and see whether the wall stands with it; None where not, and why is kept."""
+    lying = tipped.place.lying
+    turn = leaning(*tipped.slope) @ lying.rotation
+    plan = np.array(tipped.place.cell) * site.cell - lying.raster.corner
+    shift = np.array([*plan, tipped.rest]) - turn @ site.body(lying.stone).centroid
+    found = seated(site, lying.stone, (turn, shift), ceiling)
+    stones: tuple[Seated, ...] = ()
+    if isinstance(found, Seated):
+        stones = (found,)
+    elif found == ROCKS and site.settings.pins:
+        stones = _pinned(site, lying.stone, (turn, shift), ceiling)
+    state = site.structure.held([one.fresh for one in stones]) if stones else None
+    if state is None:
+        site.why.setdefault(lying.stone, Counter())[FALLS if stones else str(found)] += 1
+        return None
+    return Trial(stones, state)
+
+
+def seated(
+    site: "Site", stone: int, pose: tuple[Floats, Floats], ceiling: float, beside: Sequence[Seated] = ()
+) -> Seated | str:
+    """Adjust a stone on the exact meshes from a pose (rotation, shift in m); in words where it does not sit there.
+
+    `beside` is what is laid with it.
+    """
+    body = site.body(stone)
+    found, near = _rest(site, body, pose, beside)
+    wanted = site.margin(body)
+    if found.slid and not found.margin > 0.0:
+        return SLIDES
+    if not found.overlap <= OVERLAP:
+        return INTO
+    if not found.margin >= wanted:
+        return ROCKS
+    lies = body.moved(found.rotation, found.shift)
+    if not site.within(lies, ceiling):
+        return OUT
+    near = site.near(lies.low, lies.high, site.structure.touch)
+    fresh = fresh_of(site, stone, lies, near, beside)
+    margin = heyman_margin(fresh.bearing, lies.centroid)
+    if not (margin > 0.0 and margin >= wanted):
+        return ROCKS
+    return Seated(stone, found.rotation, found.shift, lies, fresh, margin, found.overlap)
+
+
+def _rest(site: "Site", body: Body, pose: tuple[Floats, Floats], beside: Sequence[Seated] = ()):  # type: ignore[no-untyped-def]
+    turn, shift = pose
+    point = body.vertices @ turn.T + shift
+    near = site.near(point.min(axis=0), point.max(axis=0), REACH * site.unit)
+    placed = [site.stood[k] for k in near] + [one.body for one in beside]
+    return seat(body, turn, shift, placed, give_up=True), near
+
+
+def fresh_of(site: "Site", stone: int, body: Body, near: Sequence[int], beside: Sequence[Seated] = ()) -> Fresh:
+    """A stone where it lies, with all its joints."""
+    density = site.stones[stone].density or DENSITY
+    mass = Mass(body.centroid, body.volume, density * body.volume * GRAVITY)
+    surface = Surface.of(body.vertices[body.triangles])
+    return site.structure.fresh(mass, surface, near, [one.fresh.surface for one in beside])
+
+
+def _pinned(site: "Site", stone: int, pose: tuple[Floats, Floats], ceiling: float) -> tuple[Seated, ...]:
+    """A pin and the stone that it steadies; nothing where none does."""
+    pins = site.kept.get("hearting", [])
+    body = site.body(stone)
+    rest, near = _rest(site, body, pose)
+    if not pins or rest.slid or not rest.margin > -NEARLY * float(np.cbrt(body.volume)):
+        return ()
+    lies = body.moved(rest.rotation, rest.shift)
+    bearing = rest.contacts[rest.normals[:, 2] > 0.0]
+    places = pins_under(site.map, lies, bearing, [site.bedded(k) for k in pins if k != stone], site.cell)
+    for place in places[:PINNED]:
+        small = place.lying
+        shift = place.centre - small.rotation @ site.body(small.stone).centroid
+        pin = seated(site, small.stone, (small.rotation, shift), ceiling)
+        if isinstance(pin, str):
+            continue
+        lifted = rest.shift + np.array([0.0, 0.0, max(place.lift, 0.0)])
+        found = seated(site, stone, (rest.rotation, lifted), ceiling, (pin,))
+        if isinstance(found, Seated) and any(joint.below == site.structure.next for joint in found.fresh.joints):
+            return pin, found
+    return ()
