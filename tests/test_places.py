@@ -106,5 +106,5 @@ def test_a_stone_lies_flat_on_flat_ground_and_the_lower_place_is_chosen():
 
 
 def test_scores_below_nothing_are_refused():
-    with pytest.raises(InputError, match="scores: room: must not be negative"):
-        Scores(room=-1.0)
+    with pytest.raises(InputError, match="scores: void: must not be negative"):
+        Scores(void=-1.0)

@@ -134,6 +134,7 @@ class SettleKeywords(TypedDict, total=False):
     margin: float | None
     friction: float
     lean: float
+    ways: int | None
     units: str | None
     strict: bool
 

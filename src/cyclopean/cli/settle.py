@@ -1,6 +1,7 @@
 """`settle`: a rubble wall of stones as they were found."""
 
 import os
+from collections import Counter
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,10 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["settle"]
 
 LISTED = 6  # stones named one by one
-MANY = 400  # stones beyond which a second process is worth its start
 TAKEN = (
     "length height thickness wythes batter corner opening ends coursed through hearting pins copes inward dress all"
-    " look_ahead margin friction lean yaws cell"
+    " look_ahead margin friction lean yaws cell ways"
 )
 
 
@@ -34,7 +34,6 @@ TAKEN = (
     friction="is --mu now, as everywhere",
     weights="is --scores now; weights are those of forces, as in check",
     chinking="is --pins now: stones that would rock are steadied with small ones of the stock",
-    ways="is gone: one wall is laid, and better",
 )
 def settle(
     stones: Annotated[str, argument("STONES", "Folder of stones, or a file that holds them.", source=True)],
@@ -53,7 +52,7 @@ def settle(
         Option("[" + ",".join(f"{name}={value:g}" for name, value in asdict(Scores()).items()) + "]", metavar="NAME=W,..."),
     ] = None,
     workers: Annotated[
-        int | None, Option("Processes [2 for several walls, and beyond 400 stones].", "whole", choices=("1", "2"))
+        int | None, Option("Processes [2].", "whole", choices=("1", "2"))
     ] = None,
     reading: StoneReading = StoneReading(),
 ) -> int:
@@ -74,8 +73,7 @@ def settle(
 
     with long_work(f"laying {stones}") as stage:
         inventory, said = inventory_of(stones, reading)
-        two = ways_of(settings, len(inventory)) > 1 or len(inventory) > MANY
-        with beside((workers or 1 + two) - 1) as executor:
+        with beside((workers or 2) - 1) as executor:
             wall = build(inventory, settings, stage, executor)
     for warning in (*said, *inventory.notes):
         warn(warning)
@@ -101,20 +99,26 @@ def settle(
 
 def _lines(wall: "RubbleWall", inventory: "Inventory", files: Files) -> list[str]:
     """Say what came out."""
-    m = wall.measures
-    left = [inventory.stones[k].id for k in wall.left_over.tolist()]
+    from cyclopean.view.settled_page import answer_of
+
+    m, asked = wall.measures, wall.settings
+    what, missing = answer_of(wall, inventory)
+    falls = [inventory.stones[laid.stone].id for laid in wall.laid if not laid.stable]
+    stands = f"at every stage with friction {asked.friction:g} and gravity leaning by {asked.lean:g} degrees"
     lines = [
-        f"settled {len(wall.laid)} of {len(inventory)} stones in {m.courses} courses:"
-        f" {m.length:.2f} m long, {m.thickness:.2f} m thick, {m.height:.2f} m high",
-        f"  stands    at every stage with friction {wall.settings.friction:g} and gravity leaning by"
-        f" {wall.settings.lean:g} degrees; {m.stable:.0%} of the stones sit in it",
-        f"  void      {m.void:.0%} between the faces, {m.hollow:.0%} below the stones' own tops",
+        f"{what}{'; ' + missing[0].lower() + missing[1:].rstrip('. ') if missing else ''}",
+        f"  stands    {stands}" if not falls else f"  falls     {_some(falls)}; the rest stands {stands}",
+        f"  void      {m.void:.0%} between the faces, {m.void_tops:.0%} below the stones' own tops",
         f"  overlap   at most {m.overlap:.1e} of a stone",
     ]
-    if wall.wedges:
-        lines.append(f"  wedges    {wall.wedges}")
-    if left:
-        lines.append(f"  put aside {_some(left)}")
+    roles = Counter(laid.role for laid in wall.laid)
+    if set(roles) != {"stone"}:
+        lines.append("  laid as   " + ", ".join(f"{count} {role}" for role, count in roles.most_common()))
+    reasons: dict[str, list[str]] = {}
+    for stone, reason in wall.left_over:
+        reasons.setdefault(reason, []).append(inventory.stones[stone].id)
+    for reason, names in sorted(reasons.items(), key=lambda one: -len(one[1])):
+        lines.append(f"  put aside {len(names)}: {reason} ({_some(names)})")
     return lines + files.line(wide=8)
 
 

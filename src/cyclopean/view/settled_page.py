@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cyclopean.design.rubble.wall import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
 
-__all__ = ["settled_html", "settled_page", "told_of"]
+__all__ = ["answer_of", "settled_html", "settled_page", "told_of"]
 
 SECTIONS = 3  # at equal steps along the wall
 DENSITY = 2400.0  # kg/m3, where a stone has none
@@ -120,25 +120,39 @@ def _mass(assembly: Assembly) -> Floats:
 def settled_page(wall: "RubbleWall", inventory: "Inventory") -> str:
     """Write the page of a settled wall of stones of this inventory."""
     m, settings = wall.measures, wall.settings
+    what, missing = answer_of(wall, inventory)
     answer = (
-        f"{len(wall.laid)} of {len(inventory)} stones stand",
-        f"They make a wall {m.length:.2f} m long, {m.thickness:.2f} m thick and {m.height:.2f} m high that stands"
-        f" at every stage, with friction {settings.friction:g} and gravity leaning by {settings.lean:g} degrees.",
+        what,
+        f"{missing}It stands at every stage, with friction {settings.friction:g} and gravity leaning by"
+        f" {settings.lean:g} degrees.",
     )
     measures = {
         "Void between the faces": f"{m.void:.0%}",
-        "Void below the stones' own tops": f"{m.hollow:.0%}",
+        "Void below the stones' own tops": f"{m.void_tops:.0%}",
         "Largest overlap of two stones": f"{m.overlap:.1e} of a stone",
     }
-    aside = [(inventory.stones[k].id, "no place was found") for k in wall.left_over.tolist()]
+    aside = [(inventory.stones[k].id, reason) for k, reason in wall.left_over]
     return settled_html(wall.assembly, answer, told_of(wall), measures, aside)
+
+
+def answer_of(wall: "RubbleWall", inventory: "Inventory") -> tuple[str, str]:
+    """How large a wall how many stones make, and what is missing for the height asked for: a sentence, or nothing."""
+    m, asked = wall.measures, wall.settings.height
+    what = f"{len(wall.laid)} of {len(inventory)} stones make {m.length:.3g} x {m.thickness:.3g} x {m.level:.2f} m"
+    short = 0.0 if asked is None else asked - m.level
+    if not short > m.stone / 2.0:
+        return what, ""
+    litres = short * m.length * m.thickness * (1.0 - m.void) * 1e3
+    return what, f"For the {asked:g} m asked about {litres:,.0f} more litres of stone are missing. "
 
 
 def told_of(wall: "RubbleWall") -> Told:
     """What pictures tell of a settled wall."""
     m, settings = wall.measures, wall.settings
     ids = [block.id for block in wall.assembly.blocks[1 : 1 + len(wall.laid)]]
-    course = {name: laid.course for name, laid in zip(ids, wall.laid, strict=True)}
-    role = {name: "hearting" for name, laid in zip(ids, wall.laid, strict=True) if laid.wythe == 2}
+    stones = list(zip(ids, wall.laid, strict=True))
+    course = {name: laid.course for name, laid in stones}
+    role = {name: laid.role for name, laid in stones if laid.role != "stone"}
+    unsteady = {name: laid.reason for name, laid in stones if not laid.stable}
     profile = Profile(settings.length or m.length, settings.thickness or m.thickness, settings.height or m.height)
-    return Told(role=role, course=course, profile=profile)
+    return Told(role=role, course=course, unsteady=unsteady, profile=profile)

@@ -2,12 +2,12 @@
 
 Let go at its place, a stone tips on the map until it lies on three points (`tipping`). Then what counts is
 
-room     how much of the wall it makes unusable, over its own volume: by how much the volume under the *closing* of the
+void     how much of the wall it makes unusable, over its own volume: by how much the volume under the *closing* of the
          map grows, less its own. The grey closing fills whatever is narrower than a square; two squares are taken, of
          which the mean counts, and whatever lies outside the faces counts as full. So a stone is laid where it leaves
          room that other stones can fill, or none
 height   of its centre of mass
-margin   how far the centre of mass stands inside the hull of what it touches
+centre   how far the centre of mass stands inside the hull of what it touches
 bond     on how many stones it lies
 size     the largest stones first
 upright  how high it stands over its least thickness
@@ -99,9 +99,9 @@ def chosen(
     under = [len(np.unique(_under(label, touching[k], at[k]))) for k in good]
     tall = np.array([(lying[k].top - lying[k].bottom) / (2.0 * lying[k].thin) for k in good])
     cost = (
-        scores.room * (room / volume - 1.0)
+        scores.void * (room / volume - 1.0)
         + scores.height * rest[good] / unit
-        - scores.margin * np.minimum(margin[good], MOST)
+        - scores.centre * np.minimum(margin[good], MOST)
         - scores.size * np.log(volume / unit**3)
         - scores.bond * np.minimum(under, 3)
         + scores.upright * tall

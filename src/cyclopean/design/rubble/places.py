@@ -46,8 +46,8 @@ class Scores:
     height: float = 1.7
     beside: float = 0.5  # share of its sides without a neighbour, at the first look
     size: float = 0.6  # small stones, by the logarithm of their volume
-    room: float = 1.0  # volume that it makes unusable (`choosing`)
-    margin: float = 0.6  # centre of mass near the border of what bears it
+    void: float = 1.0  # volume that it makes unusable (`choosing`)
+    centre: float = 0.6  # centre of mass near the border of what bears it
     bond: float = 0.1  # stones that bear it: for each of up to three
     upright: float = 0.15
     face: float = 1.0  # stands back from a face of the wall that nothing fits before any more

@@ -11,6 +11,9 @@ of these the first is taken at which the stone, seated on the exact meshes (`sea
 
 So the wall stands when it is done, and at every stage before. Where none of the largest goes, all that are left are
 tried. Nothing is drawn at random.
+
+How many of a few stones come to lie hangs on chance: on which of them meet. So of few, several walls are laid, each
+under another ceiling, and the best is kept: that with most stones, and of these the densest.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,7 +37,8 @@ from cyclopean.errors import InputError
 
 __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "settle"]
 
-FIRST, LIFT = 1.9, 0.23  # of the unit: the ceiling at the start, and by how much it rises
+FIRST = 1.9, 1.6, 1.75, 2.05, 1.45, 2.2  # of the unit: the ceiling at the start, one for each way to lay a wall
+LIFT = 0.23  # by which it rises
 COURSE = 4  # lifts
 LOOKED = 60  # places that are looked at closely at a time
 PATIENCE, LAST = 60, 300  # trials in vain before the ceiling rises, and under the last one
@@ -61,7 +65,7 @@ def settle(
     progress : callable, optional
         Told what goes on.
     executor : concurrent.futures.Executor, optional
-        Has one process do half of a long wall. The wall is the same without it.
+        Lays every other one of several walls. The wall is the same without it.
 
     Returns
     -------
@@ -76,15 +80,30 @@ def settle(
     if not len(inventory):
         raise InputError(f"{inventory.source}: there are no stones to lay")
     full = filled_in(inventory.stones, settings or SettleSettings())
-    site = Site(inventory.stones, full, progress or _silent)
-    _build(site)
-    if not site.laid:
+    ways = full.ways or 1
+    elsewhere = {} if executor is None else {k: executor.submit(_laid, inventory, full, k) for k in range(1, ways, 2)}
+    here = {k: _laid(inventory, full, k, progress or _silent) for k in range(ways) if k not in elsewhere}
+    walls = [elsewhere[k].result() if k in elsewhere else here[k] for k in range(ways)]
+    best = min((wall for wall in walls if wall is not None), key=_rank, default=None)
+    if best is None:
         raise InputError(
             f"{inventory.source}: none of {len(inventory)} stones fits into a wall {full.length:.3g} m long and"
             f" {full.thickness:.3g} m thick; make it larger (`length`, `thickness`, `height`)"
         )
-    wall = _finished(site)
-    return replace(wall, measures=replace(wall.measures, seconds=perf_counter() - began))
+    return replace(best, measures=replace(best.measures, seconds=perf_counter() - began))
+
+
+def _laid(inventory: Inventory, settings: SettleSettings, way: int, say: Progress = _silent) -> RubbleWall | None:
+    """One wall; None where nothing can be laid."""
+    site = Site(inventory.stones, settings, say)
+    site.first = FIRST[way]
+    _build(site)
+    return _finished(site) if site.laid else None
+
+
+def _rank(wall: RubbleWall) -> tuple[int, float]:
+    """Less is better."""
+    return -sum(laid.stable for laid in wall.laid), wall.measures.void
 
 
 def _build(site: Site) -> None:
@@ -118,7 +137,7 @@ def _build(site: Site) -> None:
 def _ceiling(site: Site, lift: int) -> float:
     """Height (m) that nothing may be above: it rises lift by lift, or course by course."""
     risen = COURSE * (lift // COURSE) if site.settings.coursed else lift
-    return min((FIRST + LIFT * risen) * site.unit, site.shape.height)
+    return min((site.first + LIFT * risen) * site.unit, site.shape.height)
 
 
 def _places(site: Site) -> Places:
@@ -128,7 +147,7 @@ def _places(site: Site) -> Places:
 def _highest(site: Site) -> float:
     """The ceiling (m) is no higher: so far above the mean of the wall's top, and not above the height asked for."""
     top = float(site.map[site.room > 0.0].mean())
-    return min(site.shape.height - LIFT * site.unit / 2.0, top + FIRST * site.unit)
+    return min(site.shape.height - LIFT * site.unit / 2.0, top + site.first * site.unit)
 
 
 def _body(site: Site, ceiling: float, course: int, patience: int) -> "Round":
@@ -145,7 +164,7 @@ def _tie(site: Site, places: Places, ceiling: float, course: int) -> None:
         return
     planned = site.shape.height if np.isfinite(site.shape.height) else SLENDER * site.shape.thickness
     rows = [planned / 2.0] if apart > planned else np.arange(apart / 2.0, planned, apart).tolist()
-    if site.ties < len(rows) and ceiling >= rows[site.ties] + FIRST * site.unit / 2.0:
+    if site.ties < len(rows) and ceiling >= rows[site.ties] + site.first * site.unit / 2.0:
         site.ties, site.row = site.ties + 1, []
         _fill(site, places, Round(ceiling, course, "through-stone", (site.kept["through-stone"],), site.ties_here))
         if site.ties == len(rows):
@@ -156,7 +175,7 @@ def _crowned(site: Site, places: Places, course: int) -> None:
     """Lay the copes; and what does not stand, where all are to be laid."""
     if site.kept.get("cope"):
         places.renewed()
-        ceiling = min(site.shape.height, float(site.map[site.room > 0.0].max()) + FIRST * site.unit)
+        ceiling = min(site.shape.height, float(site.map[site.room > 0.0].max()) + site.first * site.unit)
         _fill(site, places, Round(ceiling, course, "cope", (site.kept["cope"],), patience=LAST))
     if site.settings.all:
         places.renewed()
@@ -264,6 +283,8 @@ def _measures(site: Site) -> Measures:
         void_tops=1.0 - volume / (float(top.sum()) * site.cell**2),
         courses=1 + max(laid.course for laid in site.laid),
         height=float(site.boxes[:, 1, 2].max()),
+        level=float(top.max(axis=1).mean()),
+        stone=site.unit,
         length=site.shape.length,
         thickness=site.shape.thickness,
         overlap=site.overlap,

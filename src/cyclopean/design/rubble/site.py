@@ -48,6 +48,7 @@ class Site:
         self.label = np.full(self.map.shape, -1)  # which stone is on top of each cell; -1 = the ground
         self.left = self.by_size(range(len(stones))) if settings.look_ahead else list(range(len(stones)))
         self.course = 0  # from which on is laid
+        self.first = 1.9  # of the unit: the ceiling at the start
         self.through = settings.through or (THROUGH if settings.wythes == 2 else None)  # m: between through-stones
         asked = {"cope"} if settings.copes else set()
         asked |= {"hearting"} if settings.hearting or settings.pins or settings.wythes == 2 else set()

@@ -38,6 +38,7 @@ BALANCED = 1e-9  # of the weight: what forces may leave over
 CAP = 30  # factorisations: most need six to ten, and few of those that stand more than twenty
 ALIGNED = (0.9976, 0.9903, 0.9781, 0.955)  # cosines of 4, 8, 12 and 17 degrees: the flattest faces at each spot bear
 CURVED = 1e-3  # radians by which friction is less, that what is proved about the faces has room
+WIDE = 6.0  # sizes of a stone: within that along the wall, others help
 WEDGED = 0.8  # of all loads together: where forces must be larger, stones only hold by wedging (upright walls: 0.5)
 DENSE = 1 << 18  # entries up to which a matrix is kept whole: products with it are faster then
 GROUND = -1
@@ -82,10 +83,10 @@ class Fresh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """Forces on a new stone, and those that change with it."""
+    """Forces on a new stone, and those that change with it: N on the upper stone, world, by (stone, which joint)."""
 
-    force: tuple[Floats, ...]  # (c, q, 3) N on the upper stone, world, for each of these joints and way of gravity
-    joint: tuple[tuple[int, int], ...]  # (stone, which of its joints)
+    force: Mapping[tuple[int, int], Floats]  # (c, q, 3) for each way of gravity
+    plumb: Mapping[tuple[int, int], Floats]  # (q, 3) with gravity straight down, where only these change
 
 
 class Structure:
@@ -99,7 +100,7 @@ class Structure:
         self.above: dict[int, list[tuple[int, int]]] = {}  # joints of later stones with each stone
         self.next = 0  # number of the stone that is laid next
         self.between = -np.inf, np.inf  # m along the wall: stones whose forces may change have their centres there
-        self.worst = 0  # way of gravity in which a wall failed to stand last
+        self.worst = 0  # leaning way of gravity in which a wall failed to stand last
 
     def fresh(self, mass: Mass, surface: Surface, near: Sequence[int], others: Sequence[Surface] = ()) -> Fresh:
         """A new stone with all its joints: with the ground, those of `near`, and others that are laid with it."""
@@ -118,14 +119,36 @@ class Structure:
         low, high = self.between
         if not all(low <= self.stones[k].mass.centre[0] <= high for k in bearers):
             return None
-        return self._balanced((*bearers, *numbers), fresh)
+        few = (*bearers, *numbers)
+        leaning = self._balanced(few, fresh, range(1, len(self.down)))
+        if leaning is None:
+            return None
+        plumb = self._balanced(few, fresh, range(1))
+        if plumb is None:  # with friction of the faces alone, others may have to help
+            around = self._around(bearers, fresh[-1].mass.centre)
+            plumb = self._balanced((*around, *numbers), fresh, range(1)) if len(around) > len(bearers) else None
+        if plumb is None:
+            return None
+        force = {at: np.concatenate([plumb[at], leaning[at]]) if leaning else plumb[at] for at in (leaning or plumb)}
+        return State(force, {at: f[0] for at, f in plumb.items() if at not in force})
+
+    def _around(self, bearers: Sequence[int], centre: Floats) -> tuple[int, ...]:
+        """These stones, and others near enough along the wall to help them; sorted."""
+        if not bearers:
+            return ()
+        far = WIDE * float(np.cbrt(np.median([stone.mass.volume for stone in self.stones.values()])))
+        near = {k for k, stone in self.stones.items() if abs(stone.mass.centre[0] - centre[0]) <= far}
+        return tuple(sorted(near | set(bearers)))
 
     def resolve(self) -> None:
         """Find the forces in all joints anew, and keep those that are known where none are found."""
         if self.stones:
-            state = self._balanced(tuple(sorted(self.stones)), ())
-            if state is not None:
-                self.force.update(zip(state.joint, state.force, strict=True))
+            every = tuple(sorted(self.stones))
+            found = [self._balanced(every, (), [way]) for way in range(len(self.down))]
+            for way, forces in enumerate(found):
+                for at, force in (forces or {}).items():
+                    self.force[at] = self.force[at].copy()
+                    self.force[at][way] = force[0]
         self.worst = 0
 
     def lay(self, fresh: Sequence[Fresh], state: State) -> None:
@@ -136,7 +159,9 @@ class Structure:
             for k, joint in enumerate(new.joints):
                 if joint.below != GROUND:
                     self.above[joint.below].append((number, k))
-        self.force.update(zip(state.joint, state.force, strict=True))
+        self.force.update(state.force)
+        for at, force in state.plumb.items():
+            self.force[at] = np.concatenate([force[None], self.force[at][1:]])
 
     def meetings(self, block: Mapping[int, int]) -> dict[tuple[int, int], tuple[Meeting, ...]]:
         """Contacts of the model, between blocks a < b; `block` is the number of each stone, and the ground block 0."""
@@ -158,35 +183,43 @@ class Structure:
                 fresh += [joint.below for joint in self.stones[k].joints if len(joint.bearing)]
         return tuple(sorted(found))
 
-    def _balanced(self, free: tuple[int, ...], fresh: Sequence[Fresh]) -> State | None:
-        """Forces in all joints of these stones, new ones last, with all others as they are."""
+    def _balanced(
+        self, free: tuple[int, ...], fresh: Sequence[Fresh], ways: Sequence[int]
+    ) -> dict[tuple[int, int], Floats] | None:
+        """Forces in all joints of these stones, new ones last, with all others as they are, for some ways of gravity."""
+        if not len(ways):
+            return {}
         old = len(free) - len(fresh)
         stones = {k: self.stones[k] for k in free[:old]} | dict(zip(free[old:], fresh, strict=True))
         row = {k: i for i, k in enumerate(free)}
         masses = [stone.mass for stone in stones.values()]
-        load = np.zeros((len(self.down), len(free), 6))
-        load[:, :, :3] = self.down[:, None] * np.array([m.weight for m in masses])[:, None]
+        load = np.zeros((len(ways), len(free), 6))
+        load[:, :, :3] = self.down[list(ways), None] * np.array([m.weight for m in masses])[:, None]
         found: dict[tuple[int, int], Joint] = {}
         for k, stone in stones.items():
             for i, joint in enumerate(stone.joints):
                 if joint.below == GROUND or joint.below in row:
                     found[k, i] = joint
                 elif (k, i) in self.force:
-                    _push(load[:, row[k]], self.force[k, i], joint, stone.mass.centre)
+                    _push(load[:, row[k]], self.force[k, i][list(ways)], joint, stone.mass.centre)
             for above, i in self.above.get(k, ()):
                 if above not in row:
-                    _push(load[:, row[k]], -self.force[above, i], self.stones[above].joints[i], stone.mass.centre)
+                    force = -self.force[above, i][list(ways)]
+                    _push(load[:, row[k]], force, self.stones[above].joints[i], stone.mass.centre)
         ends = np.array([(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()])
         system = _system(masses, load[0], list(found.values()), ends, self.friction)
         if system is None:
             return None
-        mu = _faces_mu(found.values(), self.friction)
-        f, self.worst = _forces(system, load / [1.0, 1.0, 1.0, *3 * [system.length_unit]], mu, self.worst)
+        if ways[0] == 0:
+            system = replace(system, mu=_faces_mu(found.values(), self.friction))
+        first = self.worst if self.worst < len(ways) else 0
+        f, worst = _forces(system, load / [1.0, 1.0, 1.0, *3 * [system.length_unit]], first)
         if f is None:
+            self.worst = worst if len(ways) > 1 else self.worst
             return None
         world = np.einsum("cqf,qfi->cqi", f * system.force_unit, system.frame)
         last = np.cumsum([len(_points(joint)) for joint in found.values()])
-        return State(tuple(np.split(world, last[:-1], axis=1)), tuple(found))
+        return dict(zip(found, np.split(world, last[:-1], axis=1), strict=True))
 
 
 def _ways_down(lean: float) -> Floats:
@@ -249,20 +282,20 @@ def _system(
     return EquilibriumSystem(free, used, *sides, mu, matrix, wrench.ravel(), unit, length)
 
 
-def _forces(system: EquilibriumSystem, loads: Floats, plumb: Floats, first: int) -> tuple[Floats | None, int]:
+def _forces(system: EquilibriumSystem, loads: Floats, first: int) -> tuple[Floats | None, int]:
     """(c, q, 3) scaled forces that balance each of some loads (c, b, 6), in their cones, from the `first` of them on.
 
-    The first load, straight down, is held by friction `plumb`. None where one has none; and which one that is.
+    None where one has none; and which one that is.
     """
     schur = Schur(system, threads=1)
     found = np.zeros((len(loads), system.points, 3))
     for k in (first, *(k for k in range(len(loads)) if k != first)):
-        posed = replace(system, p=loads[k].ravel() / system.force_unit, mu=system.mu if k else plumb)
+        posed = replace(system, p=loads[k].ravel() / system.force_unit)
         try:
             answer = newton(posed, schur, cap=CAP, lost=WEDGED)
         except (SolverError, np.linalg.LinAlgError):
             return None, k
-        found[k] = project_cones(answer.f, posed.mu)
+        found[k] = project_cones(answer.f, system.mu)
         off = float(np.abs(posed.residual(found[k])).max(initial=0.0))
         if answer.word != "balanced" or not off <= BALANCED * system.blocks:
             return None, k

@@ -9,7 +9,7 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.assembly.patches import Patch
-from cyclopean.design.options import at_least, not_negative, positive, within
+from cyclopean.design.options import at_least, not_negative, positive
 from cyclopean.design.rubble.height_map import MOST_CELLS
 from cyclopean.design.rubble.places import Scores
 from cyclopean.design.rubble.shape import Shape
@@ -28,6 +28,7 @@ CELLS = 8.5  # of the unit
 SLENDER = 2.0  # times its thickness: height that a wall is planned for
 SOLIDITY = 0.5  # share of stone in a wall, to find its length by
 DEEP = 2.0  # widths of a stone that a wall is thick
+FEW, WAYS, MOST_WAYS = 60, 2, 6  # of so few stones, so many walls are laid; and no more
 ENDS = ("vertical", "racked")
 RACK = 1.0  # for each metre of height, where ends are racked: 45 degrees
 MOST_DRESSED = 0.2  # share of a stone: more is no dressing, it is carving
@@ -76,6 +77,9 @@ class SettleSettings:
     )
     friction: float = option(FRICTION, "Friction that is counted on while laying.", "number", metavar="M", word="mu")
     lean: float = option(LEAN, "Gravity may lean by so much, four ways, while laying.", "number", metavar="DEG")
+    ways: int | None = option(
+        None, "Walls laid, of which the best is kept [2 of up to 60 stones].", "whole", metavar="N"
+    )
 
     def __post_init__(self) -> None:
         for name in ("length", "height", "thickness", "cell", "corner", "through"):
@@ -85,8 +89,12 @@ class SettleSettings:
             object.__setattr__(self, name, at_least(name, getattr(self, name), least))
         object.__setattr__(self, "margin", None if self.margin is None else not_negative("margin", self.margin))
         object.__setattr__(self, "friction", positive("friction", self.friction))
-        for name, most in (("lean", STEEP), ("inward", STEEP)):
-            object.__setattr__(self, name, within(name, getattr(self, name), 0.0, most))
+        for name in ("lean", "inward"):
+            object.__setattr__(self, name, not_negative(name, getattr(self, name)))
+            if not getattr(self, name) < STEEP:
+                raise InputError(f"{name}: {getattr(self, name):g} degrees; give less than {STEEP:g}")
+        if self.ways is not None and at_least("ways", self.ways, 1) > MOST_WAYS:
+            raise InputError(f"ways: {self.ways}; give no more than {MOST_WAYS}")
         if not 0.0 <= self.dress <= MOST_DRESSED:
             raise InputError(
                 f"dress: {self.dress:g} is not a share from 0 to {MOST_DRESSED:g}; to cut more, use match and carve"
@@ -171,6 +179,8 @@ class Measures:
     void_tops: float  # share that is not stone below the stones' own upper surface
     courses: int
     height: float  # m: of the highest stone
+    level: float  # m: of the wall's top, in the mean along it
+    stone: float  # m: cube root of the median volume of the stones
     length: float  # m
     thickness: float  # m
     overlap: float  # largest share of its volume that a stone has in common with another one
@@ -201,7 +211,8 @@ def filled_in(stones: Sequence[Stone], settings: SettleSettings) -> SettleSettin
         raise InputError(f"cell: {cell:g} m makes a map of more than {MOST_CELLS:,} cells; use larger ones")
     if length < cell or thickness < cell:
         raise InputError(f"cell: {cell:g} m is more than the wall is long or thick; use smaller ones")
-    return replace(settings, length=length, thickness=thickness, cell=cell)
+    ways = settings.ways or (WAYS if len(stones) <= FEW else 1)
+    return replace(settings, length=length, thickness=thickness, cell=cell, ways=ways)
 
 
 def unit_size(stones: Sequence[Stone]) -> float:
