@@ -132,7 +132,7 @@ def test_what_touches_nothing_does_not_stand():
 
 def test_the_way_of_gravity_that_is_tried_first_changes_nothing():
     """Leaning to one side a cube tips off another: whichever way is tried first, it falls, and that way is told."""
-    for first in range(4):
+    for first in range(5):
         for out, stands in ((0.35, True), (0.47, False)):  # tan 4 degrees of half a metre is 0.035
             structure = Structure(ground(), 1e-3, 0.6, 4.0)
             assert laid(structure, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
@@ -141,7 +141,7 @@ def test_the_way_of_gravity_that_is_tried_first_changes_nothing():
             if stands:
                 assert leftover_of_all(structure) < 1e-6
             else:
-                assert structure.down[1 + structure.worst][0] > 0.0
+                assert structure.down[structure.worst][0] > 0.0
 
 
 def leftover_of_all(structure):

@@ -23,6 +23,8 @@ from cyclopean.proof import verify
 from cyclopean.statics import EquilibriumSystem, contact_matrix
 
 SPARED = (0.0, 0.003, 0.01, 0.03)  # rad by which cones are narrower still, one after the other
+COUPLED = 6  # rounds of that in coupled analysis, each a search of its own
+BISECTIONS = 40  # for how far a force may lean
 NARROWINGS = 12  # rounds of narrowing cones that forces leave, two or three are usual; then all are narrowed
 
 MARGIN = 1.001  # of beta_min, where a state was refused by a rounding error
@@ -211,8 +213,9 @@ def within_faces(
 
     What a rough or curved joint bears has to be friction of the faces as well. By rigid-block equilibrium a narrower
     cone, which lies inside all of them, is asked for at every point that leaves one, until none does. Coupled analysis
-    wants its displacements along the contacts' normals: it keeps to these, with less friction by the lean. A mechanism
-    needs no such care.
+    wants its displacements along the contacts' normals: it keeps to these, with less friction at such points by what
+    the way of their forces asks for; where that leads nowhere, with less at all points by the lean. A mechanism needs
+    no such care.
     """
     contacts = model.contacts
     if "refused" not in result.provenance or not (contacts.leaning > 0.0).any() or model.settled is not None:
@@ -224,9 +227,12 @@ def within_faces(
             if found is None or second.verdict == "stable":
                 break
     else:
-        lean = np.nan_to_num(contacts.leaning, nan=0.0)[contacts.patch[system.used]]
-        system = replace(system, mu=np.tan(np.maximum(np.arctan(system.mu) - lean, 0.0)))
-        second = prove(model, settings, system, solved(model, settings, system, progress))
+        found = _less_rubbing(model, settings, system, progress)
+        second = result if found is None else prove(model, settings, *found)
+        if second.verdict != "stable":
+            lean = np.nan_to_num(contacts.leaning, nan=0.0)[contacts.patch[system.used]]
+            system = replace(system, mu=np.tan(np.maximum(np.arctan(system.mu) - lean, 0.0)))
+            second = prove(model, settings, system, solved(model, settings, system, progress))
     if second.verdict == "stable" or "friction cone" not in str(result.provenance["refused"]):
         return second if second.verdict == "stable" else result
     k = int(np.nanargmax(contacts.leaning))
@@ -265,6 +271,45 @@ def _narrowed(
             return part, claim
         narrow |= outside | (round_ == NARROWINGS - 1)  # forces of arches and domes wander from joint to joint
     return None
+
+
+def _less_rubbing(
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, progress: Callable[[str], None]
+) -> tuple[EquilibriumSystem, Claim] | None:
+    """A coupled state inside all cones, with the system that it is of; None where none was found."""
+    normals = bearing_cones(model.assembly, model.contacts, model.tolerance)[0][system.used]
+    limit = system.mu
+    for _ in range(COUPLED):
+        claim = solved(model, settings, system, progress)
+        if claim.kind != "cra-state" or claim.f is None:
+            return None
+        force = np.einsum("qi,qij->qj", claim.f, system.frame)
+        along = np.einsum("qj,qij->qi", force, normals)
+        across = np.sqrt(np.maximum(np.einsum("qj,qj->q", force, force)[:, None] - along**2, 0.0))
+        outside = (across > limit[:, None] * along * (1.0 - 1e-9)).any(1) & (along[:, 0] > 0.0)
+        if not outside.any():
+            return system, claim
+        may = np.minimum(_leaning(force, normals, limit), system.mu)
+        system = replace(system, mu=np.where(outside, may, system.mu))
+    return None
+
+
+def _leaning(force: Floats, normals: Floats, mu: Floats) -> Floats:
+    """(P,) how far forces (P, 3) may lean the way they do, over their part along the first of some normals (P, 3, 3).
+
+    They stay in the cones of friction about all of these; 0 where one of them does not hold the first normal.
+    """
+    axis = normals[:, 0]
+    across = force - np.einsum("qi,qi->q", force, axis)[:, None] * axis
+    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
+    least, most = np.zeros(len(force)), mu.copy()
+    for _ in range(BISECTIONS):
+        middle = (least + most) / 2.0
+        way = axis + middle[:, None] * across
+        cosine = np.einsum("qij,qj->qi", normals, way).min(axis=1) / np.linalg.norm(way, axis=1)
+        inside = cosine * np.sqrt(1.0 + mu**2) >= 1.0 + 1e-9
+        least, most = np.where(inside, middle, least), np.where(inside, most, middle)
+    return least
 
 
 def solved(

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from cyclopean import __version__
+from cyclopean.design.rubble.dressing import cut_list
 from cyclopean.io.files import picked
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def settled_dict(
             {
                 "stone": stones[laid.stone].id,
                 **picked(laid, "transform", "course", "role", "stable", "reason"),
+                "cuts": cut_list(laid.cuts),
                 "margin": laid.margin if laid.margin > -1e300 else None,  # None: nothing bears it
             }
             for laid in wall.laid

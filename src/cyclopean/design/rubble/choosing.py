@@ -21,6 +21,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.design.rubble.dressing import DEEPEST, let_down
 from cyclopean.design.rubble.orientations import Bedded
 from cyclopean.design.rubble.places import FULL, Place, Scores
 from cyclopean.design.rubble.tipping import left_under, tipped
@@ -32,6 +33,7 @@ STEEP = 0.5  # slope beyond which a stone that tips falls
 TOUCHING = 0.2  # cells: gap at which a stone counts as touching
 LEAST, MOST = 0.08, 0.3  # of the stone's size: margin below which it is left alone, and above which more is no better
 SQUARES = 0.3, 0.7  # of the size of a stone: half the widths of the squares
+LET = 0.15  # of the share that may be knocked off: a flat takes several times what stands in its way
 STANDS_BACK = 1.0  # of the size of a stone: what is farther from a face leaves room before it
 
 
@@ -57,7 +59,13 @@ def closed(ground: Floats, half: int) -> Floats:
 
 
 def chosen(
-    ground: Floats, label: Ints, places: Sequence[Place], first: int, cell: float, unit: float, scores: Scores
+    ground: Floats,
+    label: Ints,
+    places: Sequence[Place],
+    first: int,
+    sizes: tuple[float, float],
+    scores: Scores,
+    dress: float = 0.0,
 ) -> list[Tipped]:
     """Places at which stones lie, the best first.
 
@@ -71,13 +79,16 @@ def chosen(
         What is looked at.
     first : int
         Where the part begins.
-    cell, unit : float
+    sizes : (float, float)
         Width of a cell, and size of a stone (m).
     scores : Scores
         What counts for how much.
+    dress : float
+        Share of its volume that may be knocked off a stone: it is let down so far into the map.
     """
     if not places:
         return []
+    cell, unit = sizes
     at = [(place.cell[0] - first, place.cell[1]) for place in places]
     lying = [place.lying for place in places]
     need, x, y = _needed(ground, lying, at, cell)
@@ -85,16 +96,17 @@ def chosen(
     need -= level[:, None, None]
     motion = tipped(need, x, y, STEEP)
     gap = left_under(need, x, y, motion)
-    touching = gap <= TOUCHING * cell
     size = np.cbrt([b.volume for b in lying])
+    down = let_down(gap, cell, LET * dress * size**3, DEEPEST * size) if dress > 0.0 else np.zeros(len(size))
+    touching = gap <= TOUCHING * cell + down[:, None, None]
     reach = _reach(touching, x, y)
     margin = reach.min(axis=0) / size
     steep = np.hypot(motion[:, 1], motion[:, 2])
     good = np.flatnonzero((margin >= LEAST) & (steep <= STEEP))
     if not len(good):
         return []
-    rest = level + motion[:, 0]
-    room = _lost(ground, [lying[k] for k in good], [at[k] for k in good], (rest, motion, x, y), good, (cell, unit))
+    rest = level + motion[:, 0] - down
+    room = _lost(ground, [lying[k] for k in good], [at[k] for k in good], (rest, motion, x, y), good, sizes)
     volume = size[good] ** 3
     under = [len(np.unique(_under(label, touching[k], at[k]))) for k in good]
     tall = np.array([(lying[k].top - lying[k].bottom) / (2.0 * lying[k].thin) for k in good])

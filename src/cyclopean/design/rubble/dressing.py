@@ -37,7 +37,7 @@ from cyclopean.geometry import mass_properties, pack
 from cyclopean.geometry.frames import unit
 from cyclopean.geometry.solids import Solid, beneath, intersection, mesh_of, solid_volume
 
-__all__ = ["Cut", "Dressed", "cut_list", "dressed", "imposition", "let_down"]
+__all__ = ["DEEPEST", "Cut", "Dressed", "cut_list", "dressed", "imposition", "let_down"]
 
 DEEPEST = 0.2  # of the cube root of the volume: a blow that is to take more breaks the stone, not the boss
 SPECK = 1e-6  # of the stone's volume: what is shared in a place is left to the seating, which lifts the stone by it

@@ -26,6 +26,7 @@ import numpy as np
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import gathered
 from cyclopean.design.rubble.choosing import chosen
+from cyclopean.design.rubble.dressing import imposition
 from cyclopean.design.rubble.orientations import Bedded
 from cyclopean.design.rubble.places import FULL, Place, Places
 from cyclopean.design.rubble.site import LARGE, NO_PLACE, Progress, Site
@@ -181,7 +182,7 @@ def _crowned(site: Site, places: Places, course: int) -> None:
         places.renewed()
         for stone in site.left:
             found = places.best(site.map, [site.bedded(stone)], FULL / 2.0)
-            good = chosen(site.map, site.label, found, 0, site.cell, site.unit, site.settings.scores)
+            good = chosen(site.map, site.label, found, 0, (site.cell, site.unit), site.settings.scores, site.settings.dress)
             if good:
                 places.changed(site.leave(good[0], course))
 
@@ -223,7 +224,7 @@ def _next(site: Site, places: Places, work: Round) -> Trial | None:
         rounds += 1
         for start in range(0, len(found), LOOKED):
             some = found[start : start + LOOKED]
-            good = chosen(site.map, site.label, some, 0, site.cell, site.unit, site.settings.scores)
+            good = chosen(site.map, site.label, some, 0, (site.cell, site.unit), site.settings.scores, site.settings.dress)
             kept = {id(tipped.place) for tipped in good}
             for place in some:
                 if id(place) not in kept:
@@ -275,7 +276,8 @@ def _blocks(site: Site) -> tuple[Block, ...]:
 
 
 def _measures(site: Site) -> Measures:
-    volume = sum(site.stones[laid.stone].volume for laid in site.laid)
+    volume = sum(body.volume for body in site.stood.values())
+    removed = sum(site.stones[laid.stone].volume for laid in site.laid) - volume
     top = np.where(site.room > 0.0, site.map, 0.0)
     skyline = float(top.max(axis=1).sum()) * site.cell * site.map.shape[1] * site.cell
     return Measures(
@@ -288,5 +290,6 @@ def _measures(site: Site) -> Measures:
         length=site.shape.length,
         thickness=site.shape.thickness,
         overlap=site.overlap,
+        imposition=imposition(max(removed, 0.0), volume + removed) if site.settings.dress else 0.0,
         seconds=0.0,
     )

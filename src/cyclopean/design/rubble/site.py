@@ -116,7 +116,9 @@ class Site:
             if what == "stone" and one.stone in self.kept.get("hearting", ()):
                 what = "hearting"
             self.laid.append(
-                Laid(one.stone, one.rotation, one.shift, course, what, one.margin, True, one.fresh.bearing)
+                Laid(
+                    one.stone, one.rotation, one.shift, course, what, one.margin, True, one.fresh.bearing, "", one.cuts
+                )
             )
             self.overlap = max(self.overlap, one.overlap)
             self._used(one.stone)

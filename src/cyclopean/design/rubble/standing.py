@@ -81,12 +81,10 @@ class Fresh:
         return np.concatenate([np.zeros((0, 3)), *(joint.bearing for joint in self.joints)])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
-    """Forces on a new stone, and those that change with it: N on the upper stone, world, by (stone, which joint)."""
-
-    force: Mapping[tuple[int, int], Floats]  # (c, q, 3) for each way of gravity
-    plumb: Mapping[tuple[int, int], Floats]  # (q, 3) with gravity straight down, where only these change
+At = tuple[int, int]  # a joint: stone, and which of its own
+# Forces (q, 3) on the upper stones, N, world, in joints of a new stone and those that change with it: for each way of
+# gravity.
+State = tuple[Mapping[At, Floats], ...]
 
 
 class Structure:
@@ -96,7 +94,7 @@ class Structure:
         self.ground, self.touch, self.friction = ground, touch, friction
         self.down = _ways_down(lean)  # (c, 3)
         self.stones: dict[int, Fresh] = {}
-        self.force: dict[tuple[int, int], Floats] = {}  # (c, q, 3) N
+        self.force: dict[At, Floats] = {}  # (c, q, 3) N
         self.above: dict[int, list[tuple[int, int]]] = {}  # joints of later stones with each stone
         self.next = 0  # number of the stone that is laid next
         self.between = -np.inf, np.inf  # m along the wall: stones whose forces may change have their centres there
@@ -119,18 +117,20 @@ class Structure:
         low, high = self.between
         if not all(low <= self.stones[k].mass.centre[0] <= high for k in bearers):
             return None
-        few = (*bearers, *numbers)
-        leaning = self._balanced(few, fresh, range(1, len(self.down)))
-        if leaning is None:
-            return None
-        plumb = self._balanced(few, fresh, range(1))
-        if plumb is None:  # with friction of the faces alone, others may have to help
-            around = self._around(bearers, fresh[-1].mass.centre)
-            plumb = self._balanced((*around, *numbers), fresh, range(1)) if len(around) > len(bearers) else None
-        if plumb is None:
-            return None
-        force = {at: np.concatenate([plumb[at], leaning[at]]) if leaning else plumb[at] for at in (leaning or plumb)}
-        return State(force, {at: f[0] for at, f in plumb.items() if at not in force})
+        few = _Problem.of(self, (*bearers, *numbers), fresh)
+        many: _Problem | None = None
+        found: dict[int, Mapping[At, Floats]] = {}
+        for way in (self.worst, *(k for k in range(len(self.down)) if k != self.worst)):
+            forces = few.forces(way)
+            if forces is None:  # others may have to help
+                around = self._around(bearers, fresh[-1].mass.centre)
+                many = many or _Problem.of(self, (*around, *numbers), fresh)
+                forces = many.forces(way)
+            if forces is None:
+                self.worst = way
+                return None
+            found[way] = forces
+        return tuple(found[way] for way in range(len(self.down)))
 
     def _around(self, bearers: Sequence[int], centre: Floats) -> tuple[int, ...]:
         """These stones, and others near enough along the wall to help them; sorted."""
@@ -143,12 +143,8 @@ class Structure:
     def resolve(self) -> None:
         """Find the forces in all joints anew, and keep those that are known where none are found."""
         if self.stones:
-            every = tuple(sorted(self.stones))
-            found = [self._balanced(every, (), [way]) for way in range(len(self.down))]
-            for way, forces in enumerate(found):
-                for at, force in (forces or {}).items():
-                    self.force[at] = self.force[at].copy()
-                    self.force[at][way] = force[0]
+            every = _Problem.of(self, tuple(sorted(self.stones)), ())
+            self._keep([every.forces(way) or {} for way in range(len(self.down))])
         self.worst = 0
 
     def lay(self, fresh: Sequence[Fresh], state: State) -> None:
@@ -159,9 +155,13 @@ class Structure:
             for k, joint in enumerate(new.joints):
                 if joint.below != GROUND:
                     self.above[joint.below].append((number, k))
-        self.force.update(state.force)
-        for at, force in state.plumb.items():
-            self.force[at] = np.concatenate([force[None], self.force[at][1:]])
+        self._keep(state)
+
+    def _keep(self, state: Sequence[Mapping[At, Floats]]) -> None:
+        """Take forces over."""
+        for way, forces in enumerate(state):
+            for at, force in forces.items():
+                self.force.setdefault(at, np.zeros((len(self.down), *force.shape)))[way] = force
 
     def meetings(self, block: Mapping[int, int]) -> dict[tuple[int, int], tuple[Meeting, ...]]:
         """Contacts of the model, between blocks a < b; `block` is the number of each stone, and the ground block 0."""
@@ -183,43 +183,63 @@ class Structure:
                 fresh += [joint.below for joint in self.stones[k].joints if len(joint.bearing)]
         return tuple(sorted(found))
 
-    def _balanced(
-        self, free: tuple[int, ...], fresh: Sequence[Fresh], ways: Sequence[int]
-    ) -> dict[tuple[int, int], Floats] | None:
-        """Forces in all joints of these stones, new ones last, with all others as they are, for some ways of gravity."""
-        if not len(ways):
-            return {}
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Problem:
+    """Balance of some stones, new ones last, with the forces in all other joints as they are."""
+
+    structure: Structure
+    stones: Mapping[int, Fresh]
+    joints: Mapping[At, Joint]
+    system: EquilibriumSystem | None
+    schur: Schur | None
+
+    @classmethod
+    def of(cls, structure: Structure, free: tuple[int, ...], fresh: Sequence[Fresh]) -> "_Problem":
         old = len(free) - len(fresh)
-        stones = {k: self.stones[k] for k in free[:old]} | dict(zip(free[old:], fresh, strict=True))
+        stones = {k: structure.stones[k] for k in free[:old]} | dict(zip(free[old:], fresh, strict=True))
         row = {k: i for i, k in enumerate(free)}
+        joints = {
+            (k, i): joint
+            for k, stone in stones.items()
+            for i, joint in enumerate(stone.joints)
+            if joint.below == GROUND or joint.below in row
+        }
+        ends = np.array([(row.get(joint.below, -1), row[k]) for (k, _), joint in joints.items()])
         masses = [stone.mass for stone in stones.values()]
-        load = np.zeros((len(ways), len(free), 6))
-        load[:, :, :3] = self.down[list(ways), None] * np.array([m.weight for m in masses])[:, None]
-        found: dict[tuple[int, int], Joint] = {}
-        for k, stone in stones.items():
-            for i, joint in enumerate(stone.joints):
-                if joint.below == GROUND or joint.below in row:
-                    found[k, i] = joint
-                elif (k, i) in self.force:
-                    _push(load[:, row[k]], self.force[k, i][list(ways)], joint, stone.mass.centre)
-            for above, i in self.above.get(k, ()):
-                if above not in row:
-                    force = -self.force[above, i][list(ways)]
-                    _push(load[:, row[k]], force, self.stones[above].joints[i], stone.mass.centre)
-        ends = np.array([(row.get(joint.below, -1), row[k]) for (k, _), joint in found.items()])
-        system = _system(masses, load[0], list(found.values()), ends, self.friction)
-        if system is None:
+        system = _system(masses, list(joints.values()), ends, structure.friction)
+        return cls(structure, stones, joints, system, None if system is None else Schur(system, threads=1))
+
+    def forces(self, way: int) -> dict[At, Floats] | None:
+        """(q, 3) N in the joints between these, for one way of gravity; None where none were found."""
+        if self.system is None or self.schur is None:
             return None
-        if ways[0] == 0:
-            system = replace(system, mu=_faces_mu(found.values(), self.friction))
-        first = self.worst if self.worst < len(ways) else 0
-        f, worst = _forces(system, load / [1.0, 1.0, 1.0, *3 * [system.length_unit]], first)
+        system, joints = self.system, self.joints.values()
+        posed = replace(system, p=self._load(way).ravel() / system.force_unit)
+        if way == 0:
+            posed = replace(posed, mu=_faces_mu(joints, self.structure.friction))
+        f = _balanced(posed, self.schur)
         if f is None:
-            self.worst = worst if len(ways) > 1 else self.worst
             return None
-        world = np.einsum("cqf,qfi->cqi", f * system.force_unit, system.frame)
-        last = np.cumsum([len(_points(joint)) for joint in found.values()])
-        return dict(zip(found, np.split(world, last[:-1], axis=1), strict=True))
+        world = np.einsum("qf,qfi->qi", f * system.force_unit, system.frame)
+        last = np.cumsum([len(_points(joint)) for joint in joints])
+        return dict(zip(self.joints, np.split(world, last[:-1]), strict=True))
+
+    def _load(self, way: int) -> Floats:
+        """(b, 6) N: weights, and forces in joints with stones that are not among these; moments over the unit."""
+        structure = self.structure
+        load = np.zeros((len(self.stones), 6))
+        for row, (k, stone) in enumerate(self.stones.items()):
+            load[row, :3] += structure.down[way] * stone.mass.weight
+            for i, joint in enumerate(stone.joints):
+                if (k, i) not in self.joints and (k, i) in structure.force:
+                    _push(load[row], structure.force[k, i][way], joint, stone.mass.centre)
+            for above, i in structure.above.get(k, ()):
+                if above not in self.stones:
+                    force = -structure.force[above, i][way]
+                    _push(load[row], force, structure.stones[above].joints[i], stone.mass.centre)
+        assert self.system is not None
+        return load / [1.0, 1.0, 1.0, *3 * [self.system.length_unit]]
 
 
 def _ways_down(lean: float) -> Floats:
@@ -245,9 +265,9 @@ def _turned(part: Meeting) -> Meeting:
 
 
 def _push(load: Floats, force: Floats, joint: Joint, centre: Floats) -> None:
-    """Add known forces (c, q, 3) at the points of a joint to the loads (c, 6) of a stone."""
-    load[:, :3] += force.sum(axis=1)
-    load[:, 3:] += np.cross(_points(joint) - centre, force).sum(axis=1)
+    """Add known forces (q, 3) at the points of a joint to the load (6,) of a stone."""
+    load[:3] += force.sum(axis=0)
+    load[3:] += np.cross(_points(joint) - centre, force).sum(axis=0)
 
 
 def _points(joint: Joint) -> Floats:
@@ -255,10 +275,8 @@ def _points(joint: Joint) -> Floats:
     return np.concatenate([part.polygon for part in joint.parts if len(part.polygon)] or [np.zeros((0, 3))])
 
 
-def _system(
-    masses: Sequence[Mass], load: Floats, joints: Sequence[Joint], ends: Ints, friction: float
-) -> EquilibriumSystem | None:
-    """A f = -p of some stones under loads (b, 6) N, N m; None where their joints (rows `ends`) have no points."""
+def _system(masses: Sequence[Mass], joints: Sequence[Joint], ends: Ints, friction: float) -> EquilibriumSystem | None:
+    """A f = -p of some stones without loads; None where their joints (rows `ends`) have no points."""
     count = [len(_points(joint)) for joint in joints]
     total = sum(count)
     if not total:
@@ -272,8 +290,7 @@ def _system(
     length = float(np.mean([mass.volume for mass in masses])) ** (1.0 / 3.0)
     centre = np.array([mass.centre for mass in masses] + [np.zeros(3)])
     arm = (point[:, None] - centre[rows]) / length  # (q, 2, 3)
-    wrench = load / unit
-    wrench[:, 3:] /= length
+    wrench = np.zeros((len(masses), 6))
     sides = rows[:, 0], rows[:, 1], arm[:, 0], arm[:, 1], frame
     matrix = contact_matrix(len(masses), *sides)
     if matrix.shape[0] * matrix.shape[1] <= DENSE:
@@ -282,21 +299,12 @@ def _system(
     return EquilibriumSystem(free, used, *sides, mu, matrix, wrench.ravel(), unit, length)
 
 
-def _forces(system: EquilibriumSystem, loads: Floats, first: int) -> tuple[Floats | None, int]:
-    """(c, q, 3) scaled forces that balance each of some loads (c, b, 6), in their cones, from the `first` of them on.
-
-    None where one has none; and which one that is.
-    """
-    schur = Schur(system, threads=1)
-    found = np.zeros((len(loads), system.points, 3))
-    for k in (first, *(k for k in range(len(loads)) if k != first)):
-        posed = replace(system, p=loads[k].ravel() / system.force_unit)
-        try:
-            answer = newton(posed, schur, cap=CAP, lost=WEDGED)
-        except (SolverError, np.linalg.LinAlgError):
-            return None, k
-        found[k] = project_cones(answer.f, system.mu)
-        off = float(np.abs(posed.residual(found[k])).max(initial=0.0))
-        if answer.word != "balanced" or not off <= BALANCED * system.blocks:
-            return None, k
-    return found, first
+def _balanced(system: EquilibriumSystem, schur: Schur) -> Floats | None:
+    """(q, 3) scaled forces in their cones that balance the loads; None where none were found."""
+    try:
+        answer = newton(system, schur, cap=CAP, lost=WEDGED)
+    except (SolverError, np.linalg.LinAlgError):
+        return None
+    found = np.asarray(project_cones(answer.f, system.mu))
+    off = float(np.abs(system.residual(found)).max(initial=0.0))
+    return found if answer.word == "balanced" and off <= BALANCED * system.blocks else None

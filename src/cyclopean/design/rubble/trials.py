@@ -16,6 +16,7 @@ from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Floats
 from cyclopean.assembly.patches import Surface
 from cyclopean.design.rubble.choosing import Tipped, leaning
+from cyclopean.design.rubble.dressing import Cut, dressed
 from cyclopean.design.rubble.features import Body
 from cyclopean.design.rubble.pinning import pins_under
 from cyclopean.design.rubble.seating import heyman_margin, seat
@@ -32,11 +33,12 @@ REACH = 1.0  # of the unit: what is farther from a stone than that is not looked
 NEARLY = 0.2  # of its size: a stone that stands so far outside what bears it is not pinned
 PINNED = 2  # pins that are tried under one stone
 
-SLIDES, ROCKS, INTO, OUT, FALLS = (
+SLIDES, ROCKS, INTO, OUT, MORE, FALLS = (
     "slides where it could lie",
     "rocks where it could lie",
     "would stand in other stones",
     "would stand out of the wall",
+    "would need more dressing than is allowed",
     "would fall, or bring others down, with gravity leaning",
 )
 
@@ -52,6 +54,7 @@ class Seated:
     fresh: Fresh
     margin: float  # m: of the centre of mass inside the hull of what bears it
     overlap: float  # largest volume that it has in common with another, over its own
+    cuts: tuple[Cut, ...] = ()  # flats that are knocked off it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,8 +91,14 @@ def seated(
 
     `beside` is what is laid with it.
     """
-    body = site.body(stone)
-    found, near = _rest(site, body, pose, beside)
+    body, cuts = site.body(stone), ()
+    placed = _placed(site, body, pose, beside)
+    if site.settings.dress > 0.0:
+        cut = dressed(body, *pose, placed, site.settings.dress)
+        if cut is None:
+            return MORE
+        body, cuts = cut.body, cut.cuts
+    found = seat(body, *pose, placed, give_up=True)
     wanted = site.margin(body)
     if found.slid and not found.margin > 0.0:
         return SLIDES
@@ -105,15 +114,15 @@ def seated(
     margin = heyman_margin(fresh.bearing, lies.centroid)
     if not (margin > 0.0 and margin >= wanted):
         return ROCKS
-    return Seated(stone, found.rotation, found.shift, lies, fresh, margin, found.overlap)
+    return Seated(stone, found.rotation, found.shift, lies, fresh, margin, found.overlap, cuts)
 
 
-def _rest(site: "Site", body: Body, pose: tuple[Floats, Floats], beside: Sequence[Seated] = ()):  # type: ignore[no-untyped-def]
+def _placed(site: "Site", body: Body, pose: tuple[Floats, Floats], beside: Sequence[Seated] = ()) -> list[Body]:
+    """What stands near a stone in a pose, and what is laid with it."""
     turn, shift = pose
     point = body.vertices @ turn.T + shift
     near = site.near(point.min(axis=0), point.max(axis=0), REACH * site.unit)
-    placed = [site.stood[k] for k in near] + [one.body for one in beside]
-    return seat(body, turn, shift, placed, give_up=True), near
+    return [site.stood[k] for k in near] + [one.body for one in beside]
 
 
 def fresh_of(site: "Site", stone: int, body: Body, near: Sequence[int], beside: Sequence[Seated] = ()) -> Fresh:
@@ -128,7 +137,7 @@ def _pinned(site: "Site", stone: int, pose: tuple[Floats, Floats], ceiling: floa
     """A pin and the stone that it steadies; nothing where none does."""
     pins = site.kept.get("hearting", [])
     body = site.body(stone)
-    rest, near = _rest(site, body, pose)
+    rest = seat(body, *pose, _placed(site, body, pose), give_up=True)
     if not pins or rest.slid or not rest.margin > -NEARLY * float(np.cbrt(body.volume)):
         return ()
     lies = body.moved(rest.rotation, rest.shift)

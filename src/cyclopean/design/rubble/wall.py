@@ -10,6 +10,7 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.assembly.patches import Patch
 from cyclopean.design.options import at_least, not_negative, positive
+from cyclopean.design.rubble.dressing import Cut
 from cyclopean.design.rubble.height_map import MOST_CELLS
 from cyclopean.design.rubble.places import Scores
 from cyclopean.design.rubble.shape import Shape
@@ -164,6 +165,7 @@ class Laid:
     stable: bool  # it stands by itself, and brought nothing down
     contacts: Floats  # (n, 3) m, world: of what bears it
     reason: str = ""  # why it does not stand
+    cuts: tuple[Cut, ...] = ()  # flats that were knocked off it, in its own frame
 
     @property
     def transform(self) -> Floats:
@@ -184,6 +186,7 @@ class Measures:
     length: float  # m
     thickness: float  # m
     overlap: float  # largest share of its volume that a stone has in common with another one
+    imposition: float  # Lambda: share of the stones' volume that was knocked off
     seconds: float
 
 
