@@ -30,6 +30,7 @@ from cyclopean.design.rubble.dressing import imposition
 from cyclopean.design.rubble.orientations import Bedded
 from cyclopean.design.rubble.places import FULL, Place, Places
 from cyclopean.design.rubble.site import LARGE, NO_PLACE, Progress, Site
+from cyclopean.design.rubble.standing_wall import NOTHING, Standing
 from cyclopean.design.rubble.stock import SLENDER
 from cyclopean.design.rubble.trials import Trial, tried
 from cyclopean.design.rubble.wall import OVERLAP, Laid, Measures, RubbleWall, SettleSettings, filled_in
@@ -54,6 +55,8 @@ def settle(
     settings: SettleSettings | None = None,
     progress: Progress | None = None,
     executor: Executor | None = None,
+    standing: Assembly | None = None,
+    advice: int = 0,
 ) -> RubbleWall:
     """Lay a wall of found stones.
 
@@ -67,6 +70,11 @@ def settle(
         Told what goes on.
     executor : concurrent.futures.Executor, optional
         Lays every other one of several walls. The wall is the same without it.
+    standing : Assembly, optional
+        A wall that stands already, in the frame of this one, its ground fixed: it is gone on with. Stones that are in
+        it by their ids count as used.
+    advice : int
+        Tell so many stones that could be laid next, the best first, and lay the first of them only.
 
     Returns
     -------
@@ -75,15 +83,17 @@ def settle(
     Raises
     ------
     InputError
-        There are no stones, none of them fits into the wall, or the map would have too many cells.
+        There are no stones, none of them fits into the wall, the map would have too many cells, or what stands does not.
     """
     began = perf_counter()
     if not len(inventory):
         raise InputError(f"{inventory.source}: there are no stones to lay")
-    full = filled_in(inventory.stones, settings or SettleSettings())
-    ways = full.ways or 1
+    before = Standing.of(standing) if standing is not None else Standing()
+    full = filled_in(inventory.stones, settings or SettleSettings(), before.volumes)
+    ways = 1 if advice or before.blocks else full.ways or 1
     elsewhere = {} if executor is None else {k: executor.submit(_laid, inventory, full, k) for k in range(1, ways, 2)}
-    here = {k: _laid(inventory, full, k, progress or _silent) for k in range(ways) if k not in elsewhere}
+    say = progress or _silent
+    here = {k: _laid(inventory, full, k, say, before, advice) for k in range(ways) if k not in elsewhere}
     walls = [elsewhere[k].result() if k in elsewhere else here[k] for k in range(ways)]
     best = min((wall for wall in walls if wall is not None), key=_rank, default=None)
     if best is None:
@@ -94,12 +104,46 @@ def settle(
     return replace(best, measures=replace(best.measures, seconds=perf_counter() - began))
 
 
-def _laid(inventory: Inventory, settings: SettleSettings, way: int, say: Progress = _silent) -> RubbleWall | None:
+def _laid(
+    inventory: Inventory,
+    settings: SettleSettings,
+    way: int,
+    say: Progress = _silent,
+    before: Standing = NOTHING,
+    advice: int = 0,
+) -> RubbleWall | None:
     """One wall; None where nothing can be laid."""
-    site = Site(inventory.stones, settings, say)
+    site = Site(inventory.stones, settings, say, before)
     site.first = FIRST[way]
-    _build(site)
-    return _finished(site) if site.laid else None
+    following = _advised(site, advice) if advice else ()
+    if not advice:
+        _build(site)
+    return _finished(site, following) if site.laid or before.blocks else None
+
+
+def _advised(site: Site, count: int) -> tuple[Laid, ...]:
+    """The best stones to be laid next, of which the first is laid."""
+    places, lift, found = _places(site), COURSE * site.course, list[Trial]()
+    site.begin()
+    while len(found) < count and _ceiling(site, lift) <= _highest(site) + LIFT * site.unit:
+        course = lift // COURSE
+        told = {trial.stones[-1].stone for trial in found}
+        work = _body(site, _ceiling(site, lift), course, PATIENCE)
+        work = replace(work, pools=tuple([k for k in pool if k not in told] for pool in work.pools))
+        trial = _next(site, places, work) if any(work.pools) else None
+        if trial is None:
+            lift += 1
+            places.forget()
+        else:
+            found.append(trial)
+    laid = tuple(
+        Laid(one.stone, one.rotation, one.shift, lift // COURSE, "stone", one.margin, True, one.fresh.bearing)
+        for trial in found
+        for one in trial.stones[-1:]
+    )
+    if found:
+        site.take(found[0], laid[0].course, "stone")
+    return laid
 
 
 def _rank(wall: RubbleWall) -> tuple[int, float]:
@@ -243,12 +287,12 @@ def _next(site: Site, places: Places, work: Round) -> Trial | None:
 # What came out
 
 
-def _finished(site: Site) -> RubbleWall:
+def _finished(site: Site, following: tuple[Laid, ...]) -> RubbleWall:
     """The wall as a model with contacts, and its measures but for the time that it took."""
     contacts, patches = gathered(site.structure.meetings({k: i + 1 for i, k in enumerate(site.stood)}))
     whole = Assembly(_blocks(site), contacts, (), "rubble wall")
     left_over = tuple((k, _reason(site, k)) for k in sorted(site.left))
-    return RubbleWall(tuple(site.laid), left_over, site.settings, _measures(site), whole, patches)
+    return RubbleWall(tuple(site.laid), left_over, site.settings, _measures(site), whole, patches, following)
 
 
 def _reason(site: Site, stone: int) -> str:
@@ -267,8 +311,8 @@ def _fits(site: Site, lying: Bedded) -> bool:
 
 def _blocks(site: Site) -> tuple[Block, ...]:
     """The ground, then the stones."""
-    blocks: list[Block] = [site.ground]
-    for laid, mesh in zip(site.laid, site.stood.values(), strict=True):
+    blocks: list[Block] = [site.ground, *site.before.blocks]
+    for laid, mesh in zip(site.laid, list(site.stood.values())[len(site.before.blocks) :], strict=True):
         stone = site.stones[laid.stone]
         faces = tuple(map(tuple, mesh.triangles.tolist()))
         blocks.append(Block(stone.id, mesh.vertices, faces, stone.density, False, f"course-{laid.course}"))
@@ -277,13 +321,13 @@ def _blocks(site: Site) -> tuple[Block, ...]:
 
 def _measures(site: Site) -> Measures:
     volume = sum(body.volume for body in site.stood.values())
-    removed = sum(site.stones[laid.stone].volume for laid in site.laid) - volume
+    removed = sum(site.stones[laid.stone].volume for laid in site.laid) + sum(site.before.volumes) - volume
     top = np.where(site.room > 0.0, site.map, 0.0)
     skyline = float(top.max(axis=1).sum()) * site.cell * site.map.shape[1] * site.cell
     return Measures(
         void=1.0 - volume / skyline,
         void_tops=1.0 - volume / (float(top.sum()) * site.cell**2),
-        courses=1 + max(laid.course for laid in site.laid),
+        courses=1 + max((laid.course for laid in site.laid), default=site.course - 1),
         height=float(site.boxes[:, 1, 2].max()),
         level=float(top.max(axis=1).mean()),
         stone=site.unit,

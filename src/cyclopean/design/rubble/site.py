@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import Surface
@@ -13,11 +14,13 @@ from cyclopean.design.rubble.features import Body, body_of
 from cyclopean.design.rubble.height_map import lying_raster
 from cyclopean.design.rubble.orientations import Bedded, bedded
 from cyclopean.design.rubble.places import FULL, Box, Place
-from cyclopean.design.rubble.standing import Structure
+from cyclopean.design.rubble.standing import GRAVITY, Mass, Structure
+from cyclopean.design.rubble.standing_wall import NOTHING, Standing
 from cyclopean.design.rubble.stock import BEARING, SPANNING, kept_back
 from cyclopean.design.rubble.trials import INSIDE, Trial
 from cyclopean.design.rubble.wall import Laid, SettleSettings, unit_size
 from cyclopean.design.stones.stone import Stone
+from cyclopean.errors import InputError
 from cyclopean.geometry import triangles
 from cyclopean.geometry.solids import CUBE
 
@@ -36,18 +39,22 @@ NO_PLACE, LARGE = "no place was left for it", "too large for the wall"
 class Site:
     """The wall while it is laid."""
 
-    def __init__(self, stones: Sequence[Stone], settings: SettleSettings, say: Progress) -> None:
+    def __init__(
+        self, stones: Sequence[Stone], settings: SettleSettings, say: Progress, before: Standing = NOTHING
+    ) -> None:
         assert settings.cell is not None
         self.stones, self.settings, self.shape, self.say = stones, settings, settings.shape(), say
-        self.cell, self.unit = settings.cell, unit_size(stones)
+        self.cell, self.unit, self.before = settings.cell, unit_size(stones, before.volumes), before
         self.room = self.shape.room(self.cell)  # (n, m) m: height up to which each cell is in the wall
         if self.shape.opening is not None:
             under = self.shape.opened(self.cell)
             self.room[under] = np.minimum(self.room[under], self.shape.opening.sill)
         self.map: Floats = np.where(self.room > 0.0, 0.0, FULL)
         self.label = np.full(self.map.shape, -1)  # which stone is on top of each cell; -1 = the ground
-        self.left = self.by_size(range(len(stones))) if settings.look_ahead else list(range(len(stones)))
-        self.course = 0  # from which on is laid
+        used = {block.id for block in before.blocks}
+        at_hand = [k for k, stone in enumerate(stones) if stone.id not in used]
+        self.left = self.by_size(at_hand) if settings.look_ahead else at_hand
+        self.course = before.course  # from which on is laid
         self.first = 1.9  # of the unit: the ceiling at the start
         self.through = settings.through or (THROUGH if settings.wythes == 2 else None)  # m: between through-stones
         asked = {"cope"} if settings.copes else set()
@@ -62,10 +69,32 @@ class Site:
         self.boxes = np.zeros((0, 2, 3))  # lowest and highest corners of what stands, in the same order
         self.why: dict[int, Counter[str]] = {}  # why each stone was not laid where it was tried
         self.overlap = 0.0
-        self.ground = _ground(free_name("ground", {s.id for s in stones}), self.shape.size, LONGEST * self.unit)
+        self.ground = _ground(free_name("ground", {s.id for s in stones} | used), self.shape.size, LONGEST * self.unit)
         floor = Assembly((self.ground,), None, ()).mesh
         surface = Surface.of(floor.vertex[triangles(floor)[0]])
         self.structure = Structure(surface, TOUCH * self.unit, settings.friction, settings.lean)
+        for block, body in zip(before.blocks, before.bodies, strict=True):
+            self._adopt(block, body)
+        if before.blocks and not self.structure.resolve():
+            raise InputError(
+                f"standing: no forces hold what stands with friction {settings.friction:g} and gravity leaning by"
+                f" {settings.lean:g} degrees; try a smaller `lean`, or `check` the model"
+            )
+
+    def _adopt(self, block: Block, body: Body) -> None:
+        """Count a block that stands already among what stands."""
+        density = block.density or DENSITY
+        mass = Mass(body.centroid, body.volume, density * body.volume * GRAVITY)
+        near = self.near(body.low, body.high, self.structure.touch)
+        fresh = self.structure.fresh(mass, Surface.of(body.vertices[body.triangles]), near)
+        if not any(len(joint.points) for joint in fresh.joints):
+            raise InputError(
+                f"standing: block '{block.id}' touches nothing that comes before it in the file; list blocks from the"
+                " ground up, and leave none in the air"
+            )
+        number = self.structure.next
+        self.structure.lay((fresh,), ())
+        self.stand(number, body)
 
     def bedded(self, stone: int) -> list[Bedded]:
         """A stone in its orientations."""

@@ -61,6 +61,11 @@ class Joint:
     parts: tuple[Meeting, ...]  # normals into the stone
 
     @property
+    def points(self) -> Floats:
+        """(q, 3) points of all patches that can carry."""
+        return np.concatenate([part.polygon for part in self.parts if len(part.polygon)] or [np.zeros((0, 3))])
+
+    @property
     def bearing(self) -> Floats:
         """(n, 3) points of the patches that bear it."""
         found = [part.polygon for part in self.parts if len(part.polygon) and part.normal[2] >= BEARING]
@@ -140,12 +145,15 @@ class Structure:
         near = {k for k, stone in self.stones.items() if abs(stone.mass.centre[0] - centre[0]) <= far}
         return tuple(sorted(near | set(bearers)))
 
-    def resolve(self) -> None:
-        """Find the forces in all joints anew, and keep those that are known where none are found."""
-        if self.stones:
-            every = _Problem.of(self, tuple(sorted(self.stones)), ())
-            self._keep([every.forces(way) or {} for way in range(len(self.down))])
+    def resolve(self) -> bool:
+        """Find the forces in all joints anew, keep those that are known where none are found; whether all were."""
         self.worst = 0
+        if not self.stones:
+            return True
+        every = _Problem.of(self, tuple(sorted(self.stones)), ())
+        found = [every.forces(way) for way in range(len(self.down))]
+        self._keep([forces or {} for forces in found])
+        return all(forces is not None for forces in found)
 
     def lay(self, fresh: Sequence[Fresh], state: State) -> None:
         """Add stones, with the forces that hold them."""
@@ -222,7 +230,7 @@ class _Problem:
         if f is None:
             return None
         world = np.einsum("qf,qfi->qi", f * system.force_unit, system.frame)
-        last = np.cumsum([len(_points(joint)) for joint in joints])
+        last = np.cumsum([len(joint.points) for joint in joints])
         return dict(zip(self.joints, np.split(world, last[:-1]), strict=True))
 
     def _load(self, way: int) -> Floats:
@@ -267,21 +275,16 @@ def _turned(part: Meeting) -> Meeting:
 def _push(load: Floats, force: Floats, joint: Joint, centre: Floats) -> None:
     """Add known forces (q, 3) at the points of a joint to the load (6,) of a stone."""
     load[:3] += force.sum(axis=0)
-    load[3:] += np.cross(_points(joint) - centre, force).sum(axis=0)
-
-
-def _points(joint: Joint) -> Floats:
-    """(q, 3) points of all patches of a joint that can carry."""
-    return np.concatenate([part.polygon for part in joint.parts if len(part.polygon)] or [np.zeros((0, 3))])
+    load[3:] += np.cross(joint.points - centre, force).sum(axis=0)
 
 
 def _system(masses: Sequence[Mass], joints: Sequence[Joint], ends: Ints, friction: float) -> EquilibriumSystem | None:
     """A f = -p of some stones without loads; None where their joints (rows `ends`) have no points."""
-    count = [len(_points(joint)) for joint in joints]
+    count = [len(joint.points) for joint in joints]
     total = sum(count)
     if not total:
         return None
-    point = np.concatenate([_points(joint) for joint in joints])
+    point = np.concatenate([joint.points for joint in joints])
     parts = [part for joint in joints for part in joint.parts if len(part.polygon)]
     normal = np.repeat([part.normal for part in parts], [len(part.polygon) for part in parts], axis=0)
     frame = frames_from_normals(normal)

@@ -200,12 +200,13 @@ class RubbleWall:
     measures: Measures
     assembly: Assembly  # the ground, then the stones; with the contacts of the real meshes
     patches: tuple[Patch, ...]  # where surfaces meet: one of each contact, then those that are too narrow for one
+    following: tuple[Laid, ...] = ()  # stones that could be laid next, the best first, where that was asked for
 
 
-def filled_in(stones: Sequence[Stone], settings: SettleSettings) -> SettleSettings:
-    """The settings with lengths for what was left open."""
+def filled_in(stones: Sequence[Stone], settings: SettleSettings, standing: Sequence[float] = ()) -> SettleSettings:
+    """The settings with lengths for what was left open; `standing` are volumes (m3) of what stands already."""
     extent = np.array([np.ptp(s.vertices @ s.axes.T, axis=0) for s in stones])
-    cell = settings.cell or unit_size(stones) / CELLS
+    cell = settings.cell or unit_size(stones, standing) / CELLS
     longest = float(extent[:, 0].max()) + 2.0 * cell
     thickness = settings.thickness or DEEP * float(np.median(extent[:, 1])) + cell
     face = math.fsum(s.volume for s in stones) / SOLIDITY / thickness  # m2 of wall
@@ -218,6 +219,6 @@ def filled_in(stones: Sequence[Stone], settings: SettleSettings) -> SettleSettin
     return replace(settings, length=length, thickness=thickness, cell=cell, ways=ways)
 
 
-def unit_size(stones: Sequence[Stone]) -> float:
+def unit_size(stones: Sequence[Stone], standing: Sequence[float] = ()) -> float:
     """Cube root of the median volume (m): what lengths are told in while laying."""
-    return float(np.cbrt(np.median([stone.volume for stone in stones])))
+    return float(np.cbrt(np.median([*(stone.volume for stone in stones), *standing])))
