@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.cli.masons_words import json_of, lines
+from cyclopean.view.masons_words import json_of, lines
 from cyclopean.design.rubble.masons_rules import Faces, masons_rules
 from cyclopean.errors import InputError
 

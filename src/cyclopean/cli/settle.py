@@ -51,6 +51,13 @@ def settle(
         str | None,
         Option("[" + ",".join(f"{name}={value:g}" for name, value in asdict(Scores()).items()) + "]", metavar="NAME=W,..."),
     ] = None,
+    standing: Annotated[
+        str | None, Option("Go on with the wall of this model, with the stones still at hand.", metavar="MODEL")
+    ] = None,
+    next: Annotated[
+        int | None,
+        Option("Tell the N best stones to lay next, and lay the first.", "whole", metavar="N", least=1, most=100),
+    ] = None,
     workers: Annotated[
         int | None, Option("Processes [2].", "whole", choices=("1", "2"))
     ] = None,
@@ -73,8 +80,9 @@ def settle(
 
     with long_work(f"laying {stones}") as stage:
         inventory, said = inventory_of(stones, reading)
+        stands = None if standing is None else io.read_model(standing)[0]
         with beside((workers or 2) - 1) as executor:
-            wall = build(inventory, settings, stage, executor)
+            wall = build(inventory, settings, stage, executor, stands, next or 0)
     for warning in (*said, *inventory.notes):
         warn(warning)
     there = files.to.get("json", out).absolute().parent
@@ -99,18 +107,23 @@ def settle(
 
 def _lines(wall: "RubbleWall", inventory: "Inventory", files: Files) -> list[str]:
     """Say what came out."""
-    from cyclopean.view.settled_page import answer_of
+    from cyclopean.view.settled_page import answer_of, told_measures
 
-    m, asked = wall.measures, wall.settings
+    asked = wall.settings
     what, missing = answer_of(wall, inventory)
     falls = [inventory.stones[laid.stone].id for laid in wall.laid if not laid.stable]
     stands = f"at every stage with friction {asked.friction:g} and gravity leaning by {asked.lean:g} degrees"
     lines = [
         f"{what}{'; ' + missing[0].lower() + missing[1:].rstrip('. ') if missing else ''}",
         f"  stands    {stands}" if not falls else f"  falls     {_some(falls)}; the rest stands {stands}",
-        f"  void      {m.void:.0%} between the faces, {m.void_tops:.0%} below the stones' own tops",
-        f"  overlap   at most {m.overlap:.1e} of a stone",
+        *(f"  {name:<9} {said}" for name, said in (line.split(": ", 1) for line in told_measures(wall))),
     ]
+    for k, laid in enumerate(wall.following, 1):
+        x, y, z = laid.rotation @ inventory.stones[laid.stone].centroid + laid.shift
+        lines.append(
+            f"  next {k:<4} {inventory.stones[laid.stone].id} with its middle at {x:.3f}, {y:.3f}, {z:.3f} m; its centre of"
+            f" mass stands {1e3 * laid.margin:.0f} mm inside what bears it"
+        )
     roles = Counter(laid.role for laid in wall.laid)
     if set(roles) != {"stone"}:
         lines.append("  laid as   " + ", ".join(f"{count} {role}" for role, count in roles.most_common()))

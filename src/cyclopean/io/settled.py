@@ -47,6 +47,7 @@ def settled_dict(
             for laid in wall.laid
         ],
         "left_over": [{"stone": stones[k].id, "reason": reason} for k, reason in wall.left_over],
+        "next": [{"stone": stones[one.stone].id, **picked(one, "transform", "margin")} for one in wall.following],
         **picked(wall, "measures", "settings"),
         "contacts": [
             {"a": ids[p.a], "b": ids[p.b], **picked(p, "kind", "area", "touching", "misfit")} for p in wall.patches

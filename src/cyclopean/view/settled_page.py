@@ -9,6 +9,7 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.view.figures import number
+from cyclopean.view.masons_words import lines
 from cyclopean.view.markup import document, figure, headline, section, table
 from cyclopean.view.rubble_drawing import Profile, Told, courses_svg, rubble_svg
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from cyclopean.design.rubble.wall import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
 
-__all__ = ["answer_of", "settled_html", "settled_page", "told_of"]
+__all__ = ["answer_of", "settled_html", "settled_page", "told_measures", "told_of"]
 
 SECTIONS = 3  # at equal steps along the wall
 DENSITY = 2400.0  # kg/m3, where a stone has none
@@ -126,13 +127,22 @@ def settled_page(wall: "RubbleWall", inventory: "Inventory") -> str:
         f"{missing}It stands at every stage, with friction {settings.friction:g} and gravity leaning by"
         f" {settings.lean:g} degrees.",
     )
-    measures = {
-        "Void between the faces": f"{m.void:.0%}",
-        "Void below the stones' own tops": f"{m.void_tops:.0%}",
-        "Largest overlap of two stones": f"{m.overlap:.1e} of a stone",
-    }
+    measures = dict(said.split(": ", 1) for said in told_measures(wall))
     aside = [(inventory.stones[k].id, reason) for k, reason in wall.left_over]
     return settled_html(wall.assembly, answer, told_of(wall), measures, aside)
+
+
+def told_measures(wall: "RubbleWall") -> list[str]:
+    """What was measured, each as `name: figures`, in plain words."""
+    m = wall.measures
+    said = [] if m.masons is None else lines(m.masons)
+    if m.masons is None:
+        said.append(f"void: {m.void:.0%} between the faces, {m.void_tops:.0%} below the stones' own tops")
+    said.append(f"overlap: at most {m.overlap:.1e} of a stone")
+    if wall.settings.dress:
+        cuts = sum(len(laid.cuts) for laid in wall.laid)
+        said.append(f"dressing: {cuts} cuts, Lambda {m.imposition:.3f} of the stone taken off")
+    return said
 
 
 def answer_of(wall: "RubbleWall", inventory: "Inventory") -> tuple[str, str]:

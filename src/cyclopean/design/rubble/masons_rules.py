@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.stats import rankdata
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.design.rubble.height_map import edges_of, rasters
+from cyclopean.design.rubble.height_map import rasters
 from cyclopean.errors import InputError
 
 __all__ = ["Faces", "MasonsRules", "Stone", "masons_rules"]
@@ -150,7 +150,7 @@ def _tops(stones: Sequence[Stone], faces: Faces) -> Floats:
     cell = faces.thickness / CELLS
     top = np.zeros((int(np.ceil(faces.length / cell - 1e-6)), CELLS))
     for s in stones:
-        raster = rasters(s.vertices[None], s.triangles, edges_of(s.triangles), cell, snapped=True)[0]
+        raster = rasters(s.vertices[None], s.triangles, cell, snapped=True)[0]
         _raise(top, raster.high, np.round(raster.corner / cell).astype(np.int64))
     if not top.any():
         raise InputError("stones: none stands between the faces; is the wall's frame x along it, y through it?")
@@ -190,7 +190,7 @@ def _elevation(stones: Sequence[Stone], faces: Faces, back: bool) -> _Elevation:
     shape = int(np.ceil(faces.length / cell - 1e-6)), max(int(np.ceil(tallest / cell - 1e-6)), 1)
     depth, label = np.full(shape, np.inf), np.full(shape, -1)
     for number, s in enumerate(stones):
-        raster = rasters(_seen_from(s, faces, back)[None], s.triangles, edges_of(s.triangles), cell, snapped=True)[0]
+        raster = rasters(_seen_from(s, faces, back)[None], s.triangles, cell, snapped=True)[0]
         _see(depth, label, raster.low, np.round(raster.corner / cell).astype(np.int64), number)
     stone = label >= 0
     if not stone.any():

@@ -27,6 +27,7 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import gathered
 from cyclopean.design.rubble.choosing import chosen
 from cyclopean.design.rubble.dressing import imposition
+from cyclopean.design.rubble.masons_rules import Faces, masons_rules
 from cyclopean.design.rubble.orientations import Bedded
 from cyclopean.design.rubble.places import FULL, Place, Places
 from cyclopean.design.rubble.site import LARGE, NO_PLACE, Progress, Site
@@ -320,20 +321,29 @@ def _blocks(site: Site) -> tuple[Block, ...]:
 
 
 def _measures(site: Site) -> Measures:
+    shape = site.shape
     volume = sum(body.volume for body in site.stood.values())
     removed = sum(site.stones[laid.stone].volume for laid in site.laid) + sum(site.before.volumes) - volume
-    top = np.where(site.room > 0.0, site.map, 0.0)
-    skyline = float(top.max(axis=1).sum()) * site.cell * site.map.shape[1] * site.cell
+    top = np.where((site.room > 0.0) & (site.label >= 0), site.map, 0.0)
+    skyline = top.max(axis=1)
+    masons = None
+    if not shape.corner:
+        back = shape.batter if shape.faces == 2 else 0.0
+        masons = masons_rules(tuple(site.stood.values()), Faces(shape.length, shape.thickness, shape.batter, back))
+    plan = float(np.count_nonzero(site.room > 0.0)) * site.cell**2 / shape.length  # m, in the mean through the wall
     return Measures(
-        void=1.0 - volume / skyline,
-        void_tops=1.0 - volume / (float(top.sum()) * site.cell**2),
+        void=masons.void if masons else 1.0 - volume / (float(skyline.sum()) * site.cell * plan),
+        void_tops=masons.void_tops if masons else 1.0 - volume / (float(top.sum()) * site.cell**2),
+        face=masons.face if masons else np.nan,
+        top=masons.top if masons else float(skyline.std()),
         courses=1 + max((laid.course for laid in site.laid), default=site.course - 1),
         height=float(site.boxes[:, 1, 2].max()),
-        level=float(top.max(axis=1).mean()),
+        level=float(skyline.mean()),
         stone=site.unit,
-        length=site.shape.length,
-        thickness=site.shape.thickness,
+        length=shape.length,
+        thickness=shape.thickness,
         overlap=site.overlap,
         imposition=imposition(max(removed, 0.0), volume + removed) if site.settings.dress else 0.0,
         seconds=0.0,
+        masons=masons,
     )

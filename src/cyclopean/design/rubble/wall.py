@@ -12,6 +12,7 @@ from cyclopean.assembly.patches import Patch
 from cyclopean.design.options import at_least, not_negative, positive
 from cyclopean.design.rubble.dressing import Cut
 from cyclopean.design.rubble.height_map import MOST_CELLS
+from cyclopean.design.rubble.masons_rules import MasonsRules
 from cyclopean.design.rubble.places import Scores
 from cyclopean.design.rubble.shape import Shape
 from cyclopean.design.rubble.standing import FRICTION
@@ -179,6 +180,8 @@ class Measures:
 
     void: float  # share of the wall that is not stone, between its faces and below its skyline
     void_tops: float  # share that is not stone below the stones' own upper surface
+    face: float  # share of the front below the skyline with stone within a tenth of the thickness
+    top: float  # m: standard deviation of the wall's top along it
     courses: int
     height: float  # m: of the highest stone
     level: float  # m: of the wall's top, in the mean along it
@@ -188,6 +191,7 @@ class Measures:
     overlap: float  # largest share of its volume that a stone has in common with another one
     imposition: float  # Lambda: share of the stones' volume that was knocked off
     seconds: float
+    masons: MasonsRules | None = None  # None of a wall with a corner: it has more than one face
 
 
 @dataclass(frozen=True, slots=True, eq=False)
