@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.design.rubble.choosing import chosen, closed
+from cyclopean.design.rubble.choosing import Looks, chosen, closed
 from cyclopean.design.rubble.orientations import bedded
 from cyclopean.design.rubble.places import FULL, Places, Scores, swept
 from cyclopean.design.stones.quarry import quarry
@@ -97,12 +97,12 @@ def test_a_stone_lies_flat_on_flat_ground_and_the_lower_place_is_chosen():
     ground[:20] = 0.3
     stones = [bedded(0, quarry(6, 4, detail=1)[1], 4, CELL)]
     places = Places(0, np.full((40, 14), np.inf), CELL, UNIT, Scores()).best(ground, stones, 2.0)
-    good = chosen(ground, label, places, 0, (CELL, UNIT), Scores())
+    good = chosen(ground, label, places, Looks(CELL, UNIT, Scores()))
     assert good
     assert good[0].place.cell[0] >= 20
     assert [t.cost for t in good] == sorted(t.cost for t in good)
     assert np.hypot(*good[0].slope) < 0.2
-    assert chosen(ground, label, [], 0, (CELL, UNIT), Scores()) == []
+    assert chosen(ground, label, [], Looks(CELL, UNIT, Scores())) == []
 
 
 def test_scores_below_nothing_are_refused():

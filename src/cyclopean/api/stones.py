@@ -290,8 +290,8 @@ def settle(
     executor : Executor, optional
         Has one process lay half of a long wall, or every other one of several; the result is the same without it.
     **options
-        Fields of `SettleSettings`, such as length, height, thickness, wythes, batter and dress; and units of the stones'
-        lengths, where the files do not say it.
+        Fields of `SettleSettings`, such as length, height, thickness, wythes, batter and dress; and units of the
+        stones' lengths, where the files do not say it.
 
     Returns
     -------

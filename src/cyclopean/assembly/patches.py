@@ -377,9 +377,7 @@ def _largest(pieces: _Pieces, left: Bools, band: float, aligned: float) -> tuple
             weight = pieces.area[members]
             mean = weight @ pieces.normal[members]
             mean /= np.linalg.norm(mean)
-            grown = _members(
-                pieces, rows, (mean, weight @ pieces.middle[members] / weight.sum()), band, aligned
-            )
+            grown = _members(pieces, rows, (mean, weight @ pieces.middle[members] / weight.sum()), band, aligned)
             if pieces.area[grown].sum() < weight.sum():
                 break
             members, normal = grown, mean

@@ -49,7 +49,9 @@ def settle(
     settings: Annotated[SettleSettings, some(TAKEN)] = SettleSettings(),
     scores: Annotated[
         str | None,
-        Option("[" + ",".join(f"{name}={value:g}" for name, value in asdict(Scores()).items()) + "]", metavar="NAME=W,..."),
+        Option(
+            "[" + ",".join(f"{name}={value:g}" for name, value in asdict(Scores()).items()) + "]", metavar="NAME=W,..."
+        ),
     ] = None,
     standing: Annotated[
         str | None, Option("Go on with the wall of this model, with the stones still at hand.", metavar="MODEL")
@@ -58,9 +60,7 @@ def settle(
         int | None,
         Option("Tell the N best stones to lay next, and lay the first.", "whole", metavar="N", least=1, most=100),
     ] = None,
-    workers: Annotated[
-        int | None, Option("Processes [2].", "whole", choices=("1", "2"))
-    ] = None,
+    workers: Annotated[int | None, Option("Processes [2].", "whole", choices=("1", "2"))] = None,
     reading: StoneReading = StoneReading(),
 ) -> int:
     """Lay found stones, uncut, into a dry rubble wall that stands at every stage."""
@@ -121,8 +121,8 @@ def _lines(wall: "RubbleWall", inventory: "Inventory", files: Files) -> list[str
     for k, laid in enumerate(wall.following, 1):
         x, y, z = laid.rotation @ inventory.stones[laid.stone].centroid + laid.shift
         lines.append(
-            f"  next {k:<4} {inventory.stones[laid.stone].id} with its middle at {x:.3f}, {y:.3f}, {z:.3f} m; its centre of"
-            f" mass stands {1e3 * laid.margin:.0f} mm inside what bears it"
+            f"  next {k:<4} {inventory.stones[laid.stone].id} with its middle at {x:.3f}, {y:.3f}, {z:.3f} m; its"
+            f" centre of mass stands {1e3 * laid.margin:.0f} mm inside what bears it"
         )
     roles = Counter(laid.role for laid in wall.laid)
     if set(roles) != {"stone"}:

@@ -9,8 +9,8 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.view.figures import number
-from cyclopean.view.masons_words import lines
 from cyclopean.view.markup import document, figure, headline, section, table
+from cyclopean.view.masons_words import lines
 from cyclopean.view.rubble_drawing import Profile, Told, courses_svg, rubble_svg
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def _mass(assembly: Assembly) -> Floats:
 
 def settled_page(wall: "RubbleWall", inventory: "Inventory") -> str:
     """Write the page of a settled wall of stones of this inventory."""
-    m, settings = wall.measures, wall.settings
+    settings = wall.settings
     what, missing = answer_of(wall, inventory)
     answer = (
         what,

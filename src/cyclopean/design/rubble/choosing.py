@@ -26,7 +26,7 @@ from cyclopean.design.rubble.orientations import Bedded
 from cyclopean.design.rubble.places import FULL, Place, Scores
 from cyclopean.design.rubble.tipping import left_under, tipped
 
-__all__ = ["Tipped", "chosen", "closed", "leaning"]
+__all__ = ["Looks", "Tipped", "chosen", "closed", "leaning"]
 
 DIRECTIONS = 16  # in which the hull of what touches is felt
 STEEP = 0.5  # slope beyond which a stone that tips falls
@@ -58,15 +58,20 @@ def closed(ground: Floats, half: int) -> Floats:
     return np.asarray(out)
 
 
-def chosen(
-    ground: Floats,
-    label: Ints,
-    places: Sequence[Place],
-    first: int,
-    sizes: tuple[float, float],
-    scores: Scores,
-    dress: float = 0.0,
-) -> list[Tipped]:
+@dataclass(frozen=True, slots=True)
+class Looks:
+    """How places are looked at."""
+
+    cell: float  # m, of the map
+    unit: float  # m, size of a stone
+    scores: Scores
+    dress: float = 0.0  # share of its volume that may be knocked off a stone: it is let down so far into the map
+    inward: float = 0.0  # slope by which beds should fall into the wall
+    faces: int = 1
+    first: int = 0  # cell along the wall where the part of the map begins
+
+
+def chosen(ground: Floats, label: Ints, places: Sequence[Place], looks: Looks) -> list[Tipped]:
     """Places at which stones lie, the best first.
 
     Parameters
@@ -77,18 +82,12 @@ def chosen(
         Which stone is on top of each cell.
     places : sequence of Place
         What is looked at.
-    first : int
-        Where the part begins.
-    sizes : (float, float)
-        Width of a cell, and size of a stone (m).
-    scores : Scores
-        What counts for how much.
-    dress : float
-        Share of its volume that may be knocked off a stone: it is let down so far into the map.
+    looks : Looks
+        How.
     """
     if not places:
         return []
-    cell, unit = sizes
+    cell, unit, scores, first, dress = looks.cell, looks.unit, looks.scores, looks.first, looks.dress
     at = [(place.cell[0] - first, place.cell[1]) for place in places]
     lying = [place.lying for place in places]
     need, x, y = _needed(ground, lying, at, cell)
@@ -106,7 +105,7 @@ def chosen(
     if not len(good):
         return []
     rest = level + motion[:, 0] - down
-    room = _lost(ground, [lying[k] for k in good], [at[k] for k in good], (rest, motion, x, y), good, sizes)
+    room = _lost(ground, [lying[k] for k in good], [at[k] for k in good], (rest, motion, x, y), good, (cell, unit))
     volume = size[good] ** 3
     under = [len(np.unique(_under(label, touching[k], at[k]))) for k in good]
     tall = np.array([(lying[k].top - lying[k].bottom) / (2.0 * lying[k].thin) for k in good])
@@ -119,6 +118,10 @@ def chosen(
         + scores.upright * tall
         + scores.face * np.array([_back(ground.shape[1], lying[k], at[k], cell) for k in good]) / unit
     )
+    if looks.inward:
+        behind = np.array([at[k][1] + lying[k].raster.low.shape[1] / 2.0 > ground.shape[1] / 2.0 for k in good])
+        wanted = np.where(behind & (looks.faces == 2), looks.inward, -looks.inward)
+        cost = cost + np.abs(motion[good, 2] - wanted)
     order = np.argsort(cost, kind="stable")
     return [
         Tipped(places[k], (float(motion[k, 1]), float(motion[k, 2])), float(rest[k]), float(cost[o]))
@@ -175,7 +178,7 @@ def _lost(
     cell, unit = sizes
     rest, motion, x, y = moved
     halves = [max(round(share * unit / cell), 1) for share in SQUARES]
-    n, m = ground.shape
+    n = len(ground)
     width = min(max(b.raster.low.shape[0] for b in lying) + 8 * max(halves), n)
     start = [min(max(i - 4 * max(halves), 0), n - width) for i, _ in at]
     before = np.stack([ground[s : s + width] for s in start])
@@ -187,9 +190,7 @@ def _lost(
         top = b.raster.high + rest[q] + plane
         part = after[k, i - s : i - s + w, j : j + d]
         np.maximum(part, top, out=part)
-    grown = [
-        (closed(after, half) - closed(before, half)).clip(0.0, FULL / 2.0).sum(axis=(1, 2)) for half in halves
-    ]
+    grown = [(closed(after, half) - closed(before, half)).clip(0.0, FULL / 2.0).sum(axis=(1, 2)) for half in halves]
     return np.asarray(np.mean(grown, axis=0)) * cell**2
 
 

@@ -11,14 +11,15 @@ something is laid near them.
 
 By hand: a block of two cells over a map (0, 1, 0) rests at 1 in both places, with half of a cell's gap under it.
 
->>> rest, gap, _ = swept(np.array([[0.0], [1.0], [0.0]], np.float32), np.array([[0, 0], [1, 0]]), np.zeros(2, np.float32),
-...                      np.zeros((0, 2), int), (2, 1))
+>>> ground, cells = np.array([[0.0], [1.0], [0.0]]), np.array([[0, 0], [1, 0]])
+>>> rest, gap, _ = swept(ground, cells, np.zeros(2), cells[:0], (2, 1))
 >>> rest.ravel().tolist(), gap.ravel().tolist()
 ([1.0, 1.0], [1.0, 1.0])
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from cyclopean.design.rubble.orientations import Bedded
 
 __all__ = ["FULL", "Place", "Places", "Scores", "swept"]
 
-Singles = NDArray[np.float32]
+Heights: TypeAlias = NDArray[np.floating[Any]]  # m, in single precision where there are many
 Box = tuple[int, int, int, int]  # first cell along and across, and the ones after the last
 
 FULL = 1e6  # m: height of the map where there is no wall
@@ -68,8 +69,13 @@ class Place:
 
 
 def swept(
-    padded: Singles, cells: Ints, under: Singles, ring: Ints, count: tuple[int, int], start: tuple[int, int] = (0, 0)
-) -> tuple[Singles, Singles, Singles]:
+    padded: Heights,
+    cells: Ints,
+    under: Heights,
+    ring: Ints,
+    count: tuple[int, int],
+    start: tuple[int, int] = (0, 0),
+) -> tuple[Heights, Heights, Heights]:
     """Let a stone down at many places.
 
     Parameters
@@ -92,7 +98,7 @@ def swept(
     """
     view = np.lib.stride_tricks.sliding_window_view(padded, count)
     space = view[cells[:, 0] + start[0], cells[:, 1] + start[1]]
-    space -= under[:, None, None]
+    np.subtract(space, under[:, None, None], out=space)
     rest = space.max(axis=0)
     gap = len(cells) * rest - space.sum(axis=0)
     around = view[ring[:, 0] + start[0], ring[:, 1] + start[1]] >= rest
@@ -102,7 +108,7 @@ def swept(
 class _Known:
     """What is known of the places of one stone in one orientation."""
 
-    def __init__(self, lying: Bedded, shape: tuple[int, int], room: Singles) -> None:
+    def __init__(self, lying: Bedded, shape: tuple[int, int], room: Floats) -> None:
         w, d = lying.raster.low.shape
         self.lying = lying
         self.count = shape[0] - w + 1, shape[1] - d + 1
@@ -124,7 +130,7 @@ class Places:
     """
 
     first: int  # cell along the wall where the part begins
-    room: Singles
+    room: Floats
     cell: float
     unit: float
     scores: Scores
@@ -172,7 +178,7 @@ class Places:
             found = [place for place in found if accepts(place)]
         return sorted(found, key=lambda place: place.cost)
 
-    def _picked(self, lying: Bedded, padded: Singles, ceiling: float) -> list[tuple[float, int, int]]:
+    def _picked(self, lying: Bedded, padded: Heights, ceiling: float) -> list[tuple[float, int, int]]:
         known = self._entry(lying)
         if known is None:
             return []
@@ -212,7 +218,7 @@ class Places:
             self.known[lying] = _Known(lying, (self.room.shape[0], self.room.shape[1]), self.room) if fits else None
         return self.known[lying]
 
-    def _swept(self, known: _Known, padded: Singles) -> None:
+    def _swept(self, known: _Known, padded: Heights) -> None:
         """Try all places again where the map has changed."""
         lying = known.lying
         (w, d), (n, m) = lying.raster.low.shape, known.count

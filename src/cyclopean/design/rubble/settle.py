@@ -28,12 +28,11 @@ from cyclopean.assembly.patches import gathered
 from cyclopean.design.rubble.choosing import chosen
 from cyclopean.design.rubble.dressing import imposition
 from cyclopean.design.rubble.masons_rules import Faces, masons_rules
-from cyclopean.design.rubble.orientations import Bedded
 from cyclopean.design.rubble.places import FULL, Place, Places
-from cyclopean.design.rubble.site import LARGE, NO_PLACE, Progress, Site
+from cyclopean.design.rubble.site import Progress, Site
 from cyclopean.design.rubble.standing_wall import NOTHING, Standing
 from cyclopean.design.rubble.stock import SLENDER
-from cyclopean.design.rubble.trials import Trial, tried
+from cyclopean.design.rubble.trials import Trial, left, tried
 from cyclopean.design.rubble.wall import OVERLAP, Laid, Measures, RubbleWall, SettleSettings, filled_in
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.errors import InputError
@@ -84,7 +83,7 @@ def settle(
     Raises
     ------
     InputError
-        There are no stones, none of them fits into the wall, the map would have too many cells, or what stands does not.
+        No stones, none that fits into the wall, a map of too many cells, or a standing wall that does not stand.
     """
     began = perf_counter()
     if not len(inventory):
@@ -225,11 +224,11 @@ def _crowned(site: Site, places: Places, course: int) -> None:
         _fill(site, places, Round(ceiling, course, "cope", (site.kept["cope"],), patience=LAST))
     if site.settings.all:
         places.renewed()
-        for stone in site.left:
+        for stone in tuple(site.left):
             found = places.best(site.map, [site.bedded(stone)], FULL / 2.0)
-            good = chosen(site.map, site.label, found, 0, (site.cell, site.unit), site.settings.scores, site.settings.dress)
+            good = chosen(site.map, site.label, found, site.looks)
             if good:
-                places.changed(site.leave(good[0], course))
+                places.changed(site.leave(left(site, good[0]), course))
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,7 +268,7 @@ def _next(site: Site, places: Places, work: Round) -> Trial | None:
         rounds += 1
         for start in range(0, len(found), LOOKED):
             some = found[start : start + LOOKED]
-            good = chosen(site.map, site.label, some, 0, (site.cell, site.unit), site.settings.scores, site.settings.dress)
+            good = chosen(site.map, site.label, some, site.looks)
             kept = {id(tipped.place) for tipped in good}
             for place in some:
                 if id(place) not in kept:
@@ -292,22 +291,8 @@ def _finished(site: Site, following: tuple[Laid, ...]) -> RubbleWall:
     """The wall as a model with contacts, and its measures but for the time that it took."""
     contacts, patches = gathered(site.structure.meetings({k: i + 1 for i, k in enumerate(site.stood)}))
     whole = Assembly(_blocks(site), contacts, (), "rubble wall")
-    left_over = tuple((k, _reason(site, k)) for k in sorted(site.left))
+    left_over = tuple((k, site.reason(k)) for k in sorted(site.left))
     return RubbleWall(tuple(site.laid), left_over, site.settings, _measures(site), whole, patches, following)
-
-
-def _reason(site: Site, stone: int) -> str:
-    """Why a stone is not in the wall: what happened most often where it was tried."""
-    if not any(_fits(site, lying) for lying in site.bedded(stone)):
-        return LARGE
-    tried = site.why.get(stone)
-    return tried.most_common(1)[0][0] if tried else NO_PLACE
-
-
-def _fits(site: Site, lying: Bedded) -> bool:
-    """Whether a stone would have room in the wall if it were empty."""
-    (w, d), (n, m) = lying.raster.low.shape, site.room.shape
-    return w <= n and d <= m and lying.top - lying.bottom <= site.shape.height
 
 
 def _blocks(site: Site) -> tuple[Block, ...]:

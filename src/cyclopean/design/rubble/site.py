@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from cyclopean.analysis import DENSITY
-from cyclopean.arrays import Bools, Floats
+from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import Surface
+from cyclopean.design.rubble.choosing import Looks
 from cyclopean.design.rubble.features import Body, body_of
 from cyclopean.design.rubble.height_map import lying_raster
 from cyclopean.design.rubble.orientations import Bedded, bedded
@@ -17,7 +18,7 @@ from cyclopean.design.rubble.places import FULL, Box, Place
 from cyclopean.design.rubble.standing import GRAVITY, Mass, Structure
 from cyclopean.design.rubble.standing_wall import NOTHING, Standing
 from cyclopean.design.rubble.stock import BEARING, SPANNING, kept_back
-from cyclopean.design.rubble.trials import INSIDE, Trial
+from cyclopean.design.rubble.trials import INSIDE, Seated, Trial
 from cyclopean.design.rubble.wall import Laid, SettleSettings, unit_size
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
@@ -45,6 +46,8 @@ class Site:
         assert settings.cell is not None
         self.stones, self.settings, self.shape, self.say = stones, settings, settings.shape(), say
         self.cell, self.unit, self.before = settings.cell, unit_size(stones, before.volumes), before
+        inward = float(np.tan(np.radians(settings.inward)))
+        self.looks = Looks(self.cell, self.unit, settings.scores, settings.dress, inward, settings.wythes)
         self.room = self.shape.room(self.cell)  # (n, m) m: height up to which each cell is in the wall
         if self.shape.opening is not None:
             under = self.shape.opened(self.cell)
@@ -104,7 +107,7 @@ class Site:
 
     def near(self, low: Floats, high: Floats, reach: float) -> list[int]:
         """What stands nearer than reach (m) to a box."""
-        near: Bools = ((self.boxes[:, 0] <= high + reach) & (self.boxes[:, 1] >= low - reach)).all(axis=1)
+        near = np.asarray((self.boxes[:, 0] <= high + reach) & (self.boxes[:, 1] >= low - reach)).all(axis=1)
         if not near.any():
             return []
         number = np.fromiter(self.stood, np.int64, len(self.stood))
@@ -156,6 +159,27 @@ class Site:
             boxes.append(self.stand(number + k, one.body))
         self.say(f"{len(self.laid)} of {len(self.stones)} stones, course {course + 1}")
         return boxes
+
+    def leave(self, one: Seated, course: int) -> Box:
+        """Put a stone down that does not stand by itself, flagged with the reason."""
+        number = self.structure.next
+        self.structure.lay((one.fresh,), ())
+        points, why = one.fresh.bearing, self.reason(one.stone)
+        self.laid.append(Laid(one.stone, one.rotation, one.shift, course, "stone", one.margin, False, points, why))
+        self._used(one.stone)
+        return self.stand(number, one.body)
+
+    def reason(self, stone: int) -> str:
+        """Why a stone is not in the wall: what happened most often where it was tried."""
+        if not any(self._fits(lying) for lying in self.bedded(stone)):
+            return LARGE
+        tried = self.why.get(stone)
+        return tried.most_common(1)[0][0] if tried else NO_PLACE
+
+    def _fits(self, lying: Bedded) -> bool:
+        """Whether a stone would have room in the wall if it were empty."""
+        (w, d), (n, m) = lying.raster.low.shape, self.room.shape
+        return w <= n and d <= m and lying.top - lying.bottom <= self.shape.height
 
     def _used(self, stone: int) -> None:
         self.left.remove(stone)

@@ -47,7 +47,8 @@ class Standing:
             mesh = Assembly((block,), None, ()).mesh
             corner, _ = triangles(mesh)
             bodies.append(body_of(mesh.vertex, corner, f"block '{block.id}'"))
-        courses = [int(block.group[7:]) for block in free if (block.group or "").startswith("course-")]
+        labels = [block.group or "" for block in free]
+        courses = [int(label[7:]) for label in labels if label.startswith("course-") and label[7:].isdigit()]
         return cls(tuple(free), tuple(bodies), max(courses, default=-1) + 1)
 
     @property

@@ -7,7 +7,7 @@ first, where it would bear it (`pinning`); each of the two has to sit by itself,
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,11 +26,12 @@ from cyclopean.design.rubble.wall import OVERLAP
 if TYPE_CHECKING:
     from cyclopean.design.rubble.site import Site
 
-__all__ = ["Seated", "Trial", "tried"]
+__all__ = ["Seated", "Trial", "left", "tried"]
 
 INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
 REACH = 1.0  # of the unit: what is farther from a stone than that is not looked at
 NEARLY = 0.2  # of its size: a stone that stands so far outside what bears it is not pinned
+TEST = 1.0  # times its weight that a stone has to bear at its centre: the wall has to carry what comes on top of it
 PINNED = 2  # pins that are tried under one stone
 
 SLIDES, ROCKS, INTO, OUT, MORE, FALLS = (
@@ -67,21 +68,28 @@ class Trial:
 
 def tried(site: "Site", tipped: Tipped, ceiling: float) -> Trial | None:
     """Seat a stone at a place and see whether the wall stands with it; None where not, and why is kept."""
-    lying = tipped.place.lying
-    turn = leaning(*tipped.slope) @ lying.rotation
-    plan = np.array(tipped.place.cell) * site.cell - lying.raster.corner
-    shift = np.array([*plan, tipped.rest]) - turn @ site.body(lying.stone).centroid
-    found = seated(site, lying.stone, (turn, shift), ceiling)
+    lying, pose = tipped.place.lying, _pose(site, tipped)
+    found = seated(site, lying.stone, pose, ceiling)
     stones: tuple[Seated, ...] = ()
     if isinstance(found, Seated):
         stones = (found,)
     elif found == ROCKS and site.settings.pins:
-        stones = _pinned(site, lying.stone, (turn, shift), ceiling)
-    state = site.structure.held([one.fresh for one in stones]) if stones else None
+        stones = _pinned(site, lying.stone, pose, ceiling)
+    state = _held(site, stones) if stones else None
     if state is None:
         site.why.setdefault(lying.stone, Counter())[FALLS if stones else str(found)] += 1
         return None
     return Trial(stones, state)
+
+
+def _held(site: "Site", stones: Sequence[Seated]) -> State | None:
+    """Forces that hold these with all that stands, which would hold several times their weight as well."""
+    fresh = [one.fresh for one in stones]
+    if TEST > 1.0:
+        heavy = [replace(new, mass=replace(new.mass, weight=TEST * new.mass.weight)) for new in fresh]
+        if site.structure.held(heavy) is None:
+            return None
+    return site.structure.held(fresh)
 
 
 def seated(
@@ -91,7 +99,8 @@ def seated(
 
     `beside` is what is laid with it.
     """
-    body, cuts = site.body(stone), ()
+    body = site.body(stone)
+    cuts: tuple[Cut, ...] = ()
     placed = _placed(site, body, pose, beside)
     if site.settings.dress > 0.0:
         cut = dressed(body, *pose, placed, site.settings.dress)
@@ -115,6 +124,25 @@ def seated(
     if not (margin > 0.0 and margin >= wanted):
         return ROCKS
     return Seated(stone, found.rotation, found.shift, lies, fresh, margin, found.overlap, cuts)
+
+
+def left(site: "Site", tipped: Tipped) -> Seated:
+    """A stone that does not stand by itself, where it comes to rest or is lifted out of others."""
+    lying = tipped.place.lying
+    body = site.body(lying.stone)
+    pose = _pose(site, tipped)
+    found = seat(body, *pose, _placed(site, body, pose))
+    lies = body.moved(found.rotation, found.shift)
+    fresh = fresh_of(site, lying.stone, lies, site.near(lies.low, lies.high, site.structure.touch))
+    return Seated(lying.stone, found.rotation, found.shift, lies, fresh, found.margin, found.overlap)
+
+
+def _pose(site: "Site", tipped: Tipped) -> tuple[Floats, Floats]:
+    """Rotation, and shift (m), of a stone at a place where it has tipped."""
+    lying = tipped.place.lying
+    turn = leaning(*tipped.slope) @ lying.rotation
+    plan = np.array(tipped.place.cell) * site.cell - lying.raster.corner
+    return turn, np.array([*plan, tipped.rest]) - turn @ site.body(lying.stone).centroid
 
 
 def _placed(site: "Site", body: Body, pose: tuple[Floats, Floats], beside: Sequence[Seated] = ()) -> list[Body]:

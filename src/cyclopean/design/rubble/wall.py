@@ -34,7 +34,7 @@ FEW, WAYS, MOST_WAYS = 60, 2, 6  # of so few stones, so many walls are laid; and
 ENDS = ("vertical", "racked")
 RACK = 1.0  # for each metre of height, where ends are racked: 45 degrees
 MOST_DRESSED = 0.2  # share of a stone: more is no dressing, it is carving
-STEEPEST_BATTER = 0.5
+STEEPEST_BATTER = 0.5  # 1:2: beyond that a wall is a slope
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,7 @@ class SettleSettings:
 
     length: float | None = option(None, "Of the wall (m) [to suit the stones].", "number", metavar="L")
     height: float | None = option(None, "No stone reaches higher (m) [as high as they go].", "number", metavar="L")
-    thickness: float | None = option(
-        None, "Of the wall at its foot (m) [to suit the stones].", "number", metavar="L"
-    )
+    thickness: float | None = option(None, "Of the wall at its foot (m) [to suit the stones].", "number", metavar="L")
     wythes: int = option(
         1, "2: two faces, with hearting between them and through-stones to tie them.", "whole", choices=("1", "2")
     )
@@ -73,7 +71,9 @@ class SettleSettings:
     cell: float | None = option(None, "Of the height map (m) [2/17 of a stone].", "number", metavar="L")
     yaws: int = option(8, "Turns about the vertical that are tried.", "whole", metavar="N")
     scores: Scores = field(default_factory=Scores)
-    look_ahead: int = option(16, "Largest stones left that compete for a place; 0: in their order.", "whole", metavar="N")
+    look_ahead: int = option(
+        16, "Largest stones left that compete for a place; 0: in their order.", "whole", metavar="N"
+    )
     margin: float | None = option(
         None, "Depth (m) of the centre of mass inside what bears a stone [1/20 of its size].", "number", metavar="L"
     )

@@ -9,7 +9,7 @@ from cyclopean.api.inputs import Reading
 from cyclopean.errors import InputError
 from cyclopean.io.rhino_json import Pose
 from cyclopean.service.inputs import option_inputs, option_values
-from cyclopean.service.meshes import BLOCKS, FOLDER, STONES, block_meshes, model_of, model_text, moved, stones_of
+from cyclopean.service.meshes import BLOCKS, FOLDER, STONES, model_of, model_text, moved, stones_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
 __all__ = ["SEQUENCE", "SETTLE"]
@@ -72,9 +72,7 @@ def _settle(given: Given, context: Context) -> Answer:
     if not 0 <= given["Look Ahead"] <= 1000:
         raise InputError(f"Look Ahead: {given['Look Ahead']} is not between 0 and 1000")
     inventory = stones_of(given, context)
-    settings = SettleSettings(
-        **lengths, wythes=given["Wythes"], look_ahead=given["Look Ahead"], pins=given["Pins"]
-    )
+    settings = SettleSettings(**lengths, wythes=given["Wythes"], look_ahead=given["Look Ahead"], pins=given["Pins"])
     wall = settle(inventory, settings)
     poses: list[Pose] = [(laid.rotation, laid.shift) for laid in wall.laid]
     placed = [moved(inventory.stones[laid.stone], pose) for laid, pose in zip(wall.laid, poses, strict=True)]
