@@ -160,11 +160,11 @@ class Places:
         ceiling: float,
         accepts: Callable[[Place], bool] | None = None,
     ) -> list[Place]:
-        """The best places of each of some stones below a ceiling (m), best first; `ground` is the part of the map.
+        """The best places of each of some stones below a ceiling (m), best first; `ground` is the whole map.
 
         Where not all places are accepted, those that are not count as tried in vain.
         """
-        padded = np.pad(ground.astype(np.float32), 1, constant_values=np.float32(FULL))
+        padded = np.pad(ground[self.part].astype(np.float32), 1, constant_values=np.float32(FULL))
         found: list[Place] = []
         for orientations in stones:
             mine: list[tuple[float, int, int, int]] = []
@@ -197,6 +197,16 @@ class Places:
                     best.append((value, i, j))
             known.best = best
         return known.best
+
+    @property
+    def part(self) -> slice:
+        """Of the map, along the wall."""
+        return slice(self.first, self.first + len(self.room))
+
+    def used(self, stone: int) -> None:
+        """A stone is laid: its places are of no use any more."""
+        for lying in [lying for lying in self.known if lying.stone == stone]:
+            del self.known[lying]
 
     def renewed(self) -> None:
         """Places where stones were tried in vain are offered again."""

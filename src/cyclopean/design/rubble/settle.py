@@ -16,6 +16,7 @@ How many of a few stones come to lie hangs on chance: on which of them meet. So 
 under another ceiling, and the best is kept: that with most stones, and of these the densest.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -25,7 +26,7 @@ import numpy as np
 
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import gathered
-from cyclopean.design.rubble.choosing import chosen
+from cyclopean.design.rubble.choosing import Tipped, chosen
 from cyclopean.design.rubble.dressing import imposition
 from cyclopean.design.rubble.masons_rules import Faces, masons_rules
 from cyclopean.design.rubble.places import FULL, Place, Places
@@ -42,6 +43,8 @@ __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "settle"]
 FIRST = 1.9, 1.6, 1.75, 2.05, 1.45, 2.2  # of the unit: the ceiling at the start, one for each way to lay a wall
 LIFT = 0.23  # by which it rises
 COURSE = 4  # lifts
+PART, SHARED, WHOLE = 10.0, 2.5, 1.5  # of the unit: parts of a long wall, and what they share; a short one is whole
+MOST = 128  # stones that are tried where none of the largest goes
 LOOKED = 60  # places that are looked at closely at a time
 PATIENCE, LAST = 60, 300  # trials in vain before the ceiling rises, and under the last one
 
@@ -123,17 +126,18 @@ def _laid(
 
 def _advised(site: Site, count: int) -> tuple[Laid, ...]:
     """The best stones to be laid next, of which the first is laid."""
-    places, lift, found = _places(site), COURSE * site.course, list[Trial]()
+    parts, lift, found = _parts(site), COURSE * site.course, list[Trial]()
     site.begin()
     while len(found) < count and _ceiling(site, lift) <= _highest(site) + LIFT * site.unit:
         course = lift // COURSE
         told = {trial.stones[-1].stone for trial in found}
         work = _body(site, _ceiling(site, lift), course, PATIENCE)
         work = replace(work, pools=tuple([k for k in pool if k not in told] for pool in work.pools))
-        trial = _next(site, places, work) if any(work.pools) else None
+        tried = (_next(site, places, work) for places in parts if any(work.pools))
+        trial = next((one for one in tried if one is not None), None)
         if trial is None:
             lift += 1
-            places.forget()
+            _all(parts, Places.forget)
         else:
             found.append(trial)
     laid = tuple(
@@ -153,30 +157,30 @@ def _rank(wall: RubbleWall) -> tuple[int, float]:
 
 def _build(site: Site) -> None:
     """Lay stones under a rising ceiling until stones or room are used up; then the copes."""
-    places = _places(site)
+    parts = _parts(site)
     lift, begun = COURSE * site.course, -1
     while site.kept["stone"]:
         course = lift // COURSE
         if course > begun:
             begun = course
             site.begin()
-            places.renewed()
+            _all(parts, Places.renewed)
         ceiling = _ceiling(site, lift)
-        _tie(site, places, ceiling, course)
-        places.forget()
-        _fill(site, places, _body(site, ceiling, course, PATIENCE))
+        _tie(site, parts, ceiling, course)
+        _all(parts, Places.forget)
+        _fill(site, parts, _body(site, ceiling, course, PATIENCE))
         if site.bridged():
-            places = _places(site)
+            parts = _parts(site)
             lintels = (site.kept.pop("lintel"),)
-            _fill(site, places, Round(ceiling + LIFT * site.unit, course, "lintel", lintels, site.bridges))
+            _fill(site, parts, Round(ceiling + LIFT * site.unit, course, "lintel", lintels, site.bridges))
         if _ceiling(site, lift + 1) > _highest(site):
             laid = len(site.laid)
-            _fill(site, places, _body(site, ceiling, course, LAST))
+            _fill(site, parts, _body(site, ceiling, course, LAST))
             if len(site.laid) == laid:
                 break
         else:
             lift += 1
-    _crowned(site, places, lift // COURSE + 1)
+    _crowned(site, parts, lift // COURSE + 1)
 
 
 def _ceiling(site: Site, lift: int) -> float:
@@ -185,8 +189,20 @@ def _ceiling(site: Site, lift: int) -> float:
     return min((site.first + LIFT * risen) * site.unit, site.shape.height)
 
 
-def _places(site: Site) -> Places:
-    return Places(0, site.room, site.cell, site.unit, site.settings.scores)
+def _parts(site: Site) -> list[Places]:
+    """The wall in parts that overlap by a stone: of a long one, one after the other is looked at."""
+    n, long, shared = len(site.room), round(PART * site.unit / site.cell), round(SHARED * site.unit / site.cell)
+    starts = range(0, max(n - long, 0) + 1, long - shared) if n > WHOLE * long else (0,)
+    ends = [start + long for start in starts[:-1]] + [n]
+    return [
+        Places(start, site.room[start:end], site.cell, site.unit, site.settings.scores)
+        for start, end in zip(starts, ends, strict=True)
+    ]
+
+
+def _all(parts: Sequence[Places], do: Callable[[Places], None]) -> None:
+    for places in parts:
+        do(places)
 
 
 def _highest(site: Site) -> float:
@@ -196,13 +212,15 @@ def _highest(site: Site) -> float:
 
 
 def _body(site: Site, ceiling: float, course: int, patience: int) -> "Round":
-    """The stones of the body: the largest left, then all."""
+    """The stones of the body: the largest left, then all; of very many, some of every size."""
     stones = site.kept["stone"]
     window = stones[: max(site.settings.look_ahead, 1)]
-    return Round(ceiling, course, "stone", (window, stones + site.kept.get("hearting", [])), patience=patience)
+    others = stones + site.kept.get("hearting", [])
+    others = others[:: math.ceil(len(others) / MOST)] if others else others
+    return Round(ceiling, course, "stone", (window, others), patience=patience)
 
 
-def _tie(site: Site, places: Places, ceiling: float, course: int) -> None:
+def _tie(site: Site, parts: Sequence[Places], ceiling: float, course: int) -> None:
     """Lay a row of through-stones, where its height is reached."""
     apart = site.through
     if apart is None or not site.kept.get("through-stone"):
@@ -211,24 +229,37 @@ def _tie(site: Site, places: Places, ceiling: float, course: int) -> None:
     rows = [planned / 2.0] if apart > planned else np.arange(apart / 2.0, planned, apart).tolist()
     if site.ties < len(rows) and ceiling >= rows[site.ties] + site.first * site.unit / 2.0:
         site.ties, site.row = site.ties + 1, []
-        _fill(site, places, Round(ceiling, course, "through-stone", (site.kept["through-stone"],), site.ties_here))
+        _fill(site, parts, Round(ceiling, course, "through-stone", (site.kept["through-stone"],), site.ties_here))
         if site.ties == len(rows):
             site.kept["stone"] = site.by_size(site.kept["stone"] + site.kept.pop("through-stone"))
 
 
-def _crowned(site: Site, places: Places, course: int) -> None:
+def _crowned(site: Site, parts: Sequence[Places], course: int) -> None:
     """Lay the copes; and what does not stand, where all are to be laid."""
     if site.kept.get("cope"):
-        places.renewed()
+        _all(parts, Places.renewed)
         ceiling = min(site.shape.height, float(site.map[site.room > 0.0].max()) + site.first * site.unit)
-        _fill(site, places, Round(ceiling, course, "cope", (site.kept["cope"],), patience=LAST))
+        _fill(site, parts, Round(ceiling, course, "cope", (site.kept["cope"],), patience=LAST))
     if site.settings.all:
-        places.renewed()
+        _all(parts, Places.renewed)
         for stone in tuple(site.left):
-            found = places.best(site.map, [site.bedded(stone)], FULL / 2.0)
-            good = chosen(site.map, site.label, found, site.looks)
+            found = [(places, places.best(site.map, [site.bedded(stone)], FULL / 2.0)) for places in parts]
+            good = [tipped for places, some in found for tipped in _looked(site, places, some)]
             if good:
-                places.changed(site.leave(left(site, good[0]), course))
+                best = min(good, key=lambda tipped: tipped.cost)
+                box = site.leave(left(site, best), course)
+                _all(parts, lambda places, box=box: places.changed(box))  # type: ignore[misc]
+
+
+def _looked(site: Site, places: Places, some: Sequence[Place]) -> list[Tipped]:
+    """Some places of a part of the wall, looked at closely; those where no stone lies count as tried in vain."""
+    here = places.part
+    good = chosen(site.map[here], site.label[here], some, replace(site.looks, first=places.first))
+    kept = {id(tipped.place) for tipped in good}
+    for place in some:
+        if id(place) not in kept:
+            places.fail(place)
+    return good
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,18 +274,22 @@ class Round:
     patience: int = PATIENCE
 
 
-def _fill(site: Site, places: Places, work: Round) -> None:
-    """Lay stones until none goes below the ceiling."""
-    while any(work.pools):
-        trial = _next(site, places, work)
-        if trial is None:
-            return
-        for box in site.take(trial, work.course, work.role):
-            places.changed(box)
-        if work.role == "stone":
-            work = _body(site, work.ceiling, work.course, work.patience)
-        else:
-            work = replace(work, pools=tuple([k for k in pool if k in site.left] for pool in work.pools))
+def _fill(site: Site, parts: Sequence[Places], work: Round) -> None:
+    """Lay stones, part after part, until none goes below the ceiling."""
+    for places in parts:
+        while any(work.pools):
+            trial = _next(site, places, work)
+            if trial is None:
+                break
+            boxes = site.take(trial, work.course, work.role)
+            for other in parts:
+                for one, box in zip(trial.stones, boxes, strict=True):
+                    other.used(one.stone)
+                    other.changed(box)
+            if work.role == "stone":
+                work = _body(site, work.ceiling, work.course, work.patience)
+            else:
+                work = replace(work, pools=tuple([k for k in pool if k in site.left] for pool in work.pools))
 
 
 def _next(site: Site, places: Places, work: Round) -> Trial | None:
@@ -267,12 +302,7 @@ def _next(site: Site, places: Places, work: Round) -> Trial | None:
             return None
         rounds += 1
         for start in range(0, len(found), LOOKED):
-            some = found[start : start + LOOKED]
-            good = chosen(site.map, site.label, some, site.looks)
-            kept = {id(tipped.place) for tipped in good}
-            for place in some:
-                if id(place) not in kept:
-                    places.fail(place)
+            good = _looked(site, places, found[start : start + LOOKED])
             for tipped in good:
                 trial = tried(site, tipped, work.ceiling)
                 if trial is not None:

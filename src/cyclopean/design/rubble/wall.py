@@ -25,7 +25,7 @@ from cyclopean.options import option
 __all__ = ["OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings", "filled_in", "unit_size"]
 
 OVERLAP = 1e-3  # of a stone's volume: what it may share with another one
-LEAN, STEEP = 8.0, 45.0  # degrees: by which gravity leans while laying, and what is too much
+LEAN, STEEP = 6.0, 45.0  # degrees: by which gravity leans while laying, and what is too much
 CELLS = 8.5  # of the unit
 SLENDER = 2.0  # times its thickness: height that a wall is planned for
 SOLIDITY = 0.5  # share of stone in a wall, to find its length by
