@@ -33,7 +33,6 @@ from geometry_rules import hull_mesh
 
 WALLS = 40
 STONES = (4, 25)
-BAND = 5e-4  # m: the hulls touch in points; a wider band would lend them contacts that they do not have
 SECONDS = 3.0
 FELL, SHIFTED, ENOUGH = 0.2, 0.05, 0.25  # of the cube root of the smallest stone's volume
 MU = 0.7
@@ -52,7 +51,7 @@ def drawn(seed: int) -> tuple[Assembly, float, str]:
     draw = np.random.default_rng([seed, 17])
     count = int(draw.integers(STONES[0], STONES[1] + 1))
     stones = tuple(hull_stone(s) for s in quarry(count, seed=1000 + seed, detail=DETAIL))
-    wall = settle(Inventory(stones), SettleSettings(band=BAND, yaws=YAWS, ways=1)).assembly
+    wall = settle(Inventory(stones), SettleSettings(yaws=YAWS, ways=1)).assembly
     kind = seed % 4
     slope = float(draw.uniform(*SLOPES[kind]))
     assert wall.contacts is not None

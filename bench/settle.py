@@ -26,7 +26,7 @@ from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.io.stones import read_stones
 
-HEAD = f"{'stones':>8} {'ahead':>5} {'laid':>5} {'share':>6} {'void':>6} {'hollow':>6} {'height':>7} {'check':>9}"
+HEAD = f"{'stones':>8} {'ahead':>5} {'laid':>5} {'share':>6} {'void':>6} {'tops':>6} {'height':>7} {'check':>9}"
 
 
 def inventory(name: str, folder: str | None, detail: int) -> Inventory | None:
@@ -67,7 +67,7 @@ def main() -> None:
     parser.add_argument("--look-ahead", type=int, default=8)
     parser.add_argument("--detail", type=int, default=2)
     parser.add_argument("--lean", type=float, default=SettleSettings().lean, help="degrees by which gravity may lean")
-    parser.add_argument("--chinking", action="store_true")
+    parser.add_argument("--pins", action="store_true")
     parser.add_argument("--workers", type=int, choices=(1, 2), default=2)
     parser.add_argument("--seeds", type=int, default=0)
     asked = parser.parse_args()
@@ -77,15 +77,15 @@ def main() -> None:
         if stones is None:
             continue
         for ahead in (asked.look_ahead, 0):
-            settings = SettleSettings(look_ahead=ahead, lean=asked.lean, chinking=asked.chinking)
+            settings = SettleSettings(look_ahead=ahead, lean=asked.lean, pins=asked.pins)
             before, began, worked = pace(), perf_counter(), process_time()
             with beside(asked.workers - 1) as executor:
                 wall = settle(stones, settings, None, executor)
             seconds, core = perf_counter() - began, process_time() - worked
             m = wall.measures
             print(
-                f"{name:>8} {ahead:5d} {len(wall.laid):5d} {m.stable:6.1%} {m.void:6.1%} {m.hollow:6.1%}"
-                f" {m.height:6.2f}m {verdict(wall, 'rbe'):>9} {seconds:8.1f}"
+                f"{name:>8} {ahead:5d} {len(wall.laid):5d} {len(wall.laid) / len(stones):6.1%} {m.void:6.1%}"
+                f" {m.void_tops:6.1%} {m.height:6.2f}m {verdict(wall, 'rbe'):>9} {seconds:8.1f}"
                 f" {core:11.1f} {m.overlap:8.1e} {before:.3f} {pace():.3f}",
                 flush=True,
             )

@@ -275,3 +275,65 @@ def test_real_scans_stand_beside_each_other():
     assert largest_overlap(found.assembly)[0] <= OVERLAP
     for laid in found.laid:
         assert laid.stable == (inside(laid, inventory.stones[laid.stone]) > 0.0)
+
+
+def test_a_wall_gone_on_with_is_the_wall_of_one_run():
+    """From the end of a course on: what was tried in vain before is forgotten there, and forces are found anew."""
+    made = boxes(*[(0.5 - 0.003 * k, 0.3, 0.2 + 0.002 * k) for k in range(10)])
+    whole = settle(made, SettleSettings(length=1.1, thickness=0.32, cell=0.05, ways=1))
+    courses = sorted({laid.course for laid in whole.laid})
+    assert len(courses) > 1, "or the test says nothing"
+    count = 1 + sum(laid.course < courses[1] for laid in whole.laid)
+    on = settle(made, whole.settings, standing=stage(whole, count))
+    names = [block.id for block in whole.assembly.blocks]
+    assert [block.id for block in on.assembly.blocks] == names
+    for one, two in zip(whole.assembly.blocks, on.assembly.blocks, strict=True):
+        assert two.vertices == pytest.approx(one.vertices, abs=1e-6)
+    assert len(on.laid) == len(names) - count
+
+
+def test_the_next_stones_are_told_and_the_first_is_laid(stones):
+    before = settle(Inventory(stones[:4]), replace(QUICK, ways=1, length=1.6, thickness=0.9))
+    told = settle(Inventory(stones), before.settings, standing=before.assembly, advice=2)
+    assert len(told.following) == 2
+    assert len({one.stone for one in told.following}) == 2
+    assert [laid.stone for laid in told.laid] == [told.following[0].stone]
+    assert len(told.assembly.blocks) == len(before.assembly.blocks) + 1
+    assert check(told.assembly, Settings(method="rbe", mu=FRICTION)).verdict == "stable"
+
+
+def test_standing_walls_that_are_none_are_refused(wall, stones):
+    ground, *rest = wall.assembly.blocks
+    with pytest.raises(InputError, match="has no free block"):
+        settle(Inventory(stones), QUICK, standing=Assembly((ground,), None, ()))
+    air = replace(rest[0], vertices=rest[0].vertices + np.array([0.0, 0.0, 1.0]))
+    with pytest.raises(InputError, match="touches nothing that comes before it"):
+        settle(Inventory(stones), QUICK, standing=Assembly((ground, air), None, ()))
+    raised = replace(ground, vertices=ground.vertices + np.array([0.0, 0.0, 0.5]))
+    with pytest.raises(InputError, match=r"has its top at 0\.5 m; put it at height 0"):
+        settle(Inventory(stones), QUICK, standing=Assembly((raised, *rest), None, ()))
+
+
+def test_a_little_dressing_is_told_cut_by_cut_and_the_wall_stands(stones):
+    found = settle(Inventory(stones), replace(QUICK, ways=1, dress=0.05))
+    cuts = [cut for laid in found.laid for cut in laid.cuts]
+    assert cuts
+    off = sum(cut.volume for cut in cuts)
+    volume = sum(stones[laid.stone].volume for laid in found.laid)
+    assert found.measures.imposition == pytest.approx(off / volume, rel=1e-6)
+    for laid in found.laid:
+        assert sum(cut.volume for cut in laid.cuts) <= 0.05 * stones[laid.stone].volume
+    assert largest_overlap(found.assembly)[0] <= OVERLAP
+    assert check(found.assembly, Settings(method="rbe", mu=FRICTION)).verdict == "stable"
+
+
+def test_a_pin_is_a_stone_of_the_stock_that_bears_another():
+    """With pins at hand the wall stands on all of them, and each bears a stone that was laid right after it."""
+    made = quarry(14, 5, detail=1)
+    found = settle(Inventory(made), replace(QUICK, ways=1, pins=True))
+    contacts = found.assembly.contacts
+    for k, laid in enumerate(found.laid):
+        if laid.role == "pin":
+            touching = {(int(a), int(b)) for a, b in zip(contacts.a, contacts.b, strict=True)}
+            assert (k + 1, k + 2) in touching
+    assert check(found.assembly, Settings(method="rbe", mu=FRICTION)).verdict == "stable"

@@ -92,7 +92,10 @@ def settle(
     if not len(inventory):
         raise InputError(f"{inventory.source}: there are no stones to lay")
     before = Standing.of(standing) if standing is not None else Standing()
-    full = filled_in(inventory.stones, settings or SettleSettings(), before.volumes)
+    at_hand = before.at_hand(inventory.stones)
+    if not at_hand:
+        raise InputError(f"{inventory.source}: all of its stones are in the wall that stands; there are none to lay")
+    full = filled_in(at_hand, settings or SettleSettings(), before.volumes)
     ways = 1 if advice or before.blocks else full.ways or 1
     elsewhere = {} if executor is None else {k: executor.submit(_laid, inventory, full, k) for k in range(1, ways, 2)}
     say = progress or _silent
@@ -206,8 +209,8 @@ def _all(parts: Sequence[Places], do: Callable[[Places], None]) -> None:
 
 
 def _highest(site: Site) -> float:
-    """The ceiling (m) is no higher: so far above the mean of the wall's top, and not above the height asked for."""
-    top = float(site.map[site.room > 0.0].mean())
+    """The ceiling (m) is no higher: so far above the mean of the wall's skyline, and not above the height asked for."""
+    top = float(np.where(site.room > 0.0, site.map, 0.0).max(axis=1).mean())
     return min(site.shape.height - LIFT * site.unit / 2.0, top + site.first * site.unit)
 
 

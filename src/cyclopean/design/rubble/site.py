@@ -45,7 +45,7 @@ class Site:
     ) -> None:
         assert settings.cell is not None
         self.stones, self.settings, self.shape, self.say = stones, settings, settings.shape(), say
-        self.cell, self.unit, self.before = settings.cell, unit_size(stones, before.volumes), before
+        self.cell, self.unit, self.before = settings.cell, unit_size(before.at_hand(stones), before.volumes), before
         inward = float(np.tan(np.radians(settings.inward)))
         self.looks = Looks(self.cell, self.unit, settings.scores, settings.dress, inward, settings.wythes)
         self.room = self.shape.room(self.cell)  # (n, m) m: height up to which each cell is in the wall

@@ -1,11 +1,13 @@
 """A wall that stands already, and is gone on with: settled before, or scanned as built."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from cyclopean.assembly import Assembly, Block, supports
 from cyclopean.design.rubble.features import Body, body_of
+from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 from cyclopean.geometry import triangles
 
@@ -50,6 +52,11 @@ class Standing:
         labels = [block.group or "" for block in free]
         courses = [int(label[7:]) for label in labels if label.startswith("course-") and label[7:].isdigit()]
         return cls(tuple(free), tuple(bodies), max(courses, default=-1) + 1)
+
+    def at_hand(self, stones: Sequence[Stone]) -> list[Stone]:
+        """Stones that are not in it."""
+        used = {block.id for block in self.blocks}
+        return [stone for stone in stones if stone.id not in used]
 
     @property
     def volumes(self) -> tuple[float, ...]:
