@@ -63,12 +63,13 @@ def test_a_second_process_changes_nothing(run, quarry, tmp_path):
 def test_contacts_of_a_model_that_has_none(run, quarry, tmp_path):
     assert run("settle", quarry, "--out", "w.json", "--length", 4, *QUICK)[0] == 0
     data = json.loads((tmp_path / "w.json").read_text())
-    count = len(data.pop("contacts"))
+    touching = len(data.pop("contacts"))
     (tmp_path / "bare.json").write_text(json.dumps(data))
     status, out, err = run("check", "bare.json", "--method", "rbe", "--rough", "auto")
     assert status == 0
-    assert f"{count} contacts" in out
-    assert f"rough surfaces: {count} contacts stand for where blocks nearly touch" in err
+    near = int(re.search(r"(\d+) contacts;", out)[1])
+    assert near > touching / 4, "within a wider band, and where fewer faces lean"
+    assert f"rough surfaces: {near} contacts stand for where blocks nearly touch" in err
     status, out, err = run("check", "w.json", "--rough", "0.002")
     assert (status, out) == (2, "")
     assert "--rough: the model lists its contacts; leave it out" in err

@@ -34,19 +34,21 @@ from cyclopean.design.rubble.site import Progress, Site
 from cyclopean.design.rubble.standing_wall import NOTHING, Standing
 from cyclopean.design.rubble.stock import SLENDER
 from cyclopean.design.rubble.trials import Trial, left, tried
-from cyclopean.design.rubble.wall import OVERLAP, Laid, Measures, RubbleWall, SettleSettings, filled_in
+from cyclopean.design.rubble.wall import FEW, OVERLAP, Laid, Measures, RubbleWall, SettleSettings, filled_in
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.errors import InputError
 
 __all__ = ["OVERLAP", "Laid", "RubbleWall", "SettleSettings", "settle"]
 
 FIRST = 1.9, 1.6, 1.75, 2.05, 1.45, 2.2  # of the unit: the ceiling at the start, one for each way to lay a wall
+HEAD = 1.3  # of the unit: the ceiling is no further above the skyline, so that the top comes out level
+HEAD_OF_FEW = 3.5  # few stones make no level top: each is laid where it stands
 LIFT = 0.23  # by which it rises
 COURSE = 4  # lifts
 PART, SHARED, WHOLE = 10.0, 2.5, 1.5  # of the unit: parts of a long wall, and what they share; a short one is whole
 MOST = 128  # stones that are tried where none of the largest goes
 LOOKED = 60  # places that are looked at closely at a time
-PATIENCE, LAST = 60, 300  # trials in vain before the ceiling rises, and under the last one
+PATIENCE, LAST = 60, 200  # trials in vain before the ceiling rises, and under the last one
 
 
 def _silent(stage: str) -> None:
@@ -209,9 +211,10 @@ def _all(parts: Sequence[Places], do: Callable[[Places], None]) -> None:
 
 
 def _highest(site: Site) -> float:
-    """The ceiling (m) is no higher: so far above the mean of the wall's skyline, and not above the height asked for."""
-    top = float(np.where(site.room > 0.0, site.map, 0.0).max(axis=1).mean())
-    return min(site.shape.height - LIFT * site.unit / 2.0, top + site.first * site.unit)
+    """The ceiling (m) is no higher: so far above the mean of the skyline, and not above the height asked for."""
+    skyline = np.where(site.room > 0.0, site.map, 0.0).max(axis=1)
+    head = HEAD_OF_FEW if len(site.stones) <= FEW else HEAD
+    return min(site.shape.height - LIFT * site.unit / 2.0, float(skyline.mean()) + head * site.unit)
 
 
 def _body(site: Site, ceiling: float, course: int, patience: int) -> "Round":

@@ -22,14 +22,14 @@ from cyclopean.errors import InputError
 from cyclopean.geometry.frames import affine
 from cyclopean.options import option
 
-__all__ = ["OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings", "filled_in", "unit_size"]
+__all__ = ["FEW", "OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings", "filled_in", "unit_size"]
 
 OVERLAP = 1e-3  # of a stone's volume: what it may share with another one
 LEAN, STEEP = 6.0, 45.0  # degrees: by which gravity leans while laying, and what is too much
 CELLS = 8.5  # of the unit
 SLENDER = 2.0  # times its thickness: height that a wall is planned for
-SOLIDITY = 0.5  # share of stone in a wall, to find its length by
-DEEP = 2.0  # widths of a stone that a wall is thick
+SOLIDITY = 0.4  # share of stone in a wall, to find its length by
+WIDE = 90.0  # percentile of the stones' widths that a wythe is made for
 FEW, WAYS, MOST_WAYS = 60, 2, 6  # of so few stones, so many walls are laid; and no more
 ENDS = ("vertical", "racked")
 RACK = 1.0  # for each metre of height, where ends are racked: 45 degrees
@@ -212,7 +212,7 @@ def filled_in(stones: Sequence[Stone], settings: SettleSettings, standing: Seque
     extent = np.array([np.ptp(s.vertices @ s.axes.T, axis=0) for s in stones])
     cell = settings.cell or unit_size(stones, standing) / CELLS
     longest = float(extent[:, 0].max()) + 2.0 * cell
-    thickness = settings.thickness or DEEP * float(np.median(extent[:, 1])) + cell
+    thickness = settings.thickness or settings.wythes * float(np.percentile(extent[:, 1], WIDE)) + cell
     face = math.fsum(s.volume for s in stones) / SOLIDITY / thickness  # m2 of wall
     length = settings.length or max(face / (settings.height or SLENDER * thickness), longest)
     if not length / cell * (thickness / cell) <= MOST_CELLS:
