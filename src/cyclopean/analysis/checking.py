@@ -278,9 +278,12 @@ def _less_rubbing(
 ) -> tuple[EquilibriumSystem, Claim] | None:
     """A coupled state inside all cones, with the system that it is of; None where none was found."""
     normals = bearing_cones(model.assembly, model.contacts, model.tolerance)[0][system.used]
-    limit = system.mu
+    limit, began = system.mu, time.perf_counter()
     for _ in range(COUPLED):
-        claim = solved(model, settings, system, progress)
+        left = settings.seconds - (time.perf_counter() - began)  # all searches together have the time of one
+        if not left > 0.0:
+            return None
+        claim = solved(model, replace(settings, seconds=left), system, progress)
         if claim.kind != "cra-state" or claim.f is None:
             return None
         force = np.einsum("qi,qij->qj", claim.f, system.frame)
