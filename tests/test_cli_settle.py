@@ -121,6 +121,14 @@ def test_bad_input_is_one_line_and_status_2(run, quarry, tmp_path, options, mess
     assert not (tmp_path / "w.json").exists()
 
 
+def test_an_opening_that_nothing_bridges_is_told(run, quarry):
+    """Four stones beside a gap 0.2 m wide: no jamb comes up to 1.5 m."""
+    options = ("--length", 4, "--thickness", 0.9, "--opening", "1.5,0,0.2,1.5", *QUICK)
+    status, out, _ = run("settle", quarry, "--out", "w.json", *options)
+    assert status == 0
+    assert "  opening   no lintel was laid" in out
+
+
 def test_files_that_will_not_do(run, quarry):
     assert "unknown ending; use .json" in run("settle", quarry, "--out", "w.obj")[2]
     assert "this is the input file" in run("settle", quarry, "--out", quarry)[2]

@@ -139,6 +139,8 @@ def told_measures(wall: "RubbleWall") -> list[str]:
     if m.masons is None:
         said.append(f"void: {m.void:.0%} between the faces, {m.void_tops:.0%} below the stones' own tops")
     said.append(f"overlap: at most {m.overlap:.1e} of a stone")
+    if wall.settings.opening is not None and not any(laid.role == "lintel" for laid in wall.laid):
+        said.append("opening: no lintel was laid, for its jambs did not both come up to its head; nothing bridges it")
     if wall.settings.dress:
         cuts = sum(len(laid.cuts) for laid in wall.laid)
         said.append(f"dressing: {cuts} cuts, Lambda {m.imposition:.3f} of the stone taken off")

@@ -98,7 +98,7 @@ def _lintels(stones: Sequence[Stone], rest: Sequence[int], extent: dict[int, Flo
     while count < len(long) and deep < shape.thickness:
         deep += float(extent[long[count]][1])
         count += 1
-    return long[: count + SPARE]
+    return long[: min(count + SPARE, len(rest) // 3 + 1)]  # the jambs need stones, too
 
 
 def _copes(rest: Sequence[int], extent: dict[int, Floats], shape: Shape) -> list[int]:
