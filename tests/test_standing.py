@@ -3,14 +3,14 @@
 By hand: a cube of side 1 on another stands if it overhangs by less than half; a box on the free end of a plank tips it
 once their common centre of mass is out over the edge.
 Mutants killed: known forces not passed on; their sign; bearers of bearers left out; forces not kept; a plank held by a
-stone that it does not touch.
+stone that it does not touch; what fixed neighbours cannot hold, though forces on them are limited to known ones.
 """
 
 import numpy as np
 import pytest
 
 from cyclopean.assembly.patches import Surface
-from cyclopean.design.rubble.standing import GRAVITY, Fresh, Mass, Structure
+from cyclopean.design.rubble.standing import GRAVITY, Fresh, Mass, Structure, _Problem
 from fixtures_stones import box, subdivided
 
 
@@ -100,6 +100,29 @@ def test_known_forces_balance_a_whole_wall():
         force[0, :, 2].sum() for (k, i), force in structure.force.items() if structure.stones[k].joints[i].below < 0
     )
     assert total == pytest.approx(sum(stone.mass.weight for stone in structure.stones.values()))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_fixed_neighbours_cannot_hold_no_wall_holds(seed, monkeypatch):
+    """Of random piles, the same stones are laid whether or not the nearest stones are asked first."""
+    told, asked = [], _Problem.impossible
+
+    def pile(first):
+        monkeypatch.setattr(_Problem, "impossible", lambda self, way: first and tell(asked(self, way)))
+        structure, draw = Structure(ground(), 1e-3, 0.6, 6.0), np.random.default_rng(seed)
+        return [
+            laid(structure, (*size, 0.3), (*at, 0.3 * (k // 8)))
+            for k in range(40)
+            for size, at in [(draw.uniform(0.3, 0.9, 2), draw.uniform(0.0, 1.2, 2))]
+        ]
+
+    def tell(word):
+        told.append(word)
+        return word
+
+    stood = pile(True)
+    assert stood == pile(False)
+    assert 8 < sum(stood) < 40 and any(told) and not all(told)
 
 
 def test_less_friction_holds_less():

@@ -32,11 +32,14 @@ def collapse_bound(system: EquilibriumSystem, y: Floats) -> float:
 
     For every f in K: p'y = -f'A'y <= ||f|| ||P_K(-A'y)||. Infinite for an exact mechanism.
     """
-    power = float(system.p @ y)
+    return _bound(system, float(system.p @ y), project_cones(-system.gap(y), system.mu))
+
+
+def _bound(system: EquilibriumSystem, power: float, f: Floats) -> float:
+    """`collapse_bound` of a motion with power p'y and f = P_K(-A'y)."""
     if not power > 0.0:
         return 0.0
-    needed = float(np.linalg.norm(project_cones(-system.gap(y), system.mu)))
-    total = system.total
+    needed, total = float(np.linalg.norm(f)), system.total
     if not total > 0.0:
         return 0.0
     return np.inf if needed == 0.0 else power / needed / total
@@ -71,31 +74,48 @@ def newton(
     lost : float
         Collapse bound at which to hand over: past what models that stand usually need.
     """
-    y = np.zeros(schur.size) if start is None else start.copy()
-    f = project_cones(-system.gap(y), system.mu)
-    phi = 0.5 * float(np.sum(f * f)) - float(system.p @ y)
+    here = _point(system, np.zeros(schur.size) if start is None else start.copy())
     shift, word, step, worst = SHIFT, "unfinished", 0, np.inf
     for step in range(cap + 1):
-        g = system.residual(f)
-        worst = float(np.max(np.abs(g), initial=0.0))
+        worst = here.worst
         if worst <= ENOUGH:
             word = "balanced"
             break
-        bound = collapse_bound(system, y) if step else 0.0
+        bound = _bound(system, float(system.p @ here.y), here.f) if step else 0.0
         if bound >= decisive:
             word = "collapse"
         if step == cap or bound >= min(decisive, lost):
             break
         first = step == 0 and start is None
-        D = np.broadcast_to(np.eye(3), (system.points, 3, 3)) if first else cone_jacobian(-system.gap(y), system.mu)
-        d = _direction(schur, D, g, shift * min(1.0, worst))
-        length, y_new, f_new, phi_new, g_new = _search(system, y, d, phi, g, worst)
-        if g_new > 0.5 * worst and worst <= GOOD:  # rounding: no further
+        D = np.broadcast_to(np.eye(3), (system.points, 3, 3)) if first else cone_jacobian(here.back, system.mu)
+        d = _direction(schur, D, here.g, shift * min(1.0, worst))
+        length, there = _search(system, here, d)
+        if there.worst > 0.5 * worst and worst <= GOOD:  # rounding: no further
             word = "balanced"
             break
-        y, f, phi = y_new, f_new, phi_new
+        here = there
         shift = SHIFT if length > 0.2 else min(shift * 10.0, 1e-2)
-    return DualAnswer(word, f, y, worst, step)  # type: ignore[arg-type]
+    return DualAnswer(word, here.f, here.y, worst, step)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """phi at y, and what it is made of."""
+
+    y: Floats
+    back: Floats  # (q, 3) -A'y
+    f: Floats  # (q, 3) P_K(back)
+    phi: float
+    g: Floats  # (6 m,) A f + p
+    worst: float  # max |g|
+
+
+def _point(system: EquilibriumSystem, y: Floats) -> _Point:
+    back = -system.gap(y)
+    f = project_cones(back, system.mu)
+    g = system.residual(f)
+    phi = 0.5 * float(np.sum(f * f)) - float(system.p @ y)
+    return _Point(y, back, f, phi, g, float(np.max(np.abs(g), initial=0.0)))
 
 
 def _direction(schur: Schur, D: Floats, g: Floats, shift: float) -> Floats:
@@ -108,20 +128,15 @@ def _direction(schur: Schur, D: Floats, g: Floats, shift: float) -> Floats:
     raise SolverError("the dual Newton matrix cannot be factorised")
 
 
-def _search(
-    system: EquilibriumSystem, y: Floats, d: Floats, phi: float, g: Floats, worst: float
-) -> tuple[float, Floats, Floats, float, float]:
+def _search(system: EquilibriumSystem, here: _Point, d: Floats) -> tuple[float, _Point]:
     """Backtrack on phi; near the end, where phi has no digits left, a halved residual will do."""
-    slope, length = float(g @ d), 1.0
+    slope, length = float(here.g @ d), 1.0
     for _ in range(30):
-        y_new = y + length * d
-        f_new = project_cones(-system.gap(y_new), system.mu)
-        phi_new = 0.5 * float(np.sum(f_new * f_new)) - float(system.p @ y_new)
-        g_new = float(np.max(np.abs(system.residual(f_new)), initial=0.0))
-        if phi_new <= phi - 1e-4 * length * slope or g_new < 0.5 * worst:
+        there = _point(system, here.y + length * d)
+        if there.phi <= here.phi - 1e-4 * length * slope or there.worst < 0.5 * here.worst:
             break
         length *= 0.5
-    return length, y_new, f_new, phi_new, g_new
+    return length, there
 
 
 def sharpen_mechanism(system: EquilibriumSystem, schur: Schur, y: Floats, cap: int = 25) -> Floats:

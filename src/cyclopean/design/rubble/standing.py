@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.analysis.equilibrium.newton import newton
+from cyclopean.analysis.equilibrium.newton import collapse_bound, newton
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly.patches import Meeting, Surface, meetings
 from cyclopean.errors import SolverError
@@ -40,6 +40,7 @@ ALIGNED = (0.9976, 0.9903, 0.9781, 0.955)  # cosines of 4, 8, 12 and 17 degrees:
 CURVED = 1e-3  # radians by which friction is less, that what is proved about the faces has room
 WIDE = 6.0  # sizes of a stone: within that along the wall, others help
 WEDGED = 0.8  # of all loads together: where forces must be larger, stones only hold by wedging (upright walls: 0.5)
+RINGS = 2  # of stones around a new one, by which it is tried whether they can hold it with all others fixed
 DENSE = 1 << 18  # entries up to which a matrix is kept whole: products with it are faster then
 GROUND = -1
 
@@ -122,12 +123,15 @@ class Structure:
         low, high = self.between
         if not all(low <= self.stones[k].mass.centre[0] <= high for k in bearers):
             return None
+        beside = _Problem.of(self, (*self._beside(fresh), *numbers), fresh, others_fixed=True)
+        if beside.impossible(self.worst):  # of those that do not stand, half are found out here
+            return None
         few = _Problem.of(self, (*bearers, *numbers), fresh)
         many: _Problem | None = None
         found: dict[int, Mapping[At, Floats]] = {}
         for way in (self.worst, *(k for k in range(len(self.down)) if k != self.worst)):
             forces = few.forces(way)
-            if forces is None:  # others may have to help
+            if forces is None and (way == self.worst or not beside.impossible(way)):  # others may have to help
                 around = self._around(bearers, fresh[-1].mass.centre)
                 many = many or _Problem.of(self, (*around, *numbers), fresh)
                 forces = many.forces(way)
@@ -136,6 +140,14 @@ class Structure:
                 return None
             found[way] = forces
         return tuple(found[way] for way in range(len(self.down)))
+
+    def _beside(self, fresh: Sequence[Fresh]) -> tuple[int, ...]:
+        """What new stones touch, what touches that, and so on; sorted."""
+        found = {joint.below for new in fresh for joint in new.joints if joint.below < self.next}
+        for _ in range(RINGS - 1):
+            for k in found - {GROUND}:
+                found |= {joint.below for joint in self.stones[k].joints} | {above for above, _ in self.above[k]}
+        return tuple(sorted(found - {GROUND}))
 
     def _around(self, bearers: Sequence[int], centre: Floats) -> tuple[int, ...]:
         """These stones, and others near enough along the wall to help them; sorted."""
@@ -203,7 +215,10 @@ class _Problem:
     schur: Schur | None
 
     @classmethod
-    def of(cls, structure: Structure, free: tuple[int, ...], fresh: Sequence[Fresh]) -> "_Problem":
+    def of(
+        cls, structure: Structure, free: tuple[int, ...], fresh: Sequence[Fresh], others_fixed: bool = False
+    ) -> "_Problem":
+        """Where all others are fixed, joints with them can carry anything, and less is asked than of the wall."""
         old = len(free) - len(fresh)
         stones = {k: structure.stones[k] for k in free[:old]} | dict(zip(free[old:], fresh, strict=True))
         row = {k: i for i, k in enumerate(free)}
@@ -211,9 +226,12 @@ class _Problem:
             (k, i): joint
             for k, stone in stones.items()
             for i, joint in enumerate(stone.joints)
-            if joint.below == GROUND or joint.below in row
+            if joint.below == GROUND or joint.below in row or others_fixed
         }
-        ends = np.array([(row.get(joint.below, -1), row[k]) for (k, _), joint in joints.items()])
+        if others_fixed:
+            above = [at for k in free[:old] for at in structure.above[k] if at[0] not in row]
+            joints |= {(k, i): structure.stones[k].joints[i] for k, i in above}
+        ends = np.array([(row.get(joint.below, -1), row.get(k, -1)) for (k, _), joint in joints.items()])
         masses = [stone.mass for stone in stones.values()]
         system = _system(masses, list(joints.values()), ends, structure.friction)
         return cls(structure, stones, joints, system, None if system is None else Schur(system, threads=1))
@@ -222,16 +240,32 @@ class _Problem:
         """(q, 3) N in the joints between these, for one way of gravity; None where none were found."""
         if self.system is None or self.schur is None:
             return None
-        system, joints = self.system, self.joints.values()
-        posed = replace(system, p=self._load(way).ravel() / system.force_unit)
-        if way == 0:
-            posed = replace(posed, mu=_faces_mu(joints, self.structure.friction))
-        f = _balanced(posed, self.schur)
+        system = self._posed(self.system, way)
+        f = _balanced(system, self.schur)
         if f is None:
             return None
         world = np.einsum("qf,qfi->qi", f * system.force_unit, system.frame)
-        last = np.cumsum([len(joint.points) for joint in joints])
+        last = np.cumsum([len(joint.points) for joint in self.joints.values()])
         return dict(zip(self.joints, np.split(world, last[:-1]), strict=True))
+
+    def impossible(self, way: int) -> bool:
+        """Whether forces that hold these, for one way of gravity, would be too large for all that stands."""
+        if self.system is None or self.schur is None:
+            return True
+        system = self._posed(self.system, way)
+        every = {**self.structure.stones, **self.stones}.values()
+        whole = sum(stone.mass.weight for stone in every) / system.force_unit
+        most = WEDGED * max(whole / system.total, 1.0)
+        try:
+            answer = newton(system, self.schur, cap=CAP, lost=most)
+        except (SolverError, np.linalg.LinAlgError):
+            return False
+        return collapse_bound(system, answer.y) >= most
+
+    def _posed(self, system: EquilibriumSystem, way: int) -> EquilibriumSystem:
+        """The system with the loads, and the friction, of one way of gravity."""
+        posed = replace(system, p=self._load(way).ravel() / system.force_unit)
+        return replace(posed, mu=_faces_mu(self.joints.values(), self.structure.friction)) if way == 0 else posed
 
     def _load(self, way: int) -> Floats:
         """(b, 6) N: weights, and forces in joints with stones that are not among these; moments over the unit."""
@@ -243,7 +277,7 @@ class _Problem:
                 if (k, i) not in self.joints and (k, i) in structure.force:
                     _push(load[row], structure.force[k, i][way], joint, stone.mass.centre)
             for above, i in structure.above.get(k, ()):
-                if above not in self.stones:
+                if (above, i) not in self.joints:
                     force = -structure.force[above, i][way]
                     _push(load[row], force, structure.stones[above].joints[i], stone.mass.centre)
         assert self.system is not None
