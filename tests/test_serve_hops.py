@@ -252,7 +252,7 @@ def test_a_folder_is_read_only_where_it_is_allowed(server, folder) -> None:
         ("carve", {"Placed": tower(), "Cells": tower(), "Cell": [0, 1]}, "held"),
         ("carve", {"Placed": tower(), "Cells": tower()}, "Cell: nothing is connected"),
         ("settle", {"Stones": tower(), "Wythes": 7}, "wythes"),
-        ("settle", {"Stones": tower(), "Length": -2.0}, "Length: -2 m is no length"),
+        ("settle", {"Stones": tower(), "Length": -2.0}, "length: must be more than 0"),
     ],
 )
 def test_what_is_refused_is_told_on_the_component(server, pointer, inputs, said) -> None:

@@ -19,7 +19,8 @@ from cyclopean.design.stones.stone import stone_of
 from cyclopean.errors import InputError
 from cyclopean.io import write_model
 from cyclopean.io.stones import read_stones
-from fixtures_stones import SCANS, box, largest_overlap, needs_scans
+from cyclopean.view.settled_page import answer_of, settled_page, stands_of, told_of
+from fixtures_stones import SCANS, box, largest_overlap, needs_scans, sphere
 from laws import nightly
 
 QUICK = SettleSettings(look_ahead=4, yaws=4)
@@ -230,13 +231,34 @@ def test_an_opening_is_bridged_by_a_long_stone():
         assert not (0.5 < x < 1.1 and z < 0.4)
 
 
-def test_every_stone_is_laid_where_all_are_asked_for_and_those_that_do_not_stand_say_why():
-    made = boxes((0.3, 0.3, 0.3), (1.0, 0.3, 0.06), (0.25, 0.29, 0.15))
-    some = settle(made, SettleSettings(length=1.0, thickness=0.32, cell=0.04))
-    every = settle(made, SettleSettings(length=1.0, thickness=0.32, cell=0.04, all=True))
-    assert len(every.laid) >= len(some.laid)
+def test_every_stone_is_laid_where_all_are_asked_for_and_those_that_do_not_stand_are_named_first():
+    """A ball of small facets rocks wherever it lies."""
+    vertices, triangles = sphere(3)
+    made = Inventory((*boxes((0.5, 0.3, 0.2), (0.4, 0.3, 0.15)).stones, stone(0.1 * vertices, triangles, "ball")))
+    asked = SettleSettings(length=1.3, thickness=0.32, cell=0.04)
+    some, every = settle(made, asked), settle(made, replace(asked, all=True))
+    assert [made.stones[k].id for k, _ in some.left_over] == ["ball"]
+    assert len(some.laid) == 2
+    assert len(every.laid) == 3
+    assert [made.stones[laid.stone].id for laid in every.laid if not laid.stable] == ["ball"]
     for laid in every.laid:
         assert laid.stable == (laid.reason == "")
+    assert answer_of(every, made)[0].endswith("but 1 of them does not stand")
+    assert stands_of(every, made).startswith("Without ball, which would fall, it stands at every stage with")
+    assert stands_of(some, made).startswith("It stands at every stage with")
+    assert "It stands" not in settled_page(every, made)
+    assert "It stands at every stage with" in settled_page(some, made)
+    assert list(told_of(every).unsteady) == ["ball"]
+
+
+def test_what_is_told_first_is_what_stands_and_not_what_was_asked():
+    made = boxes((0.5, 0.3, 0.2), (0.4, 0.3, 0.2))
+    found = settle(made, SettleSettings(length=6.0, thickness=0.32, cell=0.05))
+    what, missing = answer_of(found, made)
+    assert what == f"2 of 2 stones make {found.measures.covered:.3g} x 0.32 x 0.20 m"
+    assert found.measures.covered == pytest.approx(0.9, abs=0.11)
+    litres = (6.0 - found.measures.covered) * 0.2 * 0.32 * (1.0 - found.measures.void) * 1e3
+    assert missing == f"For the 6 m of length asked about {litres:,.0f} more litres of stone are missing. "
 
 
 def test_margins_by_the_contacts_in_the_model_file_alone(wall, tmp_path):
@@ -299,6 +321,9 @@ def test_the_next_stones_are_told_and_the_first_is_laid(stones):
     assert len({one.stone for one in told.following}) == 2
     assert [laid.stone for laid in told.laid] == [told.following[0].stone]
     assert len(told.assembly.blocks) == len(before.assembly.blocks) + 1
+    assert answer_of(told, Inventory(stones))[0].startswith("1 of 12 stones, on 4 that stood before, make")
+    assert "from here on" in stands_of(told, Inventory(stones))
+    assert told_of(told).course[told.assembly.blocks[-1].id] == told.laid[0].course
     assert check(told.assembly, Settings(method="rbe", mu=FRICTION)).verdict == "stable"
 
 

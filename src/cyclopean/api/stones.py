@@ -274,6 +274,8 @@ def settle(
     settings: "SettleSettings | None" = None,
     progress: Callable[[str], None] = _silent,
     *,
+    standing: "Model | None" = None,
+    next: int = 0,
     executor: Executor | None = None,
     **options: Unpack[SettleKeywords],
 ) -> "RubbleWall":
@@ -287,8 +289,12 @@ def settle(
         Options in one object; keywords win over it.
     progress : callable
         Is told what goes on.
+    standing : model, optional
+        A wall that stands already, its ground fixed: it is gone on with. Stones that are in it by their ids are used.
+    next : int
+        Tell so many stones that could be laid next, the best first, in `following`, and lay the first of them only.
     executor : Executor, optional
-        Has one process lay half of a long wall, or every other one of several; the result is the same without it.
+        Lays every other one of several walls; the result is the same without it.
     **options
         Fields of `SettleSettings`, such as length, height, thickness, wythes, batter and dress; and units of the
         stones' lengths, where the files do not say it.
@@ -308,7 +314,8 @@ def settle(
     base = rubble.SettleSettings() if settings is None else settings
     chosen, reading = given_to(settle, options, base, StoneReading())
     inventory, assumed = inventory_of(stones, reading)
-    wall = rubble.settle(inventory, chosen, progress, executor)
-    for line in assumed:
+    stands, said = (None, ()) if standing is None else assembly_of(standing)
+    wall = rubble.settle(inventory, chosen, progress, executor, stands, next)
+    for line in (*assumed, *said):
         warnings.warn(line, stacklevel=2)
     return wall

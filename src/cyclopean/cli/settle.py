@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["settle"]
 
-LISTED = 6  # stones named one by one
 TAKEN = (
     "length height thickness wythes batter corner opening ends coursed through hearting pins copes inward dress all"
     " look_ahead margin friction lean yaws cell ways"
@@ -107,15 +106,12 @@ def settle(
 
 def _lines(wall: "RubbleWall", inventory: "Inventory", files: Files) -> list[str]:
     """Say what came out."""
-    from cyclopean.view.settled_page import answer_of, told_measures
+    from cyclopean.view.settled_page import answer_of, named, stands_of, told_measures
 
-    asked = wall.settings
     what, missing = answer_of(wall, inventory)
-    falls = [inventory.stones[laid.stone].id for laid in wall.laid if not laid.stable]
-    stands = f"at every stage with friction {asked.friction:g} and gravity leaning by {asked.lean:g} degrees"
     lines = [
         f"{what}{'; ' + missing[0].lower() + missing[1:].rstrip('. ') if missing else ''}",
-        f"  stands    {stands}" if not falls else f"  falls     {_some(falls)}; the rest stands {stands}",
+        f"  {stands_of(wall, inventory).rstrip('.')}",
         *(f"  {name:<9} {said}" for name, said in (line.split(": ", 1) for line in told_measures(wall))),
     ]
     for k, laid in enumerate(wall.following, 1):
@@ -131,9 +127,5 @@ def _lines(wall: "RubbleWall", inventory: "Inventory", files: Files) -> list[str
     for stone, reason in wall.left_over:
         reasons.setdefault(reason, []).append(inventory.stones[stone].id)
     for reason, names in sorted(reasons.items(), key=lambda one: -len(one[1])):
-        lines.append(f"  put aside {len(names)}: {reason} ({_some(names)})")
+        lines.append(f"  put aside {len(names)}: {reason} ({named(names)})")
     return lines + files.line(wide=8)
-
-
-def _some(names: list[str]) -> str:
-    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")

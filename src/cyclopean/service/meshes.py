@@ -25,6 +25,7 @@ __all__ = [
     "blocks_of",
     "contact_curves",
     "contact_names",
+    "model_in",
     "model_of",
     "model_text",
     "moved",
@@ -64,10 +65,21 @@ def model_of(given: Given) -> tuple[Assembly, tuple[str, ...]]:
     for name in ("Blocks", "Names", "Fixed"):
         if given[name]:
             raise InputError(f"{name}: connect either {name} or Model; the model says it")
-    data = mapping(parsed("Model", document), "Model")
+    return model_in("Model", document)
+
+
+def model_in(name: str, text: str) -> tuple[Assembly, tuple[str, ...]]:
+    """The model that a text says, and what should be known of it; `name` is the input's.
+
+    Raises
+    ------
+    InputError
+        A model that is none.
+    """
+    data = mapping(parsed(name, text), name)
     if data.get("schema") != SCHEMA:
-        raise InputError(f'Model: is not a model: expected "schema": "{SCHEMA}"')
-    return read_document("Model", "model", data, None)
+        raise InputError(f'{name}: is not a model: expected "schema": "{SCHEMA}"')
+    return read_document(name, "model", data, None)
 
 
 def blocks_of(

@@ -1,10 +1,8 @@
-"""The rules of masons as they are told: lines for the terminal, and names for JSON."""
-
-from dataclasses import asdict
+"""The rules of masons as they are told."""
 
 from cyclopean.design.rubble.masons_rules import MasonsRules
 
-__all__ = ["json_of", "lines"]
+__all__ = ["lines"]
 
 
 def lines(m: MasonsRules) -> list[str]:
@@ -30,8 +28,3 @@ def lines(m: MasonsRules) -> list[str]:
             f"{1e3 * m.trace_median:.0f} mm"
         )
     return said
-
-
-def json_of(m: MasonsRules) -> dict[str, float | int | None]:
-    """Measures by their names; lengths in m."""
-    return asdict(m)

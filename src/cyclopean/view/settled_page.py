@@ -8,6 +8,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
+from cyclopean.design.rubble.as_built import course_of
 from cyclopean.view.figures import number
 from cyclopean.view.markup import document, figure, headline, section, table
 from cyclopean.view.masons_words import lines
@@ -17,8 +18,9 @@ if TYPE_CHECKING:
     from cyclopean.design.rubble.wall import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
 
-__all__ = ["answer_of", "settled_html", "settled_page", "told_measures", "told_of"]
+__all__ = ["answer_of", "named", "settled_html", "settled_page", "stands_of", "told_measures", "told_of"]
 
+LISTED = 6  # stones named one by one
 SECTIONS = 3  # at equal steps along the wall
 DENSITY = 2400.0  # kg/m3, where a stone has none
 
@@ -120,13 +122,8 @@ def _mass(assembly: Assembly) -> Floats:
 
 def settled_page(wall: "RubbleWall", inventory: "Inventory") -> str:
     """Write the page of a settled wall of stones of this inventory."""
-    settings = wall.settings
     what, missing = answer_of(wall, inventory)
-    answer = (
-        what,
-        f"{missing}It stands at every stage, with friction {settings.friction:g} and gravity leaning by"
-        f" {settings.lean:g} degrees.",
-    )
+    answer = what, missing + stands_of(wall, inventory)
     measures = dict(said.split(": ", 1) for said in told_measures(wall))
     aside = [(inventory.stones[k].id, reason) for k, reason in wall.left_over]
     return settled_html(wall.assembly, answer, told_of(wall), measures, aside)
@@ -148,22 +145,50 @@ def told_measures(wall: "RubbleWall") -> list[str]:
 
 
 def answer_of(wall: "RubbleWall", inventory: "Inventory") -> tuple[str, str]:
-    """How large a wall how many stones make, and what is missing for the height asked for: a sentence, or nothing."""
-    m, asked = wall.measures, wall.settings.height
-    what = f"{len(wall.laid)} of {len(inventory)} stones make {m.length:.3g} x {m.thickness:.3g} x {m.level:.2f} m"
-    short = 0.0 if asked is None else asked - m.level
-    if not short > m.stone / 2.0:
+    """How large a wall how many stones make, and what is missing for what was asked: a sentence, or nothing."""
+    m, asked = wall.measures, wall.settings
+    before, falls = len(_stood(wall)), sum(not laid.stable for laid in wall.laid)
+    level = m.level * m.length / m.covered  # m: in the mean over what stones cover
+    height = level if asked.height is None else asked.height
+    what = (
+        f"{len(wall.laid)} of {len(inventory)} stones{f', on {before} that stood before,' if before else ''} make"
+        f" {m.covered:.3g} x {m.thickness:.3g} x {level:.2f} m"
+        + (f", but {falls} of them {'does' if falls == 1 else 'do'} not stand" if falls else "")
+    )
+    lengths = [f"{m.length:g} m of length"] if m.length - m.covered > m.stone / 2.0 else []
+    lengths += [f"{height:g} m of height"] if height - level > m.stone / 2.0 else []
+    if not lengths:
         return what, ""
-    litres = short * m.length * m.thickness * (1.0 - m.void) * 1e3
-    return what, f"For the {asked:g} m asked about {litres:,.0f} more litres of stone are missing. "
+    litres = (height - m.level) * m.length * m.thickness * (1.0 - m.void) * 1e3
+    return what, f"For the {' and '.join(lengths)} asked about {litres:,.0f} more litres of stone are missing. "
+
+
+def stands_of(wall: "RubbleWall", inventory: "Inventory") -> str:
+    """Whether it stands while it is laid, and which stones do not."""
+    asked = wall.settings
+    falls = [inventory.stones[laid.stone].id for laid in wall.laid if not laid.stable]
+    what = "It stands" if not falls else f"Without {named(falls)}, which would fall, it stands"
+    since = "at every stage from here on" if _stood(wall) else "at every stage"
+    return f"{what} {since} with friction {asked.friction:g} and gravity leaning by {asked.lean:g} degrees."
+
+
+def named(names: Sequence[str]) -> str:
+    """The first few of some names, and how many more there are."""
+    more = len(names) - LISTED
+    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _stood(wall: "RubbleWall") -> list[str]:
+    """Ids of the stones that stood before."""
+    return [block.id for block in wall.assembly.blocks[1 : len(wall.assembly) - len(wall.laid)]]
 
 
 def told_of(wall: "RubbleWall") -> Told:
     """What pictures tell of a settled wall."""
     m, settings = wall.measures, wall.settings
-    ids = [block.id for block in wall.assembly.blocks[1 : 1 + len(wall.laid)]]
+    ids = [block.id for block in wall.assembly.blocks[len(wall.assembly) - len(wall.laid) :]]
     stones = list(zip(ids, wall.laid, strict=True))
-    course = {name: laid.course for name, laid in stones}
+    course = {block.id: at for block in wall.assembly.blocks if (at := course_of(block)) is not None}
     role = {name: laid.role for name, laid in stones if laid.role != "stone"}
     unsteady = {name: laid.reason for name, laid in stones if not laid.stable}
     profile = Profile(settings.length or m.length, settings.thickness or m.thickness, settings.height or m.height)

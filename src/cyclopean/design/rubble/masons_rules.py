@@ -3,7 +3,8 @@
 The wall runs along x from 0 to its length, its front is the plane y = lean z, its back y = thickness - lean z. The
 front elevation is rastered: in each cell the stone that is seen, in joints the nearest one. Its boundaries are joints.
 Where one runs more up than along between two stones it is a head joint; what goes on above or below it, past a stone
-on either side, is the same head joint. A line of minimum trace is the shortest one along boundaries, by steps in 32
+on either side, is the same head joint. It is covered by how far the stone above it and the one below run past the two
+stones beside it. A line of minimum trace is the shortest one along boundaries and across gaps, by steps in 32
 directions (1.3 % too long at most between them); it is given per metre of height, least and median over the joints
 that come out at the top, each from where on the ground it is nearest.
 
@@ -28,7 +29,8 @@ from cyclopean.errors import InputError
 __all__ = ["Faces", "MasonsRules", "Stone", "masons_rules"]
 
 CELLS = 80  # through the wall: 0.5 cm where it is 40 cm thick
-FINER = 2  # cells of the elevation to one of the plan: a path cuts a corner by 0.8 of one
+FINE = 75  # cells of the elevation to the median height of a stone: a path cuts a corner by 0.8 of one
+MOST = 600_000  # cells of an elevation: that of a very long wall is coarser
 NEAR_FACE = 0.1  # of the thickness: stone this near to a face is in it
 BINDER = 2.0 / 3.0  # of the thickness: how far a binder reaches
 SHORT = 0.1  # of the median height of stones: shorter joints are no head joints, and ends this near are one
@@ -75,7 +77,7 @@ class MasonsRules:
     void_tops: float  # the same below each plan column's own top
     face: float  # share of the front below the skyline with stone within a tenth of the thickness
     face_back: float  # the same of the back
-    top: float  # m, standard deviation of the top
+    top: float  # m, standard deviation of the top along the wall
     head_joints: int  # seen in the front, that some stone covers or bears
     joint_overlap_least: float | None  # m by which stones above and below run past a head joint
     joint_overlap_median: float | None  # m
@@ -95,6 +97,8 @@ class _Elevation:
     """A face as it is seen."""
 
     label: Ints  # (w, h) stone seen, or nearest in joints; -1 above the skyline
+    open: Bools  # (w, h) no stone is seen, below the skyline or between two parts of the wall
+    extent: Ints  # (n, 2) columns from which, and before which, each stone is seen; empty of those that are not
     near: float  # share below the skyline with stone near the plane
     seen: Ints  # numbers of stones
     cell: float  # m
@@ -110,6 +114,8 @@ def masons_rules(stones: Sequence[Stone], faces: Faces) -> MasonsRules:
     """
     if not stones:
         raise InputError("stones: a wall needs at least one")
+    if not all(np.isfinite(s.vertices).all() for s in stones):
+        raise InputError("stones: a vertex is no finite number")
     top = _tops(stones, faces)
     front, back = _elevation(stones, faces, False), _elevation(stones, faces, True)
     low = np.array([s.vertices.min(axis=0) for s in stones])
@@ -123,13 +129,13 @@ def masons_rules(stones: Sequence[Stone], faces: Faces) -> MasonsRules:
     volume = np.array([s.volume for s in stones])
     ranks = np.array([rankdata(volume), rankdata((low + high)[:, 2])])
     varied = bool((np.ptp(ranks, axis=1) > 0.0).all())
-    up = _traces(front.label)
-    along = _traces(front.label.T)
+    up = _traces(front.label, front.open)
+    along = _traces(front.label.T, front.open.T)
     return MasonsRules(
         *_voids(top, faces, float(volume.sum())),
         front.near,
         back.near,
-        float(top[top > 0.0].std()),
+        float(top.max(axis=1).std()),
         joints,
         min(overlaps, default=None),
         float(np.median(overlaps)) if overlaps else None,
@@ -148,7 +154,7 @@ def masons_rules(stones: Sequence[Stone], faces: Faces) -> MasonsRules:
 def _tops(stones: Sequence[Stone], faces: Faces) -> Floats:
     """Highest stone (m) of each plan column (w, d)."""
     cell = faces.thickness / CELLS
-    top = np.zeros((int(np.ceil(faces.length / cell - 1e-6)), CELLS))
+    top = np.zeros((max(round(faces.length / cell), 1), CELLS))  # columns whose middle is in the wall
     for s in stones:
         raster = rasters(s.vertices[None], s.triangles, cell, snapped=True)[0]
         _raise(top, raster.high, np.round(raster.corner / cell).astype(np.int64))
@@ -185,8 +191,9 @@ def _seen_from(stone: Stone, faces: Faces, back: bool) -> Floats:
 
 def _elevation(stones: Sequence[Stone], faces: Faces, back: bool) -> _Elevation:
     """A face, seen along y."""
-    cell = faces.thickness / CELLS / FINER
-    tallest = max(float(s.vertices[:, 2].max()) for s in stones)
+    low, high = (np.array([bound(s.vertices[:, 2]) for s in stones]) for bound in (np.min, np.max))
+    tallest = float(high.max())
+    cell = max(float(np.median(high - low)) / FINE, float(np.sqrt(faces.length * max(tallest, 0.0) / MOST)))
     shape = int(np.ceil(faces.length / cell - 1e-6)), max(int(np.ceil(tallest / cell - 1e-6)), 1)
     depth, label = np.full(shape, np.inf), np.full(shape, -1)
     for number, s in enumerate(stones):
@@ -198,7 +205,31 @@ def _elevation(stones: Sequence[Stone], faces: Faces, back: bool) -> _Elevation:
     below = np.flip(np.logical_or.accumulate(np.flip(stone, 1), axis=1), 1)
     nearest = distance_transform_edt(~stone, return_distances=False, return_indices=True)
     near = np.count_nonzero(depth[below] <= NEAR_FACE * faces.thickness) / np.count_nonzero(below)
-    return _Elevation(np.where(below, label[tuple(nearest)], -1), near, np.unique(label[stone]), cell)
+    seen = np.unique(label[stone])
+    gap = (below | _between(below)) & ~stone
+    return _Elevation(np.where(below, label[tuple(nearest)], -1), gap, _extents(label, len(stones)), near, seen, cell)
+
+
+def _extents(label: Ints, count: int) -> Ints:
+    """(count, 2) columns from which, and before which, each stone is seen."""
+    extent = np.column_stack([np.full(count, len(label)), np.zeros(count, np.int64)])
+    column, _ = np.nonzero(label >= 0)
+    number = label[label >= 0]
+    np.minimum.at(extent[:, 0], number, column)
+    np.maximum.at(extent[:, 1], number, column + 1)
+    return extent
+
+
+def _between(below: Bools) -> Bools:
+    """(w, h) cells of columns without any stone between two that have some, up to the lower of these."""
+    height = below.sum(axis=1)
+    some = np.flatnonzero(height)
+    column = np.arange(len(height))
+    left = height[some[np.clip(np.searchsorted(some, column, "right") - 1, 0, None)]]
+    right = height[some[np.clip(np.searchsorted(some, column), None, len(some) - 1)]]
+    inside = (column > some[0]) & (column < some[-1])
+    most = np.where((height == 0) & inside, np.minimum(left, right), 0)
+    return np.asarray(np.arange(below.shape[1]) < most[:, None])
 
 
 def _see(depth: Floats, label: Ints, low: Floats, corner: Ints, number: int) -> None:
@@ -225,7 +256,12 @@ def _bond(face: _Elevation, short: float) -> tuple[int, list[float], list[float]
         mine = np.flatnonzero(group == g)
         foot, head = ends[mine, 0], ends[mine, 1]
         first, last = foot[np.argmin(foot[:, 1])], head[np.argmax(head[:, 1])]
-        found = [_overlap(face.label, int(first[0]), int(first[1]) - 1), _overlap(face.label, *last.tolist())]
+        beside = [pairs[mine[at]] for at in (np.argmin(foot[:, 1]), np.argmax(head[:, 1]))]
+        near = range(max(round(short / face.cell), 1))
+        found = [
+            _overlap(face, beside[0], int(first[0]), [int(first[1]) - 1 - k for k in near]),
+            _overlap(face, beside[1], int(last[0]), [int(last[1]) + k for k in near]),
+        ]
         there = [n * face.cell for n in found if n is not None]
         joints += bool(there)
         overlaps += [min(there)] if there else []
@@ -255,23 +291,26 @@ def _uprights(label: Ints, short: float) -> tuple[Ints, Ints]:
     return np.column_stack([pairs // many, pairs % many])[kept], ends[kept]
 
 
-def _overlap(label: Ints, i: int, j: int) -> int | None:
-    """By how many cells the stone in row j runs past the line i, on the side where it is less; None: there is none."""
-    if not 0 <= j < label.shape[1] or label[i - 1, j] < 0 or label[i, j] < 0:
-        return None
-    if label[i - 1, j] != label[i, j]:
-        return 0
-    other = np.flatnonzero(label[:, j] != label[i, j])
-    at = int(np.searchsorted(other, i))
-    before = int(other[at - 1]) + 1 if at else 0
-    after = int(other[at]) if at < len(other) else len(label)
-    return min(i - before, after - i)
+def _overlap(face: _Elevation, beside: Ints, i: int, rows: Sequence[int]) -> int | None:
+    """By how many cells the stone over or under the line i runs past the two beside it, where it is less.
+
+    It is looked for in some rows, the nearest first; 0 where the joint goes on through all of them, None where there is
+    no stone.
+    """
+    label = face.label
+    for k, j in enumerate(rows):
+        if not 0 <= j < label.shape[1] or label[i - 1, j] < 0 or label[i, j] < 0:
+            return 0 if k else None
+        if label[i - 1, j] == label[i, j]:
+            left, right = min(int(face.extent[beside[0], 1]), i), max(int(face.extent[beside[1], 0]), i)
+            first, end = face.extent[label[i, j]].tolist()
+            return int(max(min(left - first, end - right), 0))
+    return 0
 
 
-def _traces(label: Ints) -> Floats:
-    """Shortest lines through joints from the first row of cells to the last, over what they climb."""
-    padded = np.pad(label, 1, constant_values=-1)
-    joint, end = _joint_points(padded)
+def _traces(label: Ints, gaps: Bools) -> Floats:
+    """Shortest lines through joints and gaps from the first row of cells to the last, over what they climb."""
+    joint, end = _joint_points(np.pad(label, 1, constant_values=-1), np.pad(gaps, 1))
     node = np.full(joint.shape, -1)
     node[joint] = np.arange(np.count_nonzero(joint))
     _, height = np.nonzero(joint)
@@ -284,11 +323,13 @@ def _traces(label: Ints) -> Floats:
     return ratio
 
 
-def _joint_points(padded: Ints) -> tuple[Bools, Bools]:
-    """Corners of cells (w + 1, h + 1) where two stones meet, and those of them with nothing above."""
-    four = np.stack([padded[:-1, :-1], padded[1:, :-1], padded[:-1, 1:], padded[1:, 1:]])
+def _joint_points(padded: Ints, gaps: Bools) -> tuple[Bools, Bools]:
+    """Corners of cells (w + 1, h + 1) where two stones meet or a gap is, and those of them with nothing above."""
+    four: Ints = np.stack([padded[:-1, :-1], padded[1:, :-1], padded[:-1, 1:], padded[1:, 1:]])
+    void: Bools = np.stack([gaps[:-1, :-1], gaps[1:, :-1], gaps[:-1, 1:], gaps[1:, 1:]])
     least = np.where(four < 0, np.iinfo(np.int64).max, four).min(axis=0)
-    return np.asarray(four.max(axis=0) > least), np.asarray((four[2:] < 0).any(axis=0))
+    above = (four[2:] < 0) & ~void[2:]
+    return np.asarray((four.max(axis=0) > least) | void.any(axis=0)), np.asarray(above.any(axis=0))
 
 
 def _network(node: Ints) -> coo_array:

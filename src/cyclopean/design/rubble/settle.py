@@ -26,14 +26,13 @@ import numpy as np
 
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import gathered
+from cyclopean.design.rubble.as_built import NOTHING, AsBuilt
 from cyclopean.design.rubble.choosing import Tipped, chosen
 from cyclopean.design.rubble.dressing import imposition
 from cyclopean.design.rubble.masons_rules import Faces, masons_rules
 from cyclopean.design.rubble.places import FULL, Place, Places
 from cyclopean.design.rubble.site import Progress, Site
-from cyclopean.design.rubble.standing_wall import NOTHING, Standing
-from cyclopean.design.rubble.stock import SLENDER
-from cyclopean.design.rubble.trials import Trial, left, tried
+from cyclopean.design.rubble.trials import Trial, put_down, tried
 from cyclopean.design.rubble.wall import FEW, OVERLAP, Laid, Measures, RubbleWall, SettleSettings, filled_in
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.errors import InputError
@@ -93,7 +92,7 @@ def settle(
     began = perf_counter()
     if not len(inventory):
         raise InputError(f"{inventory.source}: there are no stones to lay")
-    before = Standing.of(standing) if standing is not None else Standing()
+    before = AsBuilt.of(standing) if standing is not None else NOTHING
     at_hand = before.at_hand(inventory.stones)
     if not at_hand:
         raise InputError(f"{inventory.source}: all of its stones are in the wall that stands; there are none to lay")
@@ -117,7 +116,7 @@ def _laid(
     settings: SettleSettings,
     way: int,
     say: Progress = _silent,
-    before: Standing = NOTHING,
+    before: AsBuilt = NOTHING,
     advice: int = 0,
 ) -> RubbleWall | None:
     """One wall; None where nothing can be laid."""
@@ -138,8 +137,8 @@ def _advised(site: Site, count: int) -> tuple[Laid, ...]:
         told = {trial.stones[-1].stone for trial in found}
         work = _body(site, _ceiling(site, lift), course, PATIENCE)
         work = replace(work, pools=tuple([k for k in pool if k not in told] for pool in work.pools))
-        tried = (_next(site, places, work) for places in parts if any(work.pools))
-        trial = next((one for one in tried if one is not None), None)
+        trials = (_next(site, places, work) for places in parts if any(work.pools))
+        trial = next((one for one in trials if one is not None), None)
         if trial is None:
             lift += 1
             _all(parts, Places.forget)
@@ -231,7 +230,7 @@ def _tie(site: Site, parts: Sequence[Places], ceiling: float, course: int) -> No
     apart = site.through
     if apart is None or not site.kept.get("through-stone"):
         return
-    planned = site.shape.height if np.isfinite(site.shape.height) else SLENDER * site.shape.thickness
+    planned = site.shape.planned
     rows = [planned / 2.0] if apart > planned else np.arange(apart / 2.0, planned, apart).tolist()
     if site.ties < len(rows) and ceiling >= rows[site.ties] + site.first * site.unit / 2.0:
         site.ties, site.row = site.ties + 1, []
@@ -253,7 +252,7 @@ def _crowned(site: Site, parts: Sequence[Places], course: int) -> None:
             good = [tipped for places, some in found for tipped in _looked(site, places, some)]
             if good:
                 best = min(good, key=lambda tipped: tipped.cost)
-                box = site.leave(left(site, best), course)
+                box = site.leave(put_down(site, best), course)
                 _all(parts, lambda places, box=box: places.changed(box))  # type: ignore[misc]
 
 
@@ -362,6 +361,7 @@ def _measures(site: Site) -> Measures:
         level=float(skyline.mean()),
         stone=site.unit,
         length=shape.length,
+        covered=float(np.count_nonzero(skyline > 0.0) / len(skyline)) * shape.length,
         thickness=shape.thickness,
         overlap=site.overlap,
         imposition=imposition(max(removed, 0.0), volume + removed) if site.settings.dress else 0.0,

@@ -19,7 +19,9 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats
 from cyclopean.design.walls.openings import Opening
 
-__all__ = ["Shape"]
+__all__ = ["SLENDER", "Shape"]
+
+SLENDER = 2.0  # times its thickness: height that a wall is planned for where none is asked
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,11 @@ class Shape:
     def size(self) -> tuple[float, float]:
         """Along and through (m), of the box around it."""
         return self.length, max(self.thickness, self.corner)
+
+    @property
+    def planned(self) -> float:
+        """Height (m) that it is planned for."""
+        return self.height if np.isfinite(self.height) else SLENDER * self.thickness
 
     def room(self, cell: float) -> Floats:
         """(n, m) m: height up to which each cell of a map is in the wall, but for its opening; 0 where it is not."""

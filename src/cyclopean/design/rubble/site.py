@@ -10,13 +10,13 @@ from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import Surface
+from cyclopean.design.rubble.as_built import NOTHING, AsBuilt
 from cyclopean.design.rubble.choosing import Looks
 from cyclopean.design.rubble.features import Body, body_of
 from cyclopean.design.rubble.height_map import lying_raster
 from cyclopean.design.rubble.orientations import Bedded, bedded
 from cyclopean.design.rubble.places import FULL, Box, Place
 from cyclopean.design.rubble.standing import GRAVITY, Mass, Structure
-from cyclopean.design.rubble.standing_wall import NOTHING, Standing
 from cyclopean.design.rubble.stock import BEARING, SPANNING, kept_back
 from cyclopean.design.rubble.trials import INSIDE, Seated, Trial
 from cyclopean.design.rubble.wall import Laid, SettleSettings, unit_size
@@ -28,7 +28,7 @@ from cyclopean.geometry.solids import CUBE
 __all__ = ["Progress", "Site", "free_name"]
 
 TOUCH = 2.5e-4  # of the unit: surfaces farther apart hold nothing before they move
-PROUD = 0.07  # of the unit: by which a stone may stand out of a face, or above the ceiling
+PROUD = 0.07  # of its size: by which a stone may stand out of a face, or above the ceiling
 THROUGH = 1.5  # m between through-stones of a wall of two wythes, as masons have it
 LONGEST = 3.0  # times the unit: width of the ground around the wall
 
@@ -41,7 +41,7 @@ class Site:
     """The wall while it is laid."""
 
     def __init__(
-        self, stones: Sequence[Stone], settings: SettleSettings, say: Progress, before: Standing = NOTHING
+        self, stones: Sequence[Stone], settings: SettleSettings, say: Progress, before: AsBuilt = NOTHING
     ) -> None:
         assert settings.cell is not None
         self.stones, self.settings, self.shape, self.say = stones, settings, settings.shape(), say
@@ -127,7 +127,7 @@ class Site:
 
     def within(self, body: Body, ceiling: float) -> bool:
         """Whether a body is within the faces of the wall, and below the ceiling (m)."""
-        proud = PROUD * self.unit
+        proud = PROUD * float(np.cbrt(body.volume))
         return bool(body.high[2] <= ceiling + proud) and self.shape.holds(body.vertices, proud)
 
     def by_size(self, stones: Iterable[int]) -> list[int]:
@@ -164,6 +164,7 @@ class Site:
         """Put a stone down that does not stand by itself, flagged with the reason."""
         number = self.structure.next
         self.structure.lay((one.fresh,), ())
+        self.overlap = max(self.overlap, one.overlap)
         points, why = one.fresh.bearing, self.reason(one.stone)
         self.laid.append(Laid(one.stone, one.rotation, one.shift, course, "stone", one.margin, False, points, why))
         self._used(one.stone)

@@ -24,7 +24,6 @@ BEARING = 0.1  # m on either side of an opening, or a fifth of its width where t
 COVERED = 0.7  # of its length and width that a cope covers of the top
 COPES = 1.0 / 3.0  # of the stones that are left are no more than that copes
 SPARE = 2  # times as many as are needed are kept: not every one fits where it should
-SLENDER = 2.0  # times its thickness: height of a wall that has none asked for
 
 
 def kept_back(
@@ -62,7 +61,7 @@ def kept_back(
         keep("lintel", _lintels(stones, rest, extent, shape))
     if through is not None:
         longest = sorted((k for k in rest if _ties(extent[k], shape)), key=lambda k: -float(extent[k][0]))
-        wanted = SPARE * max(round(shape.length * _height(shape) / through**2), 1)
+        wanted = SPARE * max(round(shape.length * shape.planned / through**2), 1)
         keep("through-stone", longest[:wanted])
     if "cope" in asked:
         keep("cope", _copes(rest, extent, shape))
@@ -71,10 +70,6 @@ def kept_back(
         keep("hearting", [k for k in rest if stones[k].volume < small])
     kept["stone"] = rest
     return kept
-
-
-def _height(shape: Shape) -> float:
-    return shape.height if math.isfinite(shape.height) else SLENDER * shape.thickness
 
 
 def _ties(extent: Floats, shape: Shape) -> bool:
@@ -106,7 +101,7 @@ def _copes(rest: Sequence[int], extent: dict[int, Floats], shape: Shape) -> list
     large = rest[: max(len(rest) // 2, 1)]
     usual = float(np.median([extent[k][2] for k in large]))
     alike = sorted(large, key=lambda k: abs(float(extent[k][2]) - usual))
-    top = shape.length * max(shape.thickness - shape.batter * shape.faces * _height(shape), shape.thickness / 3.0)
+    top = shape.length * max(shape.thickness - shape.batter * shape.faces * shape.planned, shape.thickness / 3.0)
     covered = np.cumsum([COVERED**2 * float(extent[k][0] * extent[k][1]) for k in alike])
     count = int(np.searchsorted(covered, top)) + 1
     return alike[: min(count, math.ceil(COPES * len(rest)))]

@@ -7,7 +7,7 @@ first, where it would bear it (`pinning`); each of the two has to sit by itself,
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,12 +26,11 @@ from cyclopean.design.rubble.wall import OVERLAP
 if TYPE_CHECKING:
     from cyclopean.design.rubble.site import Site
 
-__all__ = ["Seated", "Trial", "left", "tried"]
+__all__ = ["Seated", "Trial", "put_down", "tried"]
 
 INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
 REACH = 1.0  # of the unit: what is farther from a stone than that is not looked at
 NEARLY = 0.2  # of its size: a stone that stands so far outside what bears it is not pinned
-TEST = 1.0  # times its weight that a stone has to bear at its centre: the wall has to carry what comes on top of it
 PINNED = 2  # pins that are tried under one stone
 
 SLIDES, ROCKS, INTO, OUT, MORE, FALLS = (
@@ -75,21 +74,11 @@ def tried(site: "Site", tipped: Tipped, ceiling: float) -> Trial | None:
         stones = (found,)
     elif found == ROCKS and site.settings.pins:
         stones = _pinned(site, lying.stone, pose, ceiling)
-    state = _held(site, stones) if stones else None
+    state = site.structure.held([one.fresh for one in stones]) if stones else None
     if state is None:
         site.why.setdefault(lying.stone, Counter())[FALLS if stones else str(found)] += 1
         return None
     return Trial(stones, state)
-
-
-def _held(site: "Site", stones: Sequence[Seated]) -> State | None:
-    """Forces that hold these with all that stands, which would hold several times their weight as well."""
-    fresh = [one.fresh for one in stones]
-    if TEST > 1.0:
-        heavy = [replace(new, mass=replace(new.mass, weight=TEST * new.mass.weight)) for new in fresh]
-        if site.structure.held(heavy) is None:
-            return None
-    return site.structure.held(fresh)
 
 
 def seated(
@@ -126,7 +115,7 @@ def seated(
     return Seated(stone, found.rotation, found.shift, lies, fresh, margin, found.overlap, cuts)
 
 
-def left(site: "Site", tipped: Tipped) -> Seated:
+def put_down(site: "Site", tipped: Tipped) -> Seated:
     """A stone that does not stand by itself, where it comes to rest or is lifted out of others."""
     lying = tipped.place.lying
     body = site.body(lying.stone)

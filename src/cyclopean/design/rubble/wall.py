@@ -14,7 +14,7 @@ from cyclopean.design.rubble.dressing import Cut
 from cyclopean.design.rubble.height_map import MOST_CELLS
 from cyclopean.design.rubble.masons_rules import MasonsRules
 from cyclopean.design.rubble.places import Scores
-from cyclopean.design.rubble.shape import Shape
+from cyclopean.design.rubble.shape import SLENDER, Shape
 from cyclopean.design.rubble.standing import FRICTION
 from cyclopean.design.stones.stone import Stone
 from cyclopean.design.walls.openings import Opening
@@ -27,7 +27,6 @@ __all__ = ["FEW", "OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings",
 OVERLAP = 1e-3  # of a stone's volume: what it may share with another one
 LEAN, STEEP = 6.0, 45.0  # degrees: by which gravity leans while laying, and what is too much
 CELLS = 8.5  # of the unit
-SLENDER = 2.0  # times its thickness: height that a wall is planned for
 SOLIDITY = 0.4  # share of stone in a wall, to find its length by
 WIDE = 90.0  # percentile of the stones' widths that a wythe is made for
 FEW, WAYS, MOST_WAYS = 60, 2, 6  # of so few stones, so many walls are laid; and no more
@@ -186,7 +185,8 @@ class Measures:
     height: float  # m: of the highest stone
     level: float  # m: of the wall's top, in the mean along it
     stone: float  # m: cube root of the median volume of the stones
-    length: float  # m
+    length: float  # m, as asked
+    covered: float  # m of it on which stones stand
     thickness: float  # m
     overlap: float  # largest share of its volume that a stone has in common with another one
     imposition: float  # Lambda: share of the stones' volume that was knocked off

@@ -6,10 +6,10 @@ from typing import Any
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.checking import SequenceOptions, sequenced
 from cyclopean.api.inputs import Reading
-from cyclopean.errors import InputError
+from cyclopean.design.rubble.wall import SettleSettings
 from cyclopean.io.rhino_json import Pose
 from cyclopean.service.inputs import option_inputs, option_values
-from cyclopean.service.meshes import BLOCKS, FOLDER, STONES, model_of, model_text, moved, stones_of
+from cyclopean.service.meshes import BLOCKS, FOLDER, STONES, model_in, model_of, model_text, moved, stones_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
 __all__ = ["SEQUENCE", "SETTLE"]
@@ -63,17 +63,11 @@ SEQUENCE = Component(
 
 def _settle(given: Given, context: Context) -> Answer:
     """Lay stones dry."""
-    from cyclopean.design.rubble.settle import SettleSettings, settle
+    from cyclopean.design.rubble.settle import settle
 
-    lengths = {name.lower(): given[name] for name in ("Length", "Height", "Thickness")}
-    for name, value in lengths.items():
-        if value is not None and not 0.0 < value <= 1e4:
-            raise InputError(f"{name.capitalize()}: {value:g} m is no length of a wall")
-    if not 0 <= given["Look Ahead"] <= 1000:
-        raise InputError(f"Look Ahead: {given['Look Ahead']} is not between 0 and 1000")
     inventory = stones_of(given, context)
-    settings = SettleSettings(**lengths, wythes=given["Wythes"], look_ahead=given["Look Ahead"], pins=given["Pins"])
-    wall = settle(inventory, settings)
+    stands, said = (None, ()) if given["Standing"] is None else model_in("Standing", given["Standing"])
+    wall = settle(inventory, option_values(given, SettleSettings()), standing=stands, advice=given["Next"])
     poses: list[Pose] = [(laid.rotation, laid.shift) for laid in wall.laid]
     placed = [moved(inventory.stones[laid.stone], pose) for laid, pose in zip(wall.laid, poses, strict=True)]
     values = {
@@ -84,10 +78,11 @@ def _settle(given: Given, context: Context) -> Answer:
         "Course": [laid.course for laid in wall.laid],
         "Role": [laid.role for laid in wall.laid],
         "Left Over": [stone for stone, _ in wall.left_over],
+        "Next Stones": [laid.stone for laid in wall.following],
         "Void": wall.measures.void,
         "Model": model_text(wall.assembly),
     }
-    return Answer(values, inventory.notes)
+    return Answer(values, (*inventory.notes, *said))
 
 
 SETTLE = Component(
@@ -98,12 +93,13 @@ SETTLE = Component(
     (
         STONES,
         *FOLDER,
-        Input("Length", "L", "Number", "Of the wall (m); to suit the stones where not given.", optional=True),
-        Input("Height", "H", "Number", "No stone reaches higher (m).", optional=True),
-        Input("Thickness", "T", "Number", "Of the wall (m); to suit the stones where not given.", optional=True),
-        Input("Wythes", "Wy", "Integer", "2: two faces with hearting between them.", default=1),
-        Input("Look Ahead", "La", "Integer", "Stones that compete for a place; 0: in their order.", default=16),
-        Input("Pins", "Pi", "Boolean", "Steady stones that would rock with small ones.", default=False),
+        *option_inputs(
+            SettleSettings,
+            "length height thickness wythes batter corner opening ends coursed through hearting pins copes inward dress"
+            " all look_ahead margin friction lean yaws ways",
+        ),
+        Input("Standing", "Sg", "Text", "A wall that stands already, as Model says it: to go on with.", optional=True),
+        Input("Next", "Nx", "Integer", "Tell so many stones to lay next, and lay the first alone.", default=0),
     ),
     (
         Output("Placed", "S", "Mesh", "The stones where they lie, in the order they were laid.", "list"),
@@ -115,6 +111,7 @@ SETTLE = Component(
         Output("Course", "C", "Integer", "Course of each.", "list"),
         Output("Role", "R", "Text", "What each is: stone, through-stone, hearting, pin, lintel or cope.", "list"),
         Output("Left Over", "X", "Integer", "Stones that are not in the wall.", "list"),
+        Output("Next Stones", "Ns", "Integer", "Stones that could be laid next, the best first.", "list"),
         Output("Void", "V", "Number", "Share of the wall that is not stone."),
         Output("Model", "M", "Text", "The wall with its contacts, for Check."),
     ),

@@ -11,13 +11,13 @@ from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 from cyclopean.geometry import triangles
 
-__all__ = ["NOTHING", "Standing"]
+__all__ = ["NOTHING", "AsBuilt", "course_of"]
 
 LEVEL = 1e-3  # m: the ground that a wall stands on is level, and at height 0, to within that
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Standing:
+class AsBuilt:
     """What stands, from the lowest course up, as in its file."""
 
     blocks: tuple[Block, ...] = ()
@@ -25,7 +25,7 @@ class Standing:
     course: int = 0  # the next one
 
     @classmethod
-    def of(cls, wall: Assembly) -> "Standing":
+    def of(cls, wall: Assembly) -> "AsBuilt":
         """The free blocks of a wall, in order.
 
         Raises
@@ -49,8 +49,7 @@ class Standing:
             mesh = Assembly((block,), None, ()).mesh
             corner, _ = triangles(mesh)
             bodies.append(body_of(mesh.vertex, corner, f"block '{block.id}'"))
-        labels = [block.group or "" for block in free]
-        courses = [int(label[7:]) for label in labels if label.startswith("course-") and label[7:].isdigit()]
+        courses = [course for block in free if (course := course_of(block)) is not None]
         return cls(tuple(free), tuple(bodies), max(courses, default=-1) + 1)
 
     def at_hand(self, stones: Sequence[Stone]) -> list[Stone]:
@@ -64,4 +63,10 @@ class Standing:
         return tuple(body.volume for body in self.bodies)
 
 
-NOTHING = Standing()
+def course_of(block: Block) -> int | None:
+    """The course that a block of a wall lies in, by its group; None where that does not say."""
+    kind, _, number = (block.group or "").partition("-")
+    return int(number) if kind == "course" and number.isdigit() else None
+
+
+NOTHING = AsBuilt()
