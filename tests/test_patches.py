@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly, Block, check_contacts, detect, rough_contacts
-from cyclopean.assembly.patches import Surface, meeting, meetings
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import mesh_of, solid_of
 from fixtures_stones import boulder, box, rotation, sphere, subdivided
@@ -235,29 +234,6 @@ def test_contacts_of_stones_are_accepted_and_turn_with_them(seed):
     assert again.area == pytest.approx(contacts.area, rel=0.01)
     larger = Assembly((block("a", 10 * va, ta, True), block("b", 10 * vb, tb)))
     assert rough_contacts(larger, 0.02)[0].area == pytest.approx(100.0 * contacts.area, rel=1e-6)
-
-
-@settings(max_examples=examples(15), deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_several_blocks_met_together_are_those_met_one_by_one(seed):
-    """A ball among balls, one of them far away: the same patches to the bit, and each with its own block."""
-    draw = np.random.default_rng(seed)
-    point, corner = sphere(2)
-    middle = Surface.of(point[corner])
-    others = []
-    for apart in (1.88, 1.9, 1.92, 9.0):
-        away, (vertices, faces) = draw.normal(size=3), sphere(1)
-        others.append(Surface.of((vertices + apart * away / np.linalg.norm(away))[faces]))
-    together = meetings(others, middle, 0.05)
-    for other, found in zip(others, together, strict=True):
-        alone = meeting(other, middle, 0.05)
-        assert [part.kind for part in alone] == [part.kind for part in found]
-        for a, b in zip(alone, found, strict=True):
-            assert np.array_equal(a.polygon, b.polygon)
-            assert (a.touching, a.misfit, a.gap) == (b.touching, b.misfit, b.gap)
-    assert any(together[:3])
-    assert not together[3]
-    assert meetings([], middle, 0.05) == []
 
 
 def test_refusals():

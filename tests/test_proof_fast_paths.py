@@ -210,7 +210,7 @@ def test_how_a_contact_lies_by_hand():
     """A square of 8 x 8; a contact 1 above it whose corner is 3 and 4 beyond its corner: sqrt 26 away."""
     square = facet([(0, 0, 0), (8, 0, 0), (8, 8, 0), (0, 8, 0)])
     found, _ = seat([square], [(2, 2, 1), (11, 12, 1), (2, 6, 1)], 1, 6)
-    assert found == ({0: 1.0, 1: 1.0, 2: 1.0}, math.sqrt(26), 0.0, [])
+    assert found == ({0: 1.0, 1: 1.0, 2: 1.0}, math.sqrt(26), 0.0, [], [])
     assert "point 1" in seat([square], [(2, 2, 1), (11, 12, 1), (2, 6, 1)], 1, 5)[1]
 
 

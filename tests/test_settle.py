@@ -9,7 +9,6 @@ from scipy.spatial import ConvexHull
 
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly
-from cyclopean.assembly.contacts import Contacts
 from cyclopean.design.rubble.orientations import bedded
 from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, settle
 from cyclopean.design.rubble.standing import FRICTION
@@ -43,9 +42,7 @@ def inside(laid, made):
 def stage(wall, count):
     """The wall after so many blocks."""
     contacts = wall.assembly.contacts
-    kept = [k for k in range(len(contacts)) if max(contacts.a[k], contacts.b[k]) < count]
-    ends = [(int(contacts.a[k]), int(contacts.b[k])) for k in kept]
-    part = Contacts.of(ends, [contacts.polygon(k) for k in kept], lean=[0.0] * len(kept))
+    part = contacts.only(np.flatnonzero(np.maximum(contacts.a, contacts.b) < count))
     return Assembly(wall.assembly.blocks[:count], part, ())
 
 
@@ -202,9 +199,8 @@ def test_a_stone_taken_out_from_below_brings_others_down(wall):
     contacts = wall.assembly.contacts
     bears = [int(((contacts.a == k) | (contacts.b == k)).sum()) for k in range(1, len(wall.assembly.blocks))]
     out = 1 + int(np.argmax(bears))
-    kept = [k for k in range(len(contacts)) if out not in (contacts.a[k], contacts.b[k])]
-    ends = [tuple(int(x) - (x > out) for x in (contacts.a[k], contacts.b[k])) for k in kept]
-    part = Contacts.of(ends, [contacts.polygon(k) for k in kept], lean=[0.0] * len(kept))
+    part = contacts.only(np.flatnonzero((contacts.a != out) & (contacts.b != out)))
+    part = replace(part, a=part.a - (part.a > out), b=part.b - (part.b > out))
     blocks = tuple(b for k, b in enumerate(wall.assembly.blocks) if k != out)
     assert check(Assembly(blocks, part, ()), Settings(method="rbe", mu=FRICTION)).verdict == "unstable"
 
@@ -278,7 +274,8 @@ def test_margins_by_the_contacts_in_the_model_file_alone(wall, tmp_path):
             ring = np.array(contact["polygon"])
             normal = np.cross(ring - ring[0], np.roll(ring, -1, axis=0) - ring[0]).sum(axis=0)
             up = normal[2] / np.linalg.norm(normal) * (1.0 if contact["b"] == block["id"] else -1.0)
-            point += ring.tolist() if up >= 0.25 else []
+            told = ring.mean(axis=0, keepdims=True) if contact["surface"] == "point" else ring
+            point += told.tolist() if up >= 0.25 else []
         plan = np.array(point)[:, :2] - centre[:2]
         angle = np.sort(np.arctan2(plan[:, 1], plan[:, 0]))
         gaps = np.diff(np.append(angle, angle[0] + 2.0 * np.pi))

@@ -125,7 +125,7 @@ def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: M
                 "mu": float(contacts.mu[k]),
             }
             | ({"tension": float(strength[k])} if strength[k] > 0.0 else {})
-            | ({} if np.isnan(lean[k]) else {"surface": "rough"})
+            | ({"surface": "point"} if contacts.at_points[k] else {} if np.isnan(lean[k]) else {"surface": "rough"})
             for k in np.flatnonzero(used)
         ],
         "loads": [

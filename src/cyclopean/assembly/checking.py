@@ -12,11 +12,13 @@ from cyclopean.assembly.precision import FLAT_SHARE, LEANS, ROUGH_SHARE, length_
 from cyclopean.errors import InputError
 from cyclopean.geometry import (
     PlanarRegions,
+    Polyhedra,
     frames_from_normals,
     newell_normals,
     planar_regions,
     ragged,
     ragged_batches,
+    triangles,
 )
 
 __all__ = ["ALIGNED", "bearing", "bearing_cones", "check_contacts", "face_distances", "off_faces", "seated"]
@@ -137,7 +139,9 @@ def _seats(assembly: Assembly, contacts: Contacts, names: Sequence[str], tol: fl
     normal = _unit_normals(contacts, point, names, tol)
     limit = FLAT_SHARE * _sizes(assembly, contacts)
     sides = _side_distances(regions, contacts, point, normal, np.arange(len(contacts)))
-    far = np.flatnonzero(~(sides.max(axis=1) <= tol))
+    spots = np.flatnonzero(contacts.at_points)
+    sides[spots] = np.minimum(sides[spots], _corner_distances(mesh, contacts, point, spots))
+    far = np.flatnonzero(~(sides.max(axis=1) <= tol) & ~contacts.at_points)
     other = _side_distances(regions, contacts, point, -normal, far)
     given, reverse = sides[far].max(axis=1), other.max(axis=1)
     near = limit[far]
@@ -148,7 +152,7 @@ def _seats(assembly: Assembly, contacts: Contacts, names: Sequence[str], tol: fl
     contacts = _reversed(contacts, turned)
     distance, normal = sides.max(axis=1), np.where(turned[:, None], -normal, normal)
     lean = _leans(regions, contacts, contacts.point - origin, normal, distance, tol)
-    bent = ~np.isnan(contacts.leaning) | (np.sin(lean) > LEANS)
+    bent = ~contacts.at_points & (~np.isnan(contacts.leaning) | (np.sin(lean) > LEANS))
     return _Seats(contacts, turned, sides, lean, bent, np.where(bent, ROUGH_SHARE / FLAT_SHARE, 1.0) * limit)
 
 
@@ -168,7 +172,7 @@ def bearing(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[C
     -------
     contacts : Contacts
         Those whose width (area over half the perimeter) exceeds `NARROW` tolerances, and all that are said to lie on
-        rough or curved surfaces.
+        rough or curved surfaces, or to be points.
     warnings : tuple of str
         One line on the others.
     """
@@ -176,7 +180,7 @@ def bearing(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[C
         return contacts, ()
     width = 2.0 * contacts.area / contacts.perimeter
     least = NARROW * np.minimum(tolerance, FLAT_SHARE * _sizes(assembly, contacts)) * (1.0 + 1e-9)
-    kept = ~np.isnan(contacts.leaning) | (width > least)
+    kept = ~np.isnan(contacts.leaning) | contacts.at_points | (width > least)
     if kept.all():
         return contacts, ()
     k = int(np.flatnonzero(~kept)[0])
@@ -302,6 +306,25 @@ def _side_distances(regions: PlanarRegions, contacts: Contacts, point: Floats, n
         for block, direction in ((contacts.a, normal), (contacts.b, -normal))
     ]
     return np.stack([np.maximum.reduceat(side, first) for side in sides], 1)
+
+
+def _corner_distances(mesh: Polyhedra, contacts: Contacts, point: Floats, which: Ints) -> Floats:
+    """(m, 2) how far (m) the furthest point of each wanted contact lies from the nearest edge of either block."""
+    found = np.zeros((len(which), 2))
+    edges: dict[int, tuple[Floats, Floats]] = {}
+    corner, face = triangles(mesh)
+    first = np.searchsorted(mesh.face_body[face], np.arange(len(mesh.vertex_start)))
+    for row, k in enumerate(which.tolist()):
+        for side, body in enumerate((int(contacts.a[k]), int(contacts.b[k]))):
+            if body not in edges:
+                ring = mesh.vertex[corner[first[body] : first[body + 1]]]
+                edges[body] = ring.reshape(-1, 3), (ring[:, [1, 2, 0]] - ring).reshape(-1, 3)
+            start, run = edges[body]
+            away = point[contacts.start[k] : contacts.start[k + 1], None] - start
+            share = np.einsum("pei,ei->pe", away, run) / np.maximum(np.einsum("ei,ei->e", run, run), 1e-300)
+            gap = away - np.clip(share, 0.0, 1.0)[:, :, None] * run
+            found[row, side] = float(np.sqrt(np.einsum("pei,pei->pe", gap, gap).min(axis=1).max()))
+    return found
 
 
 def face_distances(regions: PlanarRegions, body: Ints, direction: Floats, point: Floats, start: Ints) -> Floats:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.arrays import Floats, Ints, sealed
+from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry import following, frames_from_normals, newell_normals, offsets, ragged
 
@@ -27,6 +27,7 @@ class Contacts:
     mu: Floats  # (c,) Coulomb coefficient, NaN = not given
     tension: Floats | None = None  # (c,) Pa that the joint may pull, NaN = not given; None = all not given
     lean: Floats | None = None  # (c,) rad by which rough or curved faces lean from n; NaN = flat; None = all flat
+    pointlike: Bools | None = None  # (c,) a corner or an edge of a block touches there; None = none does
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "a", sealed("contacts a", self.a, None, dtype=np.int64))
@@ -37,6 +38,8 @@ class Contacts:
         for name in ("mu", "tension", "lean"):
             value = np.full(c, np.nan) if getattr(self, name) is None else getattr(self, name)
             object.__setattr__(self, name, sealed(f"contacts {name}", value, c, nan=True))
+        pointlike = np.zeros(c, bool) if self.pointlike is None else self.pointlike
+        object.__setattr__(self, "pointlike", sealed("contacts pointlike", pointlike, c, dtype=bool))
         for name, value in (("tension", self.strength_given), ("mu", self.mu)):
             if (bad := np.flatnonzero(value < 0)).size:
                 raise InputError(f"contact {bad[0]}: {name} {value[bad[0]]:g} must not be negative")
@@ -58,6 +61,7 @@ class Contacts:
         mu: Sequence[float | None] | Floats | None = None,
         tension: Sequence[float | None] | Floats | None = None,
         lean: Sequence[float | None] | Floats | None = None,
+        pointlike: Sequence[bool] | Bools | None = None,
     ) -> "Contacts":
         """Pack a list of (a, b) pairs and one (k, 3) polygon each; mu or tension None = not given, lean None = flat."""
         ends = np.asarray(pairs, np.int64).reshape(-1, 2)
@@ -68,7 +72,8 @@ class Contacts:
             given = [None] * len(polygons) if values is None else values
             return np.array([np.nan if x is None else float(x) for x in given], float)
 
-        return cls(ends[:, 0], ends[:, 1], start, point, filled(mu), filled(tension), filled(lean))
+        spots = None if pointlike is None else np.asarray(pointlike, bool)
+        return cls(ends[:, 0], ends[:, 1], start, point, filled(mu), filled(tension), filled(lean), spots)
 
     @property
     def patch(self) -> Ints:
@@ -100,7 +105,7 @@ class Contacts:
     @classmethod
     def joined(cls, parts: Sequence["Contacts"]) -> "Contacts":
         """The patches of several (one at least), one after the other."""
-        names = ("a", "b", "point", "mu", "tension", "lean")
+        names = ("a", "b", "point", "mu", "tension", "lean", "pointlike")
         whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
         return cls(start=offsets(np.concatenate([np.diff(part.start) for part in parts])), **whole)
 
@@ -112,7 +117,8 @@ class Contacts:
         """Patches of these numbers, in this order."""
         point = self.point[ragged(self.start, which)[1]]
         mu, strength, lean = self.mu[which], self.strength_given[which], self.leaning[which]
-        return Contacts(self.a[which], self.b[which], offsets(np.diff(self.start)[which]), point, mu, strength, lean)
+        start = offsets(np.diff(self.start)[which])
+        return Contacts(self.a[which], self.b[which], start, point, mu, strength, lean, self.at_points[which])
 
     def with_mu(self, mu: float) -> "Contacts":
         """Fill in `mu` where none is given."""
@@ -133,6 +139,12 @@ class Contacts:
         """(c,) rad by which the faces of each joint may lean from its normal; NaN = they are flat, and may not."""
         assert self.lean is not None
         return self.lean
+
+    @property
+    def at_points(self) -> Bools:
+        """(c,) where blocks touch with a corner or an edge of one of them, and not with faces."""
+        assert self.pointlike is not None
+        return self.pointlike
 
     @property
     def strength(self) -> Floats:

@@ -52,8 +52,8 @@ def worn(contacts: Contacts, depth: Floats) -> tuple[Contacts, Ints]:
         origin += [k] * len(parts)
     kept = np.array(origin, np.int64)
     ends = np.stack([contacts.a, contacts.b], 1)[kept]
-    given = (one[kept] for one in (contacts.mu, contacts.strength_given, contacts.leaning))
-    return Contacts.of(ends, polygons, *given), kept
+    mu, strength, lean = contacts.mu[kept], contacts.strength_given[kept], contacts.leaning[kept]
+    return Contacts.of(ends, polygons, mu, strength, lean, contacts.at_points[kept]), kept
 
 
 def _inner(polygon: Floats, frame: Floats, depth: float) -> list[Floats]:

@@ -43,7 +43,6 @@ __all__ = [
     "Surface",
     "gathered",
     "meeting",
-    "meetings",
     "patch_notes",
     "rough_contacts",
     "usual_band",
@@ -52,8 +51,6 @@ __all__ = [
 BAND = 0.005  # of the cube root of the median block's volume: 2 mm for stones of 0.4 m
 ALIGNED = 0.955  # least cosine between a contact's normal and those of the faces it lies on; the checker has 0.95
 FACING = 2.0 * ALIGNED**2 - 1.0  # of two faces that can share such a normal
-ALIKE = 0.94  # cosine of 20 degrees: of what bears a block in about the same way
-SPOT = 20.0  # bands: pieces nearer to each other are at one spot
 CORNERS = 8  # of a contact, at most
 LEAN = 0.002  # share of the area for which a corner is not worth keeping
 NARROW = 0.2  # bands; what is narrower is a line or a point
@@ -70,12 +67,11 @@ class Meeting:
     """A patch where two blocks meet."""
 
     polygon: Floats  # (k, 3) m; empty where surfaces meet in a corner or edge, which no contact can stand for
-    kind: str  # "face", "narrow" = widened to the band, "edge" = no contact
+    kind: str  # "face", "narrow" = widened to the band, "edge" = no contact; "flat", "point" where bodies touch exactly
     normal: Floats  # (3,) from a into b
     touching: float  # m2 of the surfaces that lie within the band of each other, as seen along the normal
     misfit: float  # m: farthest that either surface leaves the plane within the patch
     gap: float  # m: mean distance of the two surfaces, negative where they run into each other
-    lean: float  # radians: largest angle between the normal and those of the faces that touch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,7 +146,13 @@ def gathered(found: Mapping[tuple[int, int], Sequence[Meeting]]) -> tuple[Contac
     every = [(part, a, b) for (a, b), parts in sorted(found.items(), key=lambda entry: entry[0]) for part in parts]
     every.sort(key=lambda entry: not len(entry[0].polygon))  # those that are no contacts come last
     held = [entry for entry in every if len(entry[0].polygon)]
-    contacts = Contacts.of([(a, b) for _, a, b in held], [part.polygon for part, *_ in held], lean=[0.0] * len(held))
+    kinds = [part.kind for part, *_ in held]
+    contacts = Contacts.of(
+        [(a, b) for _, a, b in held],
+        [part.polygon for part, *_ in held],
+        lean=[None if kind in ("flat", "point") else 0.0 for kind in kinds],
+        pointlike=[kind == "point" for kind in kinds],
+    )
     area = [*contacts.area.tolist(), *[0.0] * (len(every) - len(held))]
     return contacts, tuple(
         Patch(
@@ -220,34 +222,15 @@ def _pairs(surfaces: Sequence[Surface], band: float, pairs: Sequence[tuple[int, 
 
 def meeting(a: Surface, b: Surface, band: float) -> list[Meeting]:
     """Patches of two blocks, largest first."""
-    return meetings([a], b, band)[0]
-
-
-def meetings(
-    others: Sequence[Surface], b: Surface, band: float, aligned: Sequence[float] = (ALIGNED,)
-) -> list[list[Meeting]]:
-    """Patches of each of some blocks with block b, whose side they are not on, largest first; all cut out together.
-
-    `aligned` are cosines of what faces may lean from the normal of their patch. Of several, the first is the least: at
-    each spot, faces that lean more only count where none was found that lean less.
-    """
-    near = [meeting_boxes(a.low, a.high, b.low, b.high, band) for a in others]
-    first = np.cumsum([0, *(len(a.corner) for a in others)])
-    i = np.concatenate([np.zeros(0, np.int64), *(i + k for (i, _), k in zip(near, first[:-1], strict=True))])
-    j = np.concatenate([np.zeros(0, np.int64), *(j for _, j in near)])
-    every = others[0] if len(others) == 1 else Surface.joined(others)
-    opposed = -np.einsum("ki,ki->k", every.normal[i], b.normal[j])
+    i, j = meeting_boxes(a.low, a.high, b.low, b.high, band)
+    opposed = -np.einsum("ki,ki->k", a.normal[i], b.normal[j])
     facing = np.flatnonzero(opposed >= FACING)
-    facing = facing[_near(every, b, i[facing], j[facing], band)]
-    pieces, source = _pieces(every, b, i[facing], j[facing], band)
-    owner = np.searchsorted(first, i[facing[source]], side="right") - 1
-    steep, whose = (opposed > 0.0) & (opposed < FACING), np.searchsorted(first, i, side="right") - 1
-    found = []
-    for k in range(len(others)):
-        parts = _parts(pieces, owner == k, band, aligned)
-        edge = np.flatnonzero(steep & (whose == k)) if not parts else ()
-        found.append(parts or _steep(every, b, i[edge], j[edge], band) if len(edge) else parts)
-    return found
+    facing = facing[_near(a, b, i[facing], j[facing], band)]
+    parts = _parts(_pieces(a, b, i[facing], j[facing], band), band)
+    if parts:
+        return parts
+    steep = np.flatnonzero((opposed > 0.0) & (opposed < FACING))
+    return _steep(a, b, i[steep], j[steep], band)
 
 
 def _near(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> Bools:
@@ -259,20 +242,14 @@ def _near(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> Bools:
     return near
 
 
-def _parts(pieces: "_Pieces", left: Bools, band: float, aligned: Sequence[float]) -> list[Meeting]:
-    """Patches of some of the pieces, largest first."""
+def _parts(pieces: "_Pieces", band: float) -> list[Meeting]:
+    """Patches of pieces, largest first."""
     parts: list[Meeting] = []
-    for cosine in aligned:
-        fit = left & (np.einsum("ki,ki->k", pieces.normal_a, pieces.normal) >= cosine)
-        while fit.any():
-            members, normal = _largest(pieces, fit, band, cosine)
-            fit[members] = left[members] = False
-            if len(aligned) > 1:
-                beside = np.flatnonzero(left & (pieces.normal @ normal >= ALIKE))
-                apart = np.linalg.norm(pieces.middle[beside][:, None] - pieces.middle[members], axis=2).min(axis=1)
-                beside = beside[apart < SPOT * band]
-                fit[beside] = left[beside] = False
-            parts.append(_part(pieces, members, normal, band))
+    left = np.ones(len(pieces.area), bool)
+    while left.any():
+        members, normal = _largest(pieces, left, band)
+        parts.append(_part(pieces, members, normal, band))
+        left[members] = False
     parts.sort(key=lambda part: -part.touching)
     return parts
 
@@ -290,15 +267,14 @@ class _Pieces:
     normal_b: Floats  # (k, 3)
 
 
-def _pieces(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> tuple[_Pieces, Ints]:
-    """Cut the parts of triangles i and j out that lie within the band of each other; and of which pair each is."""
+def _pieces(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> _Pieces:
+    """Cut the parts of triangles i and j out that lie within the band of each other."""
     start = range(0, max(len(i), 1), BATCH)
     batches = [_cut(a, b, i[k : k + BATCH], j[k : k + BATCH], band) for k in start]
-    pieces = _Pieces(*(np.concatenate([getattr(part, name) for part, _ in batches]) for name in _Pieces.__slots__))
-    return pieces, np.concatenate([kept + k for (_, kept), k in zip(batches, start, strict=True)])
+    return _Pieces(*(np.concatenate([getattr(part, name) for part in batches]) for name in _Pieces.__slots__))
 
 
-def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> tuple[_Pieces, Ints]:
+def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> _Pieces:
     """Triangle i, seen along the mean normal, clipped by the sides of triangle j and by gaps of -band and band."""
     normal_a, normal_b = a.normal[i], b.normal[j]
     mean = normal_a - normal_b
@@ -324,7 +300,7 @@ def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> tuple[_Pieces
     point = np.einsum("kmf,kfi->kmi", local, frame) + origin[:, None]
     used = np.arange(ring.shape[1])[None, :] < count[:, None]
     middle = np.where(used[:, :, None], point, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
-    return _Pieces(point, above - below, area[kept], middle, frame[:, 0], normal_a[kept], normal_b[kept]), kept
+    return _Pieces(point, above - below, area[kept], middle, frame[:, 0], normal_a[kept], normal_b[kept])
 
 
 def _height(normal: Floats, frame: Floats, point: Floats) -> tuple[Floats, Floats]:
@@ -363,7 +339,7 @@ def _area(ring: Floats) -> Floats:
     return np.asarray((x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1) / 2.0)
 
 
-def _largest(pieces: _Pieces, left: Bools, band: float, aligned: float) -> tuple[Ints, Floats]:
+def _largest(pieces: _Pieces, left: Bools, band: float) -> tuple[Ints, Floats]:
     """Members and normal of the patch of most area among the pieces that are left."""
     rows = np.flatnonzero(left)
     best: tuple[float, Ints, Floats] = (-1.0, rows[:0], np.zeros(3))
@@ -372,12 +348,12 @@ def _largest(pieces: _Pieces, left: Bools, band: float, aligned: float) -> tuple
         if seen[seed]:
             continue  # it is in a patch already that began at a larger one
         normal, middle = pieces.normal[seed], pieces.middle[seed]
-        members = _members(pieces, rows, (normal, middle), band, aligned)
+        members = _members(pieces, rows, normal, middle, band)
         for _ in range(TURNS):
             weight = pieces.area[members]
             mean = weight @ pieces.normal[members]
             mean /= np.linalg.norm(mean)
-            grown = _members(pieces, rows, (mean, weight @ pieces.middle[members] / weight.sum()), band, aligned)
+            grown = _members(pieces, rows, mean, weight @ pieces.middle[members] / weight.sum(), band)
             if pieces.area[grown].sum() < weight.sum():
                 break
             members, normal = grown, mean
@@ -390,10 +366,9 @@ def _largest(pieces: _Pieces, left: Bools, band: float, aligned: float) -> tuple
     return best[1], best[2]
 
 
-def _members(pieces: _Pieces, rows: Ints, plane: tuple[Floats, Floats], band: float, aligned: float) -> Ints:
-    """Pieces whose faces look along a plane's normal, and all of whose corners lie within the band of it."""
-    normal, middle = plane
-    along = (pieces.normal_a[rows] @ normal >= aligned) & (-pieces.normal_b[rows] @ normal >= aligned)
+def _members(pieces: _Pieces, rows: Ints, normal: Floats, middle: Floats, band: float) -> Ints:
+    """Pieces whose faces look along the normal, and all of whose corners lie within the band of the plane."""
+    along = (pieces.normal_a[rows] @ normal >= ALIGNED) & (-pieces.normal_b[rows] @ normal >= ALIGNED)
     near = rows[along]
     off = np.abs((pieces.point[near] - middle) @ normal).max(axis=1, initial=0.0)
     return np.asarray(near[off <= band])
@@ -412,8 +387,7 @@ def _part(pieces: _Pieces, members: Ints, normal: Floats, band: float) -> Meetin
     mean = float(weight @ pieces.gap[members].mean(axis=1) / weight.sum())
     polygon = middle + outline @ frame[1:]
     kind = "narrow" if widened else "face"
-    least = min(float((pieces.normal_a[members] @ normal).min()), float((-pieces.normal_b[members] @ normal).min()))
-    return Meeting(polygon, kind, normal, float(weight @ slope), misfit, mean, float(np.arccos(min(least, 1.0))))
+    return Meeting(polygon, kind, normal, float(weight @ slope), misfit, mean)
 
 
 def _outline(xy: Floats, band: float) -> tuple[Floats, bool]:
@@ -460,7 +434,7 @@ def _steep(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> list[Meetin
     """One entry for blocks that touch with steep faces only, in a corner or along an edge; none where they do not."""
     if not len(i):
         return []
-    pieces, _ = _pieces(a, b, i, j, band)
+    pieces = _pieces(a, b, i, j, band)
     if not len(pieces.area):
         return []
     mean = pieces.area @ pieces.normal
@@ -468,4 +442,4 @@ def _steep(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> list[Meetin
     normal = mean / length if length > 0.0 else pieces.normal[0]
     off = float((np.abs((pieces.point - pieces.middle.mean(axis=0)) @ normal) + np.abs(pieces.gap) / 2.0).max())
     gap = float(pieces.area @ pieces.gap.mean(axis=1) / pieces.area.sum())
-    return [Meeting(np.zeros((0, 3)), "edge", normal, float(pieces.area.sum()), off, gap, np.pi / 2.0)]
+    return [Meeting(np.zeros((0, 3)), "edge", normal, float(pieces.area.sum()), off, gap)]

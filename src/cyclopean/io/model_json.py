@@ -48,7 +48,7 @@ _MODEL = frozenset(
 )
 _BLOCK = frozenset({"id", "vertices", "faces", "density", "fixed", "group", "material"})
 _CONTACT = frozenset({"a", "b", "polygon", "mu", "tension", "surface"})
-_SURFACES = ("flat", "rough", "curved")
+_SURFACES = ("flat", "rough", "curved", "point")
 _SECTIONS = {  # what a row of them is called, and what it says
     "supports": ("support", ("block", "held")),
     "combinations": ("combination", ("name", "factors")),
@@ -226,7 +226,7 @@ def _known(where: str, key: str, row: dict[str, Any], index: dict[str, int]) -> 
 
 
 def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unknown: UnknownKeys) -> Contacts:
-    pairs, polygons, mus, pulls, leans = [], [], [], [], []
+    pairs, polygons, mus, pulls, leans, pointlike = [], [], [], [], [], []
     for k, value in enumerate(rows):
         where = f"{path}: contact {k}"
         row = mapping(value, where)
@@ -248,8 +248,11 @@ def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unk
         polygons.append(metres(polygon, units))
         mus.append(mu)
         pulls.append(pull)
-        leans.append(None if surface == "flat" else 0.0)  # how much is measured when the contacts are checked
-    return Contacts.of(pairs, polygons, mus, pulls, leans)
+        pointlike.append(surface == "point")
+        leans.append(
+            0.0 if surface in ("rough", "curved") else None
+        )  # how much is measured when the contacts are checked
+    return Contacts.of(pairs, polygons, mus, pulls, leans, pointlike)
 
 
 def _load(
@@ -309,7 +312,7 @@ def model_dict(
             {"a": ids[a], "b": ids[b], "polygon": joined.polygon(k).tolist()}
             | ({} if np.isnan(mu) else {"mu": mu})
             | ({} if np.isnan(pull) else {"tension": pull})
-            | ({} if np.isnan(lean) else {"surface": "rough"})
+            | ({"surface": "point"} if joined.at_points[k] else {} if np.isnan(lean) else {"surface": "rough"})
             for k, (a, b, mu, pull, lean) in enumerate(
                 zip(
                     *(x.tolist() for x in (joined.a, joined.b, joined.mu, joined.strength_given, joined.leaning)),

@@ -66,8 +66,10 @@ A motion is one that no drawing resists. See `_state_within` and `_mechanism_wit
 **What is checked first.** Meshes closed, turned outward (exact volume > 0) and bounding solids (no shell without volume
 or inside out, no two faces that lie on each other: see `_require_solid`); every contact point within `tolerance`
 of a face of `a` that looks along N and of a face of `b` that looks against N, to a thousandth; where the file says that
-surfaces are rough or curved, to 18 degrees, and forces are inside the cones about the faces' normals as well. At a
-contact no more of the tolerance counts than a share of the smaller block, and none is as narrow as a few tolerances.
+surfaces are rough or curved, to 18 degrees, and forces are inside the cones about the faces' normals as well. Where it
+says that they touch at points, a corner or an edge of one of the blocks may be on a face of the other, or an edge of
+each across the other: what of the block is near is then behind the plane, see `_top`. At a contact no more of the
+tolerance counts than a share of the smaller block, and none but such is as narrow as a few tolerances.
 The claim tells how far contacts are off, and how deep blocks overlap. Not checked: whether all contacts that exist are
 listed. (By rigid-block equilibrium fewer contacts make a state harder, a mechanism easier.)
 
@@ -147,6 +149,8 @@ STANDARD_GRAVITY = 9.80665  # by which a block's own weight is counted in a mode
 STEEP = 5  # friction above which forces are not corrected, see `_require_modest`
 LEAN = 10**6  # 1 / sin^2 of the angle, a thousandth, by which a contact's normal may lean from the faces it lies on
 NARROW = 4  # tolerances: a contact no wider (area over half its perimeter) carries nothing: it may not be there
+CROSSING = 100  # 1 / sin^2 of the least angle, a tenth, of two edges that touch across each other
+
 TOLD_LEAN, TOLD_SHARE = 1e-4, 1e-5  # lean, and misfit by the smaller block's size, from which the claim tells them
 ROOT_BITS = 64  # after the point of roots of integers that may be small
 MAX_DEPTH, MAX_NODES = 250, 1_000_000  # of a tree: each split settles something of one point, honest ones are far off
@@ -179,7 +183,7 @@ PROOF_FIELDS = {
 }
 LIMIT_SIDES = ({"lower", "forces"}, {"upper", "mechanism"})
 UNBOUNDED_FIELDS = {"lower", "forces", "recession"}
-SURFACES = ("rough", "curved")
+SURFACES = ("rough", "curved", "point")
 STONE_FIELDS = {"id", "vertices", "faces", "density", "fixed"}
 JOINT_FIELDS = {"a", "b", "polygon", "mu"}
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -392,6 +396,7 @@ class _Joint(NamedTuple):
     mu: Number
     tension: Number
     bent: bool = False  # whether the file says that the surface is rough or curved
+    pointlike: bool = False  # or that a corner of a block touches there, or an edge
 
 
 class _Push(NamedTuple):
@@ -768,8 +773,9 @@ def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Seque
     if len(polygon) < 3:
         _refuse(f"{where}: polygon has fewer than three points")
     if "surface" in entry and entry["surface"] not in SURFACES:
-        _refuse(f"{where}: surface is neither rough nor curved")
-    return _Joint(a, b, polygon, mu, tension, "surface" in entry)
+        _refuse(f"{where}: surface is neither rough nor curved, nor a point")
+    pointlike = entry.get("surface") == "point"
+    return _Joint(a, b, polygon, mu, tension, "surface" in entry and not pointlike, pointlike)
 
 
 def _label(sheet: _Sheet, i: int) -> str:
@@ -840,8 +846,8 @@ def _read_within(
     slope = _number(entry["slope"], "within: slope") if "slope" in entry else None
     if not (length > 0 and (slope is None or slope >= 0)):
         _refuse("within: length is not positive, or slope is negative")
-    if any(joint.bent for joint in joints) or any(any(stone.held) for stone in stones):
-        _refuse("within: neither rough or curved contacts nor blocks that are partly held are known here")
+    if any(joint.bent or joint.pointlike for joint in joints) or any(any(stone.held) for stone in stones):
+        _refuse("within: neither rough or curved contacts, nor points, nor blocks that are partly held are known here")
     if "points" not in top:
         return _Within(length, slope, [], {})
     lists = _items(top["points"], "points")
@@ -1229,6 +1235,7 @@ class _Misfit:
     lean: float = 0.0
     share: float = 0.0
     bent: int = 0
+    pointlike: int = 0
 
     def note(self, one: "_Seat", two: "_Seat", size: float) -> None:
         """Keep the most of what a contact's two sides were let pass; `size` is that of the smaller block, m."""
@@ -1251,12 +1258,13 @@ class _Misfit:
 
     def claimed(self) -> str:
         """What a claim says of it, where a person should know."""
-        if not self.bent and self.lean <= TOLD_LEAN and self.share <= TOLD_SHARE:
+        if not self.bent and not self.pointlike and self.lean <= TOLD_LEAN and self.share <= TOLD_SHARE:
             return ""
         said = f", contacts up to {self.off:.2g} m off the faces"
         said += f" (gaps up to {self.gap:.2g} m)" if self.gap > 0.0 else ""
         said += f" (faces up to {self.overlap:.2g} m into each other)" if self.overlap > 0.0 else ""
         said += f", leaning by up to {math.degrees(self.lean):.2g} degrees" if self.lean > TOLD_LEAN else ""
+        said += f", {self.pointlike} of them at corners and edges" if self.pointlike else ""
         return said + (f", {self.bent} of them on surfaces said to be rough or curved" if self.bent else "")
 
 
@@ -1460,7 +1468,9 @@ def _fitted(sheet: _Sheet, component: Sequence[int], k: int) -> tuple[list[_Soli
     tn, td = sheet.tolerance.as_integer_ratio()
     stated2: Ratio2 = (tn << k) ** 2, td * td
     solids = [_solid(stone, k, stated2) for stone in sheet.stones]
-    misfit = _Misfit(bent=sum(joint.bent for joint in sheet.joints))
+    misfit = _Misfit(
+        bent=sum(joint.bent for joint in sheet.joints), pointlike=sum(joint.pointlike for joint in sheet.joints)
+    )
     faces = sum(len(stone.surface.faces) for stone in sheet.stones)
     looks = _Budget(
         MAX_LOOKS,
@@ -1477,6 +1487,8 @@ def _fitted(sheet: _Sheet, component: Sequence[int], k: int) -> tuple[list[_Soli
         patch = _patch(sheet, i, max(component[joint.a], component[joint.b]), first, tolerance2, known, k)
         one, two = _on_solid(sheet, a, patch, 1, k, looks), _on_solid(sheet, b, patch, -1, k, looks)
         patch.normals.extend(zip(one.normals, two.normals, strict=True))
+        if joint.pointlike:
+            _require_plane(sheet, patch, one, two)
         misfit.note(one, two, math.sqrt(_as_float(box2, 1 << 2 * k)))
         patches.append(patch)
         first = patch.rows.stop
@@ -1518,7 +1530,7 @@ def _on_solid(sheet: _Sheet, solid: _Solid, patch: _Patch, sign: int, k: int, lo
     """How a contact lies on a block: once for all that lie alike on blocks of the same shape."""
     (ox, oy, oz), shape = solid.origin, solid.shape
     points = [(x - ox, y - oy, z - oz) for x, y, z in patch.points]
-    place = (sign, patch.joint.bent, patch.tolerance2, *points)
+    place = (sign, patch.joint.bent, patch.joint.pointlike, patch.tolerance2, *points)
     seat = shape.seats.get(place)
     if seat is None:
         local = patch._replace(points=points)
@@ -1597,7 +1609,7 @@ def _patch(
     joint = sheet.joints[i]
     points = _vectors(joint.polygon, k)
     ox, oy, oz = points[0]
-    outline = (joint.bent, tolerance2, *[(x - ox, y - oy, z - oz) for x, y, z in points])
+    outline = (joint.bent or joint.pointlike, tolerance2, *[(x - ox, y - oy, z - oz) for x, y, z in points])
     normal, normal2 = known.get(outline) or _area_checked(sheet, i, points, tolerance2)
     if len(points) <= MAX_KEPT and len(known) < MAX_KEPT:
         known[outline] = normal, normal2
@@ -1612,7 +1624,7 @@ def _area_checked(sheet: _Sheet, i: int, points: Sequence[Vec], tolerance2: Rati
         _refuse(f"{_label(sheet, i)}: polygon has no area")
     if not _is_flat(points, normal, normal2, tolerance2):
         _refuse(f"{_label(sheet, i)}: polygon is not flat within the tolerance")
-    if not sheet.joints[i].bent and not _is_wide(points, normal2, tolerance2):
+    if not (sheet.joints[i].bent or sheet.joints[i].pointlike) and not _is_wide(points, normal2, tolerance2):
         _refuse(f"{_label(sheet, i)}: polygon is no wider than {NARROW} tolerances; it carries nothing, leave it out")
     return normal, normal2
 
@@ -2180,13 +2192,15 @@ class _Seat(NamedTuple):
 
     `heights` holds how far points are above their facet (outside the block), where that is not zero, and `aside` the
     most that one is beside it, in m; `lean` is the largest angle; `normals` are, for every point of a contact of
-    rough or curved surfaces, area vectors of facets that it lies on, turned to look along the contact's.
+    rough or curved surfaces, area vectors of facets that it lies on, turned to look along the contact's. Of a contact
+    at points `tops` says of each whether it is on such a face, and along which edge the block touches; see `_top`.
     """
 
     heights: dict[int, float]
     aside: float
     lean: float
     normals: list[list[Vec]]
+    tops: list[tuple[bool, Vec | None]]
 
 
 def _facets(surface: _Surface, vertices: Sequence[Vec], tolerance2: Ratio2) -> list[_Facet]:
@@ -2211,10 +2225,17 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
     near, lean = _facets_along(facets, patch, sign)
     heights: dict[int, float] = {}
     normals: list[list[Vec]] = []
-    looks.spend(len(near) * len(patch.points))
+    tops: list[tuple[bool, Vec | None]] = []
+    beside = _facets_beside(facets, patch) if patch.joint.pointlike else []
+    looks.spend((len(near) + len(beside)) * len(patch.points))
     for number, point in enumerate(patch.points):
         reaching = [facet for facet in near if facet.reaches(point, patch.tolerance2)]
-        if not bent and (plain := next((facet for facet in reaching if facet.covers(point)), None)):
+        top = _top(beside, patch, point, sign, looks) if patch.joint.pointlike else None
+        if (
+            not bent
+            and not patch.joint.pointlike
+            and (plain := next((facet for facet in reaching if facet.covers(point)), None))
+        ):
             heights[number] = plain.height_of(point, k)
             continue
         found: list[tuple[float, float]] = []
@@ -2224,13 +2245,76 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
             if beside2 is not None:
                 found.append((_as_float(beside2[0], beside2[1] << 2 * k), facet.height_of(point, k)))
                 normals[-1].append(_times(sign, facet.normal))
+        if patch.joint.pointlike:
+            tops.append((bool(found), top))
+        if not found and top is not None:
+            continue
         if not found:
             side = "a" if sign == 1 else "b"
             where = f"{_label(sheet, patch.number)}: point {number}"
             _refuse(f"{where} is not on a face of its block {side} that looks along it")
         nearest2, heights[number] = min(found, key=lambda one: (one[0], abs(one[1])))
         aside2 = max(aside2, nearest2)
-    return _Seat({number: h for number, h in heights.items() if h}, math.sqrt(aside2), lean, normals if bent else [])
+    heights = {number: h for number, h in heights.items() if h}
+    return _Seat(heights, math.sqrt(aside2), lean, normals if bent else [], tops)
+
+
+def _facets_beside(facets: Sequence[_Facet], patch: _Patch) -> list[_Facet]:
+    """Facets near a contact, whichever way they look."""
+    low, high = _box(patch.points)
+    return [facet.edged() for facet in facets if facet.prepared().is_near(low, high, patch.tolerance2)]
+
+
+def _top(facets: Sequence[_Facet], patch: _Patch, point: Vec, sign: int, looks: _Budget) -> Vec | None:
+    """What of a block touches a plane at a point: along which edge, nothing (0, 0, 0) of a corner; None where nothing.
+
+    Of all facets within tolerance of the point the highest corner, along `sign` N, is within tolerance of it; or the
+    highest edge is, and level. So near the point the block is behind the plane, or all before it but for a hole: which,
+    is said by that edge from the highest corner which falls least. What is above it, towards the plane, is outside
+    where both of its facets look that way, or where one does and the edge is convex.
+    """
+    up, (t, u) = _times(sign, patch.normal), patch.tolerance2
+    reached = [facet for facet in facets if facet.reaches(point, patch.tolerance2)]
+    some = [facet for facet in reached if facet.beside2(point, patch.tolerance2, looks)]
+    if not some:
+        return None
+    corners = {corner for facet in some for corner in facet.ring}
+    top = max(corners, key=lambda corner: (_dot(corner, up), -_length2(_minus(corner, point)), corner))
+    ahead, back = ({(e.start, _plus(e.start, e.run))[::way]: f for f in some for e in f.edges} for way in (1, -1))
+    falls = {
+        end: Fraction(_dot(_minus(top, end), up) ** 2, _length2(_minus(top, end)))
+        for start, end in ahead
+        if start == top and (top, end) in back
+    }
+    if not falls:
+        return None
+    end = min(falls, key=lambda corner: falls[corner])
+    one, two, run = ahead[top, end].normal, back[top, end].normal, _minus(end, top)
+    looking = [_dot(one, up) > 0, _dot(two, up) > 0]
+    if not (all(looking) or (any(looking) and _dot(_cross(one, two), run) > 0)):
+        return None
+    if _length2(_minus(point, top)) * u <= t:
+        return 0, 0, 0
+    away2, per = _Edge(top, run, _length2(run), run, 0).distance2(point)
+    return run if away2 * u <= t * per and falls[end] * LEAN <= _length2(up) else None
+
+
+def _require_plane(sheet: _Sheet, patch: _Patch, one: _Seat, two: _Seat) -> None:
+    """Require that at each point of a contact a block touches with a corner or an edge, and that its plane is that of a
+    face of the other, or of an edge of the other that crosses.
+    """
+    for number, ((face_a, a), (face_b, b)) in enumerate(zip(one.tops, two.tops, strict=True)):
+        if (face_a and b is not None) or (face_b and a is not None):
+            continue
+        where = f"{_label(sheet, patch.number)}: point {number}"
+        if a is None or b is None:
+            _refuse(f"{where} is at no corner or edge of its blocks")
+        across = _cross(a, b)
+        size2 = _length2(across)
+        if not size2 or CROSSING * size2 < _length2(a) * _length2(b):
+            _refuse(f"{where} is on no face that looks along it, nor on edges that cross")
+        if LEAN * _dot(across, patch.normal) ** 2 < (LEAN - 1) * size2 * patch.normal2:
+            _refuse(f"{where}: the contact leans from the plane of the edges that cross there")
 
 
 def _facets_along(facets: Sequence[_Facet], patch: _Patch, sign: int) -> tuple[list[_Facet], float]:

@@ -9,7 +9,6 @@ import numpy as np
 from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
-from cyclopean.assembly.patches import Surface
 from cyclopean.design.rubble.as_built import NOTHING, AsBuilt
 from cyclopean.design.rubble.choosing import Looks
 from cyclopean.design.rubble.features import Body, body_of
@@ -18,6 +17,7 @@ from cyclopean.design.rubble.orientations import Bedded, bedded
 from cyclopean.design.rubble.places import FULL, Box, Place
 from cyclopean.design.rubble.standing import GRAVITY, Mass, Structure
 from cyclopean.design.rubble.stock import BEARING, SPANNING, kept_back
+from cyclopean.design.rubble.touching import TOUCH
 from cyclopean.design.rubble.trials import INSIDE, Seated, Trial
 from cyclopean.design.rubble.wall import Laid, SettleSettings, unit_size
 from cyclopean.design.stones.stone import Stone
@@ -27,7 +27,6 @@ from cyclopean.geometry.solids import CUBE
 
 __all__ = ["Progress", "Site", "free_name"]
 
-TOUCH = 2.5e-4  # of the unit: surfaces farther apart hold nothing before they move
 PROUD = 0.07  # of its size: by which a stone may stand out of a face, or above the ceiling
 THROUGH = 1.5  # m between through-stones of a wall of two wythes, as masons have it
 LONGEST = 3.0  # times the unit: width of the ground around the wall
@@ -73,9 +72,8 @@ class Site:
         self.why: dict[int, Counter[str]] = {}  # why each stone was not laid where it was tried
         self.overlap = 0.0
         self.ground = _ground(free_name("ground", {s.id for s in stones} | used), self.shape.size, LONGEST * self.unit)
-        floor = Assembly((self.ground,), None, ()).mesh
-        surface = Surface.of(floor.vertex[triangles(floor)[0]])
-        self.structure = Structure(surface, TOUCH * self.unit, settings.friction, settings.lean)
+        floor = body_of(self.ground.vertices, triangles(Assembly((self.ground,), None, ()).mesh)[0])
+        self.structure = Structure(floor, settings.friction, settings.lean)
         for block, body in zip(before.blocks, before.bodies, strict=True):
             self._adopt(block, body)
         if before.blocks and not self.structure.resolve():
@@ -88,9 +86,8 @@ class Site:
         """Count a block that stands already among what stands."""
         density = block.density or DENSITY
         mass = Mass(body.centroid, body.volume, density * body.volume * GRAVITY)
-        near = self.near(body.low, body.high, self.structure.touch)
-        fresh = self.structure.fresh(mass, Surface.of(body.vertices[body.triangles]), near)
-        if not any(len(joint.points) for joint in fresh.joints):
+        fresh = self.structure.fresh(mass, body, self.near(body.low, body.high, TOUCH * float(np.cbrt(body.volume))))
+        if not fresh.joints:
             raise InputError(
                 f"standing: block '{block.id}' touches nothing that comes before it in the file; list blocks from the"
                 " ground up, and leave none in the air"

@@ -4,9 +4,7 @@ A stone may be laid where the wall with it is in rigid-block equilibrium,
 
     A f = -p,   f in the cones of friction,
 
-over the contacts that `assembly.patches` finds between the meshes as they lie, within a narrow band: those that touch
-before anything moves. The model has the same. What is proved of the model asks for friction of the faces as well: so
-with gravity straight down, friction about the normal of a contact is less by what its faces lean from it.
+over the contacts where the meshes touch as they lie (`touching`). The model has the same.
 
 The forces that hold what was laid before are known. A new stone leaves them as they are but for the stones it comes to
 bear on, and those that bear these, down to the ground: the forces on them, and those alone, are found anew, with all
@@ -17,14 +15,16 @@ A wall that only just stands falls when it is touched. So friction is counted wi
 each stage has to stand with gravity leaning a little as well, along the wall either way and across it either way.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cyclopean.analysis.equilibrium.newton import collapse_bound, newton
 from cyclopean.arrays import Floats, Ints
-from cyclopean.assembly.patches import Meeting, Surface, meetings
+from cyclopean.assembly.patches import Meeting
+from cyclopean.design.rubble.features import Body
+from cyclopean.design.rubble.touching import touching
 from cyclopean.errors import SolverError
 from cyclopean.geometry import frames_from_normals
 from cyclopean.statics import EquilibriumSystem, Schur, contact_matrix, project_cones
@@ -36,8 +36,6 @@ GRAVITY = 9.80665  # m/s2, standard
 BEARING = 0.25  # least upward component of the normal of a contact that bears a stone
 BALANCED = 1e-9  # of the weight: what forces may leave over
 CAP = 30  # factorisations: most need six to ten, and few of those that stand more than twenty
-ALIGNED = (0.9976, 0.9903, 0.9781, 0.955)  # cosines of 4, 8, 12 and 17 degrees: the flattest faces at each spot bear
-CURVED = 1e-3  # radians by which friction is less, that what is proved about the faces has room
 WIDE = 6.0  # sizes of a stone: within that along the wall, others help
 WEDGED = 0.8  # of all loads together: where forces must be larger, stones only hold by wedging (upright walls: 0.5)
 RINGS = 2  # of stones around a new one, by which it is tried whether they can hold it with all others fixed
@@ -63,14 +61,14 @@ class Joint:
 
     @property
     def points(self) -> Floats:
-        """(q, 3) points of all patches that can carry."""
-        return np.concatenate([part.polygon for part in self.parts if len(part.polygon)] or [np.zeros((0, 3))])
+        """(q, 3) where forces act: at the corners of faces, and at points."""
+        return np.concatenate([_forces_at(part) for part in self.parts])
 
     @property
     def bearing(self) -> Floats:
-        """(n, 3) points of the patches that bear it."""
-        found = [part.polygon for part in self.parts if len(part.polygon) and part.normal[2] >= BEARING]
-        return np.concatenate(found) if found else np.zeros((0, 3))
+        """(n, 3) those of them that bear it."""
+        found = [_forces_at(part) for part in self.parts if part.normal[2] >= BEARING]
+        return np.concatenate([np.zeros((0, 3)), *found])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +76,7 @@ class Fresh:
     """A stone that is to be laid, or was."""
 
     mass: Mass
-    surface: Surface
+    body: Body
     joints: tuple[Joint, ...]
 
     @property
@@ -94,10 +92,10 @@ State = tuple[Mapping[At, Floats], ...]
 
 
 class Structure:
-    """What stands: stones by their numbers, their joints where surfaces are nearer than `touch` (m), and forces."""
+    """What stands: stones by their numbers, their joints, and forces."""
 
-    def __init__(self, ground: Surface, touch: float, friction: float = FRICTION, lean: float = 0.0) -> None:
-        self.ground, self.touch, self.friction = ground, touch, friction
+    def __init__(self, ground: Body, friction: float = FRICTION, lean: float = 0.0) -> None:
+        self.ground, self.friction = ground, friction
         self.down = _ways_down(lean)  # (c, 3)
         self.stones: dict[int, Fresh] = {}
         self.force: dict[At, Floats] = {}  # (c, q, 3) N
@@ -106,17 +104,16 @@ class Structure:
         self.between = -np.inf, np.inf  # m along the wall: stones whose forces may change have their centres there
         self.worst = 0  # leaning way of gravity in which a wall failed to stand last
 
-    def fresh(self, mass: Mass, surface: Surface, near: Sequence[int], others: Sequence[Surface] = ()) -> Fresh:
+    def fresh(self, mass: Mass, body: Body, near: Sequence[int], others: Sequence[Body] = ()) -> Fresh:
         """A new stone with all its joints: with the ground, those of `near`, and others that are laid with it."""
-        beside = {GROUND: self.ground, **{k: self.stones[k].surface for k in near}}
+        beside = {GROUND: self.ground, **{k: self.stones[k].body for k in near}}
         beside |= {self.next + i: other for i, other in enumerate(others)}
-        met = meetings(list(beside.values()), surface, self.touch, ALIGNED)
-        joints = tuple(Joint(k, tuple(parts)) for k, parts in zip(beside, met, strict=True) if parts)
-        return Fresh(mass, surface, joints)
+        met = touching(body, list(beside.values()))
+        return Fresh(mass, body, tuple(Joint(k, parts) for k, parts in zip(beside, met, strict=True) if parts))
 
     def held(self, fresh: Sequence[Fresh]) -> State | None:
         """Forces that hold one or more new stones and all that stands; None where none were found."""
-        if not any(len(part.polygon) for new in fresh for joint in new.joints for part in joint.parts):
+        if not any(new.joints for new in fresh):
             return None
         numbers = tuple(range(self.next, self.next + len(fresh)))
         bearers = self._bearers([j.below for new in fresh for j in new.joints if j.below < self.next])
@@ -263,9 +260,8 @@ class _Problem:
         return collapse_bound(system, answer.y) >= most
 
     def _posed(self, system: EquilibriumSystem, way: int) -> EquilibriumSystem:
-        """The system with the loads, and the friction, of one way of gravity."""
-        posed = replace(system, p=self._load(way).ravel() / system.force_unit)
-        return replace(posed, mu=_faces_mu(self.joints.values(), self.structure.friction)) if way == 0 else posed
+        """The system with the loads of one way of gravity."""
+        return replace(system, p=self._load(way).ravel() / system.force_unit)
 
     def _load(self, way: int) -> Floats:
         """(b, 6) N: weights, and forces in joints with stones that are not among these; moments over the unit."""
@@ -294,11 +290,9 @@ def _ways_down(lean: float) -> Floats:
     return np.concatenate([plumb, leaning])
 
 
-def _faces_mu(joints: Iterable[Joint], friction: float) -> Floats:
-    """(q,) friction about the contacts' normals that is friction of all faces that touch there."""
-    parts = [part for joint in joints for part in joint.parts if len(part.polygon)]
-    left = np.arctan(friction) - np.array([part.lean for part in parts]) - CURVED
-    return np.repeat(np.tan(np.maximum(left, 0.0)), [len(part.polygon) for part in parts])
+def _forces_at(part: Meeting) -> Floats:
+    """(q, 3) m: the corners of a face, and the middle of what stands for a point."""
+    return part.polygon.mean(axis=0)[None] if part.kind == "point" else part.polygon
 
 
 def _turned(part: Meeting) -> Meeting:
@@ -319,8 +313,8 @@ def _system(masses: Sequence[Mass], joints: Sequence[Joint], ends: Ints, frictio
     if not total:
         return None
     point = np.concatenate([joint.points for joint in joints])
-    parts = [part for joint in joints for part in joint.parts if len(part.polygon)]
-    normal = np.repeat([part.normal for part in parts], [len(part.polygon) for part in parts], axis=0)
+    parts = [part for joint in joints for part in joint.parts]
+    normal = np.repeat([part.normal for part in parts], [len(_forces_at(part)) for part in parts], axis=0)
     frame = frames_from_normals(normal)
     rows = np.repeat(ends, count, axis=0)
     unit = float(np.mean([mass.weight for mass in masses]))

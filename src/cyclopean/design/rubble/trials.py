@@ -14,13 +14,13 @@ import numpy as np
 
 from cyclopean.analysis import DENSITY
 from cyclopean.arrays import Floats
-from cyclopean.assembly.patches import Surface
 from cyclopean.design.rubble.choosing import Tipped, leaning
 from cyclopean.design.rubble.dressing import Cut, dressed
 from cyclopean.design.rubble.features import Body
 from cyclopean.design.rubble.pinning import pins_under
 from cyclopean.design.rubble.seating import heyman_margin, seat
 from cyclopean.design.rubble.standing import GRAVITY, Fresh, Mass, State
+from cyclopean.design.rubble.touching import TOUCH
 from cyclopean.design.rubble.wall import OVERLAP
 
 if TYPE_CHECKING:
@@ -107,8 +107,7 @@ def seated(
     lies = body.moved(found.rotation, found.shift)
     if not site.within(lies, ceiling):
         return OUT
-    near = site.near(lies.low, lies.high, site.structure.touch)
-    fresh = fresh_of(site, stone, lies, near, beside)
+    fresh = fresh_of(site, stone, lies, beside)
     margin = heyman_margin(fresh.bearing, lies.centroid)
     if not (margin > 0.0 and margin >= wanted):
         return ROCKS
@@ -122,7 +121,7 @@ def put_down(site: "Site", tipped: Tipped) -> Seated:
     pose = _pose(site, tipped)
     found = seat(body, *pose, _placed(site, body, pose))
     lies = body.moved(found.rotation, found.shift)
-    fresh = fresh_of(site, lying.stone, lies, site.near(lies.low, lies.high, site.structure.touch))
+    fresh = fresh_of(site, lying.stone, lies)
     return Seated(lying.stone, found.rotation, found.shift, lies, fresh, found.margin, found.overlap)
 
 
@@ -142,12 +141,12 @@ def _placed(site: "Site", body: Body, pose: tuple[Floats, Floats], beside: Seque
     return [site.stood[k] for k in near] + [one.body for one in beside]
 
 
-def fresh_of(site: "Site", stone: int, body: Body, near: Sequence[int], beside: Sequence[Seated] = ()) -> Fresh:
+def fresh_of(site: "Site", stone: int, body: Body, beside: Sequence[Seated] = ()) -> Fresh:
     """A stone where it lies, with all its joints."""
     density = site.stones[stone].density or DENSITY
     mass = Mass(body.centroid, body.volume, density * body.volume * GRAVITY)
-    surface = Surface.of(body.vertices[body.triangles])
-    return site.structure.fresh(mass, surface, near, [one.fresh.surface for one in beside])
+    near = site.near(body.low, body.high, TOUCH * float(np.cbrt(body.volume)))
+    return site.structure.fresh(mass, body, near, [one.body for one in beside])
 
 
 def _pinned(site: "Site", stone: int, pose: tuple[Floats, Floats], ceiling: float) -> tuple[Seated, ...]:

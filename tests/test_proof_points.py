@@ -1,0 +1,229 @@
+"""Contacts at points: corners on faces, edges across edges, and what is neither.
+
+By hand: a stool of four legs, a block whose underside is hollow, stands on its corners. Forces there are in the cones
+about the normal of the ground, however steep the hollow is; a roof that stands ridge on ridge, crossed, has the normal
+of both ridges.
+Mutants killed: the highest corner not asked for; the distance from it; which side of it is outside; a level edge; that
+edges cross; the normal that two edges have; a corner on both sides; friction about anything but the contact's normal.
+"""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cyclopean.proof import verify
+from laws import examples
+from test_proof_checker import GROUND, RHO, G, box, contact, level, mechanism, sealed, state
+from test_proof_solids import extruded
+
+TOLERANCE = 1e-6
+R = 1e-7  # radius of a triangle that stands for a point
+
+
+def speck(x, y, z, normal=(0.0, 0.0, 1.0), radius=R):
+    """A triangle about a point, counter-clockwise about a normal that leans from the vertical in x or y only."""
+    nx, ny, nz = normal
+    corners = [(radius * math.cos(t), radius * math.sin(t)) for t in (0.0, 2.0 * math.pi / 3.0, 4.0 * math.pi / 3.0)]
+    return [[x + u, y + v, z - (nx * u + ny * v) / nz] for u, v in corners]
+
+
+def at(a, b, polygon, mu=0.5):
+    return contact(a, b, polygon, mu) | {"surface": "point"}
+
+
+def stool(rise, low=(-1.0, -1.0), high=(1.0, 1.0), up=1):
+    """A block 1 m high whose underside rises to its middle; its volume is that of a box less a pyramid."""
+    (x, y), (X, Y) = low, high
+    bottom = [[x, y, 0.0], [X, y, 0.0], [X, Y, 0.0], [x, Y, 0.0]]
+    top = [[px, py, 1.0] for px, py, _ in bottom]
+    faces = [[(k + 1) % 4, k, 8] for k in range(4)] + [[k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k] for k in range(4)]
+    middle = [(x + X) / 2.0, (y + Y) / 2.0, rise]
+    block = {"id": "stool", "vertices": [*bottom, *top, middle], "faces": [*faces, [4, 5, 6, 7]]}
+    return block | {"density": RHO, "fixed": False}
+
+
+def standing(rise, side, mu, share=1.0, surface="point"):
+    """A stool on its corners, under gravity of which a share goes sideways along x; forces as they have to be.
+
+    Centre of mass: box of 4 m3 at 0.5, less a pyramid of 4/3 rise at a quarter of its height.
+    """
+    hollow = 4.0 * rise / 3.0
+    volume, height = 4.0 - hollow, (2.0 - hollow * rise / 4.0) / (4.0 - hollow)
+    weight = RHO * volume * G
+    tip = side * weight * height / 4.0  # on each pair of corners, 2 m apart: moment over twice the lever
+    ups = [weight / 4.0 + sign * tip for sign in (-1, 1, 1, -1)]
+    joints, forces = [], []
+    for (x, y), up in zip([(-1, -1), (1, -1), (1, 1), (-1, 1)], ups, strict=True):
+        joints.append(at("ground", "stool", speck(x, y, 0.0), mu) | {"surface": surface})
+        forces += [[-share * side * up / 3.0, 0.0, up / 3.0]] * 3
+    return state([GROUND, stool(rise)], joints, forces, gravity=(side * G, 0.0, -G), tolerance=TOLERANCE)
+
+
+def said(joint, blocks):
+    """What is wrong with a contact, which is looked at before the motion that it is given with."""
+    blocks = [block | {"fixed": block is not blocks[-1]} for block in blocks]
+    return verify(mechanism(blocks, [joint], {blocks[-1]["id"]: [0, 0, -1, 0, 0, 0]}, tolerance=TOLERANCE)).reason
+
+
+@pytest.mark.parametrize("rise", [0.02, 0.2, 0.6])
+def test_a_stool_stands_on_its_corners(rise):
+    """The faces of a hollow of 0.02 lean by a degree, of 0.2 by 11, of 0.6 by 31: only the ground's normal counts."""
+    report = verify(standing(rise, 0.0, 0.5))
+    assert report.proved, report.reason
+    assert "4 of them at corners and edges" in report.claim
+    assert verify(standing(rise, 0.3, 0.31)).proved
+    assert "leaves the friction cone" in verify(standing(rise, 0.3, 0.29)).reason
+
+
+def test_a_contact_has_to_say_that_it_is_a_point():
+    certificate = standing(0.6, 0.0, 0.5)
+    for surface in (None, "rough"):
+        joints = [{k: v for k, v in joint.items() if k != "surface"} for joint in certificate["contacts"]]
+        joints = [joint | ({"surface": surface} if surface else {}) for joint in joints]
+        assert not verify(sealed({**certificate, "contacts": joints})).proved
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "z", "wrong"),
+    [
+        (-1.0, -1.0, 0.0, None),
+        (-1.0, -1.0 + 4e-6, 0.0, None),  # on the edge to the next corner, which is level
+        (-1.0 + 4e-6, -1.0 + 4e-6, 0.0, "not on a face of its block b"),  # under the hollow
+        (-1.0, -1.0, 4e-6, "not on a face of its block a"),
+        (-1.0, -1.0 - 4e-6, 0.0, "not on a face of its block b"),
+        (0.0, 0.0, 0.2, "not on a face of its block a"),  # the top of the hollow
+    ],
+)
+def test_where_a_corner_is(x, y, z, wrong):
+    reason = said(at("ground", "stool", speck(x, y, z)), [GROUND, stool(0.2)])
+    assert (wrong or "might hold") in reason
+
+
+@pytest.mark.parametrize(("lean", "good"), [(0.0, True), (0.0009, True), (0.0011, False), (0.1, False)])
+def test_the_normal_is_that_of_the_face(lean, good):
+    reason = said(at("ground", "stool", speck(-1.0, -1.0, 0.0, (lean, 0.0, 1.0))), [GROUND, stool(0.2)])
+    assert ("might hold" in reason) is good
+
+
+def test_faces_that_lie_on_each_other_are_no_points():
+    """Or a contact too narrow to be one could call itself a point: two cubes side by side, one a hair further up."""
+    cube = box("cube", [-0.5, -0.5, 0], [0.5, 0.5, 1])
+    assert "no corner or edge" in said(at("ground", "cube", speck(0.0, 0.0, 0.0)), [GROUND, cube])
+    assert "might hold" in said(at("ground", "cube", speck(0.5, 0.5, 0.0)), [GROUND, cube])
+    assert "might hold" in said(contact("ground", "cube", level(-0.5, -0.5, 0.5, 0.5)), [GROUND, cube])
+
+
+def test_a_pit_is_no_corner():
+    """The apex of a pit from below is its highest point, but there is stone above it: what lies in it does not rest."""
+    pit = stool(0.5)
+    above = box("above", [-0.1, -0.1, 0.5], [0.1, 0.1, 0.9])
+    assert "not on a face of its block a" in said(at("stool", "above", speck(0.0, 0.0, 0.5)), [pit, above])
+
+
+def test_a_slanting_notch_is_no_corner():
+    """The end of a notch from the side is higher than all of its walls, of which one looks up: stone is above it."""
+    box_corners = [[x, y, z] for x in (-1.0, 1.0) for y, z in ((-1, 0), (1, 0), (1, 1), (-1, 1))]
+    mouth = [[1.0, -0.5, 0.45], [1.0, 0.5, 0.45], [1.0, 0.0, 0.2]]
+    plain = [[0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    around = [[4, 5, 10], [5, 9, 10], [5, 6, 9], [6, 8, 9], [6, 7, 8], [7, 4, 8], [4, 10, 8]]
+    walls = [[8, 11, 9], [9, 11, 10], [10, 11, 8]]
+    notched = {"id": "notched", "vertices": [*box_corners, *mouth, [0.0, 0.0, 0.5]], "faces": [*plain, *around, *walls]}
+    above = box("above", [-0.1, -0.1, 0.5], [0.1, 0.1, 0.9])
+    reason = said(at("notched", "above", speck(0.0, 0.0, 0.5)), [notched | {"density": RHO, "fixed": True}, above])
+    assert "not on a face of its block a" in reason
+
+
+def test_another_corner_is_lower():
+    block = stool(0.2)
+    block["vertices"][1][2] = -0.01
+    assert "not on a face of its block b" in said(at("ground", "stool", speck(-1.0, -1.0, 0.0)), [GROUND, block])
+
+
+def test_the_ridge_of_a_blade_is_not_at_its_middle():
+    """Both of its sides are within the tolerance of its middle plane, and meet in the ridge, half a metre above."""
+    vertices, faces = extruded([(2.5e-7, 0), (0, 1), (-2.5e-7, 0)], -2, 2)
+    blade = {"id": "blade", "vertices": [list(map(float, p)) for p in vertices], "faces": faces, "density": RHO}
+    above = box("above", [-0.1, -0.1, 0.5], [0.1, 0.1, 0.9])
+    reason = said(at("blade", "above", speck(0.0, 0.0, 0.5)), [blade | {"fixed": True}, above])
+    assert "not on a face of its block a" in reason
+
+
+def ridges(turn, rise=1.0, lean=0.0, low=0.0):
+    """A roof on the ground with its ridge along y, and one upside down on it, turned about the vertical."""
+    below, faces = extruded([(1, 0), (0, rise), (-1, 0)], -2, 2)
+    c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    above = [[c * x - s * y, s * x + c * y, 2.0 * rise - z + low] for x, y, z in below]
+    turned = [face[::-1] for face in faces]
+    roofs = [
+        {"id": name, "vertices": [list(map(float, p)) for p in vertices], "faces": some, "density": RHO, "fixed": fixed}
+        for name, vertices, some, fixed in (("below", below, faces, True), ("above", above, turned, False))
+    ]
+    return at("below", "above", speck(0.0, 0.0, rise, (lean, 0.0, 1.0))), roofs
+
+
+def test_ridge_on_ridge():
+    joint, roofs = ridges(90.0)
+    weight = RHO * 4.0 * G
+    report = verify(state(roofs, [joint], [[0.0, 0.0, weight / 3.0]] * 3, tolerance=TOLERANCE))
+    assert report.proved, report.reason
+
+
+@pytest.mark.parametrize(
+    ("turn", "lean", "low", "wrong"),
+    [
+        (90.0, 0.0, 0.0, None),
+        (30.0, 0.0, 0.0, None),
+        (4.0, 0.0, 0.0, "nor on edges that cross"),
+        (0.0, 0.0, 0.0, "nor on edges that cross"),
+        (90.0, 0.002, 0.0, "not on a face of its block b"),  # its edge is not level then
+        (30.0, 0.0015, 0.0, "leans from the plane"),
+        (90.0, 0.0, 1e-5, "not on a face of its block b"),
+    ],
+)
+def test_edges_have_to_cross_and_the_normal_is_theirs(turn, lean, low, wrong):
+    joint, roofs = ridges(turn, lean=lean, low=low)
+    assert (wrong or "might hold") in said(joint, roofs)
+
+
+@pytest.mark.parametrize(("fall", "good"), [(0.0, True), (0.0005, True), (0.003, False)])
+def test_an_edge_on_a_face_is_level(fall, good):
+    """A roof upside down, its ridge on the ground, one end of it raised."""
+    _, (_, roof) = ridges(0.0)
+    roof["vertices"] = [[x, y, z - 1.0 + fall * (y + 2.0)] for x, y, z in roof["vertices"]]
+    ground = box("ground", [-4, -4, -1], [4, 4, 2 * fall])
+    reason = said(at("ground", "above", speck(0.0, 0.0, 2.0 * fall)), [ground, roof])
+    assert ("might hold" in reason) is good
+
+
+def test_corners_of_both_blocks_have_no_plane():
+    below, above = stool(0.2), stool(0.2)
+    below |= {"id": "below", "vertices": [[x, y, -z] for x, y, z in below["vertices"]]}
+    below["faces"] = [face[::-1] for face in below["faces"]]
+    assert "no face that looks along it" in said(at("below", "stool", speck(-1.0, -1.0, 0.0)), [below, above])
+
+
+@settings(max_examples=examples(25), deadline=None)
+@given(
+    rise=st.floats(0.01, 0.8),
+    turn=st.floats(0.0, 360.0),
+    scale=st.sampled_from([1e-2, 1.0, 1e2]),
+    away=st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)),
+)
+def test_where_it_stands_and_how_large_it_is_changes_nothing(rise, turn, scale, away):
+    certificate = standing(rise, 0.0, 0.5)
+    c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+
+    def moved(point):
+        x, y, z = (scale * value for value in point)
+        shifted = [c * x - s * y + scale * away[0], s * x + c * y + scale * away[1], z]
+        return [value if abs(value) > 1e-100 else 0.0 for value in shifted]
+
+    blocks = [block | {"vertices": [moved(p) for p in block["vertices"]]} for block in certificate["blocks"]]
+    joints = [joint | {"polygon": [moved(p) for p in joint["polygon"]]} for joint in certificate["contacts"]]
+    forces = [[scale**3 * f for f in force] for force in certificate["forces"]]
+    report = verify(
+        sealed({**certificate, "blocks": blocks, "contacts": joints, "forces": forces, "tolerance": scale * TOLERANCE})
+    )
+    assert report.proved, report.reason

@@ -1,0 +1,111 @@
+"""Where polyhedra touch: by hand, from either side, and as the certificate checker wants it.
+
+By hand: a cube that overhangs another lies on what they share; a prism with an edge down touches with the ends of the
+edge that are over the face, and where it leaves the face; of two ridges that cross, one point.
+Mutants killed: the gap of the larger body; a corner that others are lower than; points of one plane that are not one
+face; the normal of the wrong body.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cyclopean.analysis import Settings, check
+from cyclopean.assembly import Assembly, Block
+from cyclopean.assembly.patches import gathered
+from cyclopean.design.rubble.features import body_of
+from cyclopean.design.rubble.seating import seat
+from cyclopean.design.rubble.touching import TOUCH, touching
+from fixtures_stones import boulder, box, rotation
+from laws import examples
+
+GROUND = body_of(*box(8.0, 8.0, 1.0, at=(-4.0, -4.0, -1.0)))
+
+
+def prism(long=1.0, at=(0.0, 0.0, 0.0)):
+    """A bar of 45 degrees with its edge down, along x."""
+    vertices, triangles = box(long, 1.0, 1.0, at=(-long / 2.0, -0.5, -0.5))
+    c = np.sqrt(0.5)
+    turned = vertices @ np.array([[1.0, 0.0, 0.0], [0.0, c, -c], [0.0, c, c]]).T
+    return body_of(turned + np.array([0.0, 0.0, c]) + np.array(at), triangles)
+
+
+def points(parts):
+    return sorted(tuple(np.round(part.polygon.mean(axis=0), 6) + 0.0) for part in parts)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_a_cube_that_overhangs_lies_on_what_they_share(turn):
+    c, s = np.cos(turn), np.sin(turn)
+    spin = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    (vertices, triangles), (above, _) = (
+        box(2.0, 2.0, 1.0, at=(-1.0, -1.0, 0.0)),
+        box(1.0, 1.0, 1.0, at=(0.4, -0.5, 1.0)),
+    )
+    (part,) = touching(body_of(above @ spin.T, triangles), [body_of(vertices @ spin.T, triangles)])[0]
+    assert part.kind == "flat"
+    assert part.touching == pytest.approx(0.6, rel=1e-9)
+    assert part.normal == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+
+
+def test_an_edge_touches_at_its_ends():
+    """One end is over the face; the other is beyond it, and the edge leaves the face at 0.5."""
+    below = body_of(*box(1.0, 1.0, 1.0, at=(-0.5, -0.5, -1.0)))
+    parts = touching(prism(1.0, (0.3, 0.0, 0.0)), [below])[0]
+    assert {part.kind for part in parts} == {"point"}
+    assert points(parts) == [(-0.2, 0.0, 0.0), (0.5, 0.0, 0.0)]
+    for part in parts:
+        assert part.normal == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+
+
+def test_ridges_that_cross_touch_at_a_point():
+    below = prism(3.0)
+    spin = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    above = below.moved(spin, [0.1, 0.2, np.sqrt(2.0)])
+    parts = touching(above, [below])[0]
+    assert points(parts) == [(0.1, 0.0, np.round(np.sqrt(2.0), 6))]
+    assert parts[0].normal == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+
+
+@pytest.mark.parametrize(("gap", "count"), [(0.5, 1), (2.0, 0)])
+def test_the_gap_is_that_of_the_smaller_body(gap, count):
+    pebble = body_of(*box(0.1, 0.1, 0.1, at=(0.0, 0.0, gap * 0.1 * TOUCH)))
+    assert len(touching(pebble, [GROUND])[0]) == count
+    assert len(touching(GROUND, [pebble])[0]) == count
+
+
+def test_bodies_that_are_apart_do_not_touch():
+    away = body_of(*box(1.0, 1.0, 1.0, at=(9.0, 0.0, 0.0)))
+    assert touching(away, [GROUND, prism()]) == [(), ()]
+    assert touching(away, []) == []
+
+
+@settings(max_examples=examples(12), deadline=None)
+@given(seed=st.integers(0, 10**6), ratio=st.sampled_from([0.15, 0.5, 1.0]))
+def test_what_touches_does_so_from_either_side_and_a_proof_takes_it(seed, ratio):
+    """A boulder at rest on another one and on the ground; of either size."""
+    draw = np.random.default_rng(seed)
+    lower = body_of(*boulder(seed)).moved(rotation(seed), [0.0, 0.0, 2.0])
+    first = seat(lower, np.eye(3), np.zeros(3), (GROUND,), None)
+    lower = lower.moved(first.rotation, first.shift)
+    vertices, triangles = boulder(seed + 1)
+    upper = body_of(ratio * vertices, triangles)
+    drop = [*draw.uniform(-0.5, 0.5, 2), float(lower.high[2]) + 1.0]
+    rest = seat(upper, rotation(seed + 1), drop, (lower, GROUND), None)
+    upper = upper.moved(rest.rotation, rest.shift)
+    parts = touching(upper, [lower])[0]
+    back = touching(lower, [upper])[0]
+    assert points(parts) == points(back)
+    ahead = sorted(tuple(np.round(part.normal, 6) + 0.0) for part in parts)
+    assert ahead == sorted(tuple(np.round(-part.normal, 6) + 0.0) for part in back)
+    bodies = (GROUND, lower, upper)
+    found = {(0, 1): touching(lower, [GROUND])[0], (0, 2): touching(upper, [GROUND])[0], (1, 2): parts}
+    contacts, _ = gathered({pair: parts for pair, parts in found.items() if parts})
+    blocks = [
+        Block(f"b{k}", b.vertices, tuple(map(tuple, b.triangles.tolist())), None, k == 0) for k, b in enumerate(bodies)
+    ]
+    result = check(Assembly(tuple(blocks), contacts, ()), Settings(method="rbe", mu=0.6, seconds=20.0))
+    assert result.verdict in ("stable", "unstable")
+    assert "refused" not in result.provenance
+    assert result.certificate is not None
