@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cyclopean.design.rubble.choosing import Looks, chosen, closed
 from cyclopean.design.rubble.orientations import bedded
-from cyclopean.design.rubble.places import FULL, Places, Scores, swept
+from cyclopean.design.rubble.places import FULL, Places, Scores, let_down, swept
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.errors import InputError
 
@@ -25,7 +25,11 @@ def test_rest_heights_are_those_of_the_plain_definition(seed):
     low[1, 1] = np.inf
     cells = np.argwhere(low < np.inf)
     ring = np.array([[3, 0], [3, 1]])
-    rest, gap, beside = swept(ground, cells, low[cells[:, 0], cells[:, 1]], ring, (6, 6))
+    under = low[cells[:, 0], cells[:, 1]]
+    rest, gap, beside = swept(ground, cells, under, ring, (6, 6))
+    some = np.array([[0, 5], [4, 2], [5, 0]])
+    for told, every in zip(let_down(ground, cells, under, ring, some), (rest, gap, beside), strict=True):
+        assert told == pytest.approx(every[some[:, 0], some[:, 1]], abs=1e-6)
     for i in range(6):
         for j in range(6):
             high = max(ground[i + a, j + b] - low[a, b] for a, b in cells)
@@ -44,15 +48,18 @@ def test_what_is_kept_is_what_is_found_anew():
     ground = draw.uniform(0.0, 0.1, (80, 14))
     room = np.full(ground.shape, np.inf)
     stones = [bedded(k, stone, 4, CELL) for k, stone in enumerate(quarry(3, 4, detail=1))]
-    kept = Places(0, room, CELL, UNIT, Scores())
+    kept, found = Places(0, room, CELL, UNIT, Scores()), []
     for _ in range(8):
         anew = Places(0, room, CELL, UNIT, Scores())
-        first = told(kept.best(ground, stones, 1.0))
-        assert first == told(anew.best(ground, stones, 1.0))
-        assert first
+        ceiling = float(draw.uniform(0.25, 0.6))  # it may rise, and few places are below it
+        kept.forget()
+        first = told(kept.best(ground, stones, ceiling))
+        assert first == told(anew.best(ground, stones, ceiling))
+        found.append(len(first))
         i = int(draw.integers(0, 70))
         ground[i : i + 6, 2:8] += draw.uniform(0.0, 0.1)
         kept.changed((i, 2, i + 6, 8))
+    assert max(found) > 2 * min(found)
 
 
 def test_a_place_tried_in_vain_is_not_offered_until_something_is_laid_near():

@@ -4,7 +4,8 @@ A stone let down onto a map of heights m comes to rest, at a shift by whole cell
 
     z = max over its cells of (m - low).
 
-All shifts are tried at once, and again only where the map has changed. What speaks against a place at this first look
+All shifts are tried at once, and again only where the map has changed: by a few of the stone's cells first, which tell
+of most places that it would be above the ceiling there. What speaks against a place at this first look
 is the gap under the stone over its volume, its height, and the want of neighbours at its sides. Of each stone only the
 best places are kept, for a closer look (`choosing`). Places where a stone was tried in vain are not offered again until
 something is laid near them.
@@ -17,6 +18,7 @@ By hand: a block of two cells over a map (0, 1, 0) rests at 1 in both places, wi
 ([1.0, 1.0], [1.0, 1.0])
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -36,6 +38,7 @@ Box = tuple[int, int, int, int]  # first cell along and across, and the ones aft
 FULL = 1e6  # m: height of the map where there is no wall
 EACH, APART = 5, 3  # places of one orientation that are looked at, and cells by which they differ
 PER_STONE, TWICE = 6, 2  # places of one stone that are looked at, and of these at about the same spot
+FEW = 16  # cells of a stone that tell that it is above the ceiling, at most places
 AROUND = 24  # best places of an orientation among which such are found
 
 
@@ -97,12 +100,25 @@ def swept(
         Height at which it rests (m), sum of the gaps under its cells (m), share of the ring as high as its middle.
     """
     view = np.lib.stride_tricks.sliding_window_view(padded, count)
-    space = view[cells[:, 0] + start[0], cells[:, 1] + start[1]]
-    np.subtract(space, under[:, None, None], out=space)
+    cells, ring = cells + start, ring + start
+    return _measured(view[cells[:, 0], cells[:, 1]], under[:, None, None], view[ring[:, 0], ring[:, 1]])
+
+
+def let_down(
+    padded: Heights, cells: Ints, under: Heights, ring: Ints, places: Ints
+) -> tuple[Heights, Heights, Heights]:
+    """The same as `swept`, at some (p, 2) places: (p,) arrays."""
+    row = np.array([padded.shape[1], 1])
+    flat, at = padded.reshape(-1), places @ row
+    return _measured(flat[(cells @ row)[:, None] + at], under[:, None], flat[(ring @ row)[:, None] + at])
+
+
+def _measured(space: Heights, under: Heights, around: Heights) -> tuple[Heights, Heights, Heights]:
+    """What `swept` tells, of the map under and around a stone (k, ...), (r, ...) at some places."""
+    np.subtract(space, under, out=space)
     rest = space.max(axis=0)
-    gap = len(cells) * rest - space.sum(axis=0)
-    around = view[ring[:, 0] + start[0], ring[:, 1] + start[1]] >= rest
-    return rest, gap, around.sum(axis=0, dtype=np.float32) / max(len(ring), 1)
+    gap = len(space) * rest - space.sum(axis=0)
+    return rest, gap, (around >= rest).sum(axis=0, dtype=np.float32) / max(len(around), 1)
 
 
 class _Known:
@@ -119,6 +135,7 @@ class _Known:
         self.most = view[cells[:, 0], cells[:, 1]].min(axis=0)  # m: height up to which all its cells are in the wall
         self.dirty: list[Box] = [(0, 0, *shape)]
         self.vain = np.zeros(self.count, bool)
+        self.loose = np.zeros(self.count, bool)  # where it does not rest lower than is written, but no more is known
         self.best: list[tuple[float, int, int]] | None = None
 
 
@@ -185,18 +202,28 @@ class Places:
         self._swept(known, padded)
         if known.best is None:
             limit = np.minimum(np.float32(ceiling - lying.top), known.most)
-            cost = np.where(known.vain | (known.rest > limit), np.float32(np.inf), known.cost).reshape(-1)
-            near = np.argpartition(cost, min(AROUND, cost.size - 1))[:AROUND]
-            near = near[np.lexsort((near, cost[near]))]
-            best: list[tuple[float, int, int]] = []
-            for value, at in zip(cost[near].tolist(), near.tolist(), strict=True):
-                i, j = divmod(at, known.count[1])
-                if not value < np.inf or len(best) == EACH:
-                    break
-                if all(max(abs(i - a), abs(j - b)) >= APART for _, a, b in best):
-                    best.append((value, i, j))
-            known.best = best
+            low = known.rest <= limit
+            if (low & known.loose).any():
+                self._let_down(known, padded, np.argwhere(low & known.loose))
+                low = known.rest <= limit
+            low &= ~known.vain
+            known.best = self._apart(np.where(low, known.cost, np.float32(np.inf))) if low.any() else []
         return known.best
+
+    @staticmethod
+    def _apart(cost: Heights) -> list[tuple[float, int, int]]:
+        """The places of least cost that are some cells apart."""
+        flat = cost.reshape(-1)
+        near = np.argpartition(flat, min(AROUND, flat.size - 1))[:AROUND]
+        near = near[np.lexsort((near, flat[near]))]
+        best: list[tuple[float, int, int]] = []
+        for value, at in zip(flat[near].tolist(), near.tolist(), strict=True):
+            i, j = divmod(at, cost.shape[1])
+            if not value < np.inf or len(best) == EACH:
+                break
+            if all(max(abs(i - a), abs(j - b)) >= APART for _, a, b in best):
+                best.append((value, i, j))
+        return best
 
     @property
     def part(self) -> slice:
@@ -229,25 +256,31 @@ class Places:
         return self.known[lying]
 
     def _swept(self, known: _Known, padded: Heights) -> None:
-        """Try all places again where the map has changed."""
-        lying = known.lying
-        (w, d), (n, m) = lying.raster.low.shape, known.count
-        cells, under = lying.cells
-        area = np.float32(self.cell**2 / (lying.volume))
+        """Where the map has changed, find out how high the stone rests at least: by few of its cells."""
+        (w, d), (n, m) = known.lying.raster.low.shape, known.count
+        cells, under = known.lying.cells
+        step = math.ceil(len(cells) / FEW)
+        cells, under = cells[::step] + 1, under[::step]
         for x0, y0, x1, y1 in _merged(known.dirty):
             a, b, c, e = max(0, x0 - w), min(n, x1 + 1), max(0, y0 - d), min(m, y1 + 1)
             if b > a and e > c:
-                rest, gap, beside = swept(padded, cells + 1, under, lying.ring + 1, (b - a, e - c), (a, c))
-                known.rest[a:b, c:e] = rest
-                s = self.scores
-                known.cost[a:b, c:e] = (
-                    np.float32(s.gap) * area * gap
-                    + np.float32(s.height / self.unit) * rest
-                    - np.float32(s.beside) * beside
-                )
+                view = np.lib.stride_tricks.sliding_window_view(padded, (b - a, e - c))
+                known.rest[a:b, c:e] = (view[cells[:, 0] + a, cells[:, 1] + c] - under[:, None, None]).max(axis=0)
+                known.loose[a:b, c:e] = True
                 known.vain[a:b, c:e] = False
         if known.dirty:
             known.dirty, known.best = [], None
+
+    def _let_down(self, known: _Known, padded: Heights, places: Ints) -> None:
+        """Let the stone down at some places (p, 2)."""
+        lying, s, at = known.lying, self.scores, (places[:, 0], places[:, 1])
+        cells, under = lying.cells
+        rest, gap, beside = let_down(padded, cells + 1, under, lying.ring + 1, places)
+        known.rest[at], known.loose[at] = rest, False
+        area = np.float32(self.cell**2 / (lying.volume))
+        known.cost[at] = (
+            np.float32(s.gap) * area * gap + np.float32(s.height / self.unit) * rest - np.float32(s.beside) * beside
+        )
 
     def _kept(self, orientations: Sequence[Bedded], mine: Sequence[tuple[float, int, int, int]]) -> list[Place]:
         """The best places of one stone, no more than two at about one spot."""
