@@ -1,7 +1,8 @@
 """A wall of rubble as SVG: from its four sides, from above, cut through, and course by course; stones as they are.
 
 The shading is a picture of pixels from a depth buffer (`relief`), with shade in joints; outlines, numbers and
-dimensions are vectors above it, so that they stay sharp in print. Triangles as vectors take twice the bytes.
+dimensions are vectors above it, so that they stay sharp in print. Triangles as vectors would have no
+shade in joints.
 
 >>> import numpy as np
 >>> from cyclopean.assembly import Assembly, Block

@@ -2,10 +2,8 @@
 
 A stone is let down a little into what lies below it. Wherever it would then stand in another stone, or in the ground,
 one plane takes off all that does, and it takes the stone's whole side beyond it, for a flat reaches from edge to edge.
-So its direction matters: of many, the one that takes least. On 112 places where quarry stones stood 2 and 5 % of
-their size deep, planes square to the thinnest direction of a place took 3.0 and 4.5 % of the stone, the least ones 0.5
-and 1.4 %.
-Planes that are nearly parallel become one, for a mason works one bed where one will do.
+So its direction matters: of many, the one that takes least. A plane square to the thinnest direction of a place may
+take more. Planes that are nearly parallel become one, for a mason works one bed where one will do.
 
 By hand: a box of 2 x 1 x 1 stands 1 cm deep in a table of the same size. One level cut takes 1 cm off its foot.
 
