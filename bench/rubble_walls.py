@@ -174,17 +174,16 @@ def table(asked: argparse.Namespace) -> None:
 
 def dressing(asked: argparse.Namespace) -> None:
     """Lay walls with every share of dressing; print void, Lambda and stones laid, and draw those of the quarry."""
-    shares = asked.dress.split(",")
     several = [[replace(quarried(int(asked.quarry), k, asked.keep), asked=ONE) for k in range(asked.seeds)]]
     several += [[benchmark(asked.stones)]] if asked.stones else []
     for k, alike in enumerate(several):
         print(f"{alike[0].name}{f' to {asked.seeds - 1}' if len(alike) > 1 else ''}: void A, Lambda, stones laid")
         rows = []
-        for share in shares:
+        for share in asked.dress.split(","):
             found = [laid(stock, share, asked.keep, asked.workers).figures for stock in alike]
             void, imposition, count = np.mean(found, axis=0).tolist()
             print(f"{share:>6} {void:6.3f} {imposition:7.4f} {count:6.1f}   {[n for *_, n in found]}", flush=True)
-            rows.append((float(share), void, imposition))
+            rows += [(float(share), void, imposition) for void, imposition, _ in found]
         if not k:
             asked.svg.write_text(dressing_svg(rows) + "\n", encoding="utf-8")
 

@@ -177,5 +177,7 @@ def test_let_down_shares_the_volume_or_stops_at_the_cap(gap, volume):
 def test_the_figure_of_void_and_lambda():
     drawn = dressing_svg([(0.1, 0.4, 0.06), (0.0, 0.5, 0.0), (0.03, 0.45, 0.02)])
     assert drawn.index(">0 %<") < drawn.index(">3 %<") < drawn.index(">10 %<")
-    assert (drawn.count("<circle"), ">0.400<" in drawn, ">0.060<" in drawn) == (6, True, True)
+    assert (drawn.count("<circle"), ">40.0<" in drawn, ">6.0<" in drawn) == (6, True, True)
+    several = dressing_svg([(0.0, 0.5, 0.0), (0.0, 0.6, 0.0), (0.1, 0.4, 0.05)])
+    assert (several.count("<circle"), ">55.0<" in several) == (10, True)  # means of two places, and three walls
     assert dressing_svg([]) == ""
