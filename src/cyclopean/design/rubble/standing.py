@@ -34,7 +34,7 @@ __all__ = ["FRICTION", "GRAVITY", "Fresh", "Joint", "Mass", "State", "Structure"
 FRICTION = 0.6  # counted on: 31 degrees
 GRAVITY = 9.80665  # m/s2, standard
 BEARING = 0.25  # least upward component of the normal of a contact that bears a stone
-BALANCED = 1e-9  # of the weight: what forces may leave over
+BALANCED = 1e-7  # of the weight of a stone: what forces may leave over on it
 CAP = 30  # factorisations: most need six to ten, and few of those that stand more than twenty
 WIDE = 6.0  # sizes of a stone: within that along the wall, others help
 WEDGED = 0.8  # of all loads together: where forces must be larger, stones only hold by wedging (upright walls: 0.5)
@@ -238,7 +238,7 @@ class _Problem:
         if self.system is None or self.schur is None:
             return None
         system = self._posed(self.system, way)
-        f = _balanced(system, self.schur)
+        f = _balanced(system, self.schur, [stone.mass for stone in self.stones.values()])
         if f is None:
             return None
         world = np.einsum("qf,qfi->qi", f * system.force_unit, system.frame)
@@ -330,12 +330,15 @@ def _system(masses: Sequence[Mass], joints: Sequence[Joint], ends: Ints, frictio
     return EquilibriumSystem(free, used, *sides, mu, matrix, wrench.ravel(), unit, length)
 
 
-def _balanced(system: EquilibriumSystem, schur: Schur) -> Floats | None:
+def _balanced(system: EquilibriumSystem, schur: Schur, masses: Sequence[Mass]) -> Floats | None:
     """(q, 3) scaled forces in their cones that balance the loads; None where none were found."""
     try:
         answer = newton(system, schur, cap=CAP, lost=WEDGED)
     except (SolverError, np.linalg.LinAlgError):
         return None
     found = np.asarray(project_cones(answer.f, system.mu))
-    off = float(np.abs(system.residual(found)).max(initial=0.0))
-    return found if answer.word == "balanced" and off <= BALANCED * system.blocks else None
+    weight = np.array([mass.weight for mass in masses]) / system.force_unit
+    size = np.cbrt([mass.volume for mass in masses]) / system.length_unit
+    own = np.repeat(np.column_stack([weight, weight * size]), 3, axis=1)
+    balances = bool((np.abs(system.residual(found)) <= BALANCED * own.ravel()).all())
+    return found if answer.word == "balanced" and balances else None
