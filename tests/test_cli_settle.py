@@ -53,9 +53,10 @@ def test_the_wall_stands(run, quarry):
     assert "rubble wall: " in out
 
 
-def test_a_second_process_changes_nothing(run, quarry, tmp_path):
+@pytest.mark.parametrize("ways", [1, 2])
+def test_a_second_process_changes_nothing(run, quarry, tmp_path, ways):
     for count in (1, 2):
-        options = ("--length", 3, "--ways", 2, "--thickness", 0.9, "--workers", count, *QUICK)
+        options = ("--length", 3, "--ways", ways, "--thickness", 0.9, "--workers", count, *QUICK)
         assert run("settle", quarry, "--out", f"w{count}.json", *options)[0] == 0
     assert (tmp_path / "w1.json").read_bytes() == (tmp_path / "w2.json").read_bytes()
 

@@ -29,10 +29,12 @@ from numpy.typing import NDArray
 from cyclopean.arrays import Floats, Ints
 from cyclopean.design.options import not_negative
 from cyclopean.design.rubble.orientations import Bedded
+from cyclopean.design.rubble.sharing import Share
 
 __all__ = ["FULL", "Place", "Places", "Scores", "swept"]
 
 Heights: TypeAlias = NDArray[np.floating[Any]]  # m, in single precision where there are many
+Picked = tuple[float, int, int, int, float]  # cost, orientation, cells along and across, height at which it rests
 Box = tuple[int, int, int, int]  # first cell along and across, and the ones after the last
 
 FULL = 1e6  # m: height of the map where there is no wall
@@ -136,7 +138,7 @@ class _Known:
         self.dirty: list[Box] = [(0, 0, *shape)]
         self.vain = np.zeros(self.count, bool)
         self.loose = np.zeros(self.count, bool)  # where it does not rest lower than is written, but no more is known
-        self.best: list[tuple[float, int, int]] | None = None
+        self.best: list[tuple[float, int, int, float]] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -151,6 +153,7 @@ class Places:
     cell: float
     unit: float
     scores: Scores
+    share: Share = field(default_factory=Share)  # of the orientations, those that this process looks at
     known: dict[Bedded, _Known | None] = field(default_factory=dict)
 
     def changed(self, box: Box) -> None:
@@ -182,12 +185,17 @@ class Places:
         Where not all places are accepted, those that are not count as tried in vain.
         """
         padded = np.pad(ground[self.part].astype(np.float32), 1, constant_values=np.float32(FULL))
-        found: list[Place] = []
-        for orientations in stones:
-            mine: list[tuple[float, int, int, int]] = []
-            for k, lying in enumerate(orientations):
-                mine += [(cost, k, i, j) for cost, i, j in self._picked(lying, padded, ceiling)]
-            found += self._kept(orientations, sorted(mine))
+        own = [
+            (number, (cost, k, i, j, rest))
+            for number, orientations in enumerate(stones)
+            for k, lying in enumerate(orientations)
+            if self.share.mine(k)
+            for cost, i, j, rest in self._picked(lying, padded, ceiling)
+        ]
+        every: dict[int, list[Picked]] = {}
+        for number, one in sorted(one for some in self.share.both(own) for one in some):
+            every.setdefault(number, []).append(one)
+        found = [place for number, mine in every.items() for place in self._kept(stones[number], mine)]
         if accepts is not None:
             for place in found:
                 if not accepts(place):
@@ -195,7 +203,8 @@ class Places:
             found = [place for place in found if accepts(place)]
         return sorted(found, key=lambda place: place.cost)
 
-    def _picked(self, lying: Bedded, padded: Heights, ceiling: float) -> list[tuple[float, int, int]]:
+    def _picked(self, lying: Bedded, padded: Heights, ceiling: float) -> list[tuple[float, int, int, float]]:
+        """The best places of one orientation: their costs, cells, and heights at which it rests."""
         known = self._entry(lying)
         if known is None:
             return []
@@ -207,7 +216,8 @@ class Places:
                 self._let_down(known, padded, np.argwhere(low & known.loose))
                 low = known.rest <= limit
             low &= ~known.vain
-            known.best = self._apart(np.where(low, known.cost, np.float32(np.inf))) if low.any() else []
+            best = self._apart(np.where(low, known.cost, np.float32(np.inf))) if low.any() else []
+            known.best = [(cost, i, j, float(known.rest[i, j])) for cost, i, j in best]
         return known.best
 
     @staticmethod
@@ -282,19 +292,16 @@ class Places:
             np.float32(s.gap) * area * gap + np.float32(s.height / self.unit) * rest - np.float32(s.beside) * beside
         )
 
-    def _kept(self, orientations: Sequence[Bedded], mine: Sequence[tuple[float, int, int, int]]) -> list[Place]:
+    def _kept(self, orientations: Sequence[Bedded], mine: Sequence[Picked]) -> list[Place]:
         """The best places of one stone, no more than two at about one spot."""
         kept: list[tuple[float, float]] = []
         found: list[Place] = []
-        for cost, k, i, j in mine:
+        for cost, k, i, j, rest in mine:
             lying = orientations[k]
             corner = lying.raster.corner / self.cell
             x, y = i - float(corner[0]), j - float(corner[1])
             if sum(abs(x - a) < APART and abs(y - b) < APART for a, b in kept) < TWICE:
                 kept.append((x, y))
-                known = self.known[lying]
-                assert known is not None
-                rest = float(known.rest[i, j])
                 small = self.scores.size * float(np.log(lying.volume / self.unit**3))
                 found.append(Place(lying, (i + self.first, j), rest, cost - small))
             if len(found) == PER_STONE:

@@ -17,6 +17,7 @@ under another ceiling, and the best is kept: that with most stones, and of these
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -31,6 +32,7 @@ from cyclopean.design.rubble.choosing import Tipped, chosen
 from cyclopean.design.rubble.dressing import imposition
 from cyclopean.design.rubble.masons_rules import Faces, masons_rules
 from cyclopean.design.rubble.places import FULL, Place, Places
+from cyclopean.design.rubble.sharing import Share, shared
 from cyclopean.design.rubble.site import Progress, Site
 from cyclopean.design.rubble.trials import Trial, put_down, tried
 from cyclopean.design.rubble.wall import FEW, OVERLAP, Laid, Measures, RubbleWall, SettleSettings, filled_in
@@ -73,7 +75,7 @@ def settle(
     progress : callable, optional
         Told what goes on.
     executor : concurrent.futures.Executor, optional
-        Lays every other one of several walls. The wall is the same without it.
+        Lays every other one of several walls, or helps to lay a single one. The wall is the same without it.
     standing : Assembly, optional
         A wall that stands already, in the frame of this one, its ground fixed: it is gone on with. Stones that are in
         it by their ids count as used.
@@ -100,7 +102,9 @@ def settle(
     ways = 1 if advice or before.blocks else full.ways or 1
     elsewhere = {} if executor is None else {k: executor.submit(_laid, inventory, full, k) for k in range(1, ways, 2)}
     say = progress or _silent
-    here = {k: _laid(inventory, full, k, say, before, advice) for k in range(ways) if k not in elsewhere}
+    alone = ways > 1 or advice or before.blocks
+    with shared(None if alone else executor, _lay, inventory, full) as share:
+        here = {k: _laid(inventory, full, k, say, before, advice, share) for k in range(ways) if k not in elsewhere}
     walls = [elsewhere[k].result() if k in elsewhere else here[k] for k in range(ways)]
     best = min((wall for wall in walls if wall is not None), key=_rank, default=None)
     if best is None:
@@ -118,19 +122,27 @@ def _laid(
     say: Progress = _silent,
     before: AsBuilt = NOTHING,
     advice: int = 0,
+    share: Share | None = None,
 ) -> RubbleWall | None:
     """One wall; None where nothing can be laid."""
     site = Site(inventory.stones, settings, say, before)
     site.first = FIRST[way]
     following = _advised(site, advice) if advice else ()
     if not advice:
-        _build(site)
+        _build(site, share or Share())
     return _finished(site, following) if site.laid or before.blocks else None
+
+
+def _lay(inventory: Inventory, settings: SettleSettings, share: Share) -> None:
+    """Lay the same wall as another process does, to help it."""
+    site = Site(inventory.stones, settings, _silent)
+    site.first = FIRST[0]
+    _build(site, share)
 
 
 def _advised(site: Site, count: int) -> tuple[Laid, ...]:
     """The best stones to be laid next, of which the first is laid."""
-    parts, lift, found = _parts(site), COURSE * site.course, list[Trial]()
+    parts, lift, found = _parts(site, Share()), COURSE * site.course, list[Trial]()
     site.begin()
     while len(found) < count and _ceiling(site, lift) <= _highest(site) + LIFT * site.unit:
         course = lift // COURSE
@@ -159,9 +171,9 @@ def _rank(wall: RubbleWall) -> tuple[int, float]:
     return -sum(laid.stable for laid in wall.laid), wall.measures.void
 
 
-def _build(site: Site) -> None:
+def _build(site: Site, share: Share) -> None:
     """Lay stones under a rising ceiling until stones or room are used up; then the copes."""
-    parts = _parts(site)
+    parts = _parts(site, share)
     lift, begun = COURSE * site.course, -1
     while site.kept["stone"]:
         course = lift // COURSE
@@ -174,7 +186,7 @@ def _build(site: Site) -> None:
         _all(parts, Places.forget)
         _fill(site, parts, _body(site, ceiling, course, PATIENCE))
         if site.bridged():
-            parts = _parts(site)
+            parts = _parts(site, share)
             lintels = (site.kept.pop("lintel"),)
             _fill(site, parts, Round(ceiling + LIFT * site.unit, course, "lintel", lintels, site.bridges))
         if _ceiling(site, lift + 1) > _highest(site):
@@ -193,13 +205,13 @@ def _ceiling(site: Site, lift: int) -> float:
     return min((site.first + LIFT * risen) * site.unit, site.shape.height)
 
 
-def _parts(site: Site) -> list[Places]:
+def _parts(site: Site, share: Share) -> list[Places]:
     """The wall in parts that overlap by a stone: of a long one, one after the other is looked at."""
     n, long, shared = len(site.room), round(PART * site.unit / site.cell), round(SHARED * site.unit / site.cell)
     starts = range(0, max(n - long, 0) + 1, long - shared) if n > WHOLE * long else (0,)
     ends = [start + long for start in starts[:-1]] + [n]
     return [
-        Places(start, site.room[start:end], site.cell, site.unit, site.settings.scores)
+        Places(start, site.room[start:end], site.cell, site.unit, site.settings.scores, share)
         for start, end in zip(starts, ends, strict=True)
     ]
 
@@ -287,6 +299,7 @@ def _fill(site: Site, parts: Sequence[Places], work: Round) -> None:
             if trial is None:
                 break
             boxes = site.take(trial, work.course, work.role)
+            places.share.laid(trial.stones[-1].shift.tobytes())
             for other in parts:
                 for one, box in zip(trial.stones, boxes, strict=True):
                     other.used(one.stone)
@@ -308,10 +321,11 @@ def _next(site: Site, places: Places, work: Round) -> Trial | None:
         rounds += 1
         for start in range(0, len(found), LOOKED):
             good = _looked(site, places, found[start : start + LOOKED])
-            for tipped in good:
-                trial = tried(site, tipped, work.ceiling)
-                if trial is not None:
+            told = places.share.until(len(good), lambda k, good=good: tried(site, good[k], work.ceiling))  # type: ignore[misc]
+            for tipped, trial in zip(good, told, strict=False):
+                if not isinstance(trial, str):
                     return trial
+                site.why.setdefault(tipped.place.lying.stone, Counter())[trial] += 1
                 places.fail(tipped.place)
                 vain += 1
             if good:

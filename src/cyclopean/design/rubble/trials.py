@@ -5,7 +5,6 @@ the faces of the wall, and the wall with it is in equilibrium. A stone that rock
 first, where it would bear it (`pinning`); each of the two has to sit by itself, and both are in the proof.
 """
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -65,8 +64,8 @@ class Trial:
     state: State  # forces that hold all
 
 
-def tried(site: "Site", tipped: Tipped, ceiling: float) -> Trial | None:
-    """Seat a stone at a place and see whether the wall stands with it; None where not, and why is kept."""
+def tried(site: "Site", tipped: Tipped, ceiling: float) -> Trial | str:
+    """Seat a stone at a place and see whether the wall stands with it; in words where not."""
     lying, pose = tipped.place.lying, _pose(site, tipped)
     found = seated(site, lying.stone, pose, ceiling)
     stones: tuple[Seated, ...] = ()
@@ -75,10 +74,7 @@ def tried(site: "Site", tipped: Tipped, ceiling: float) -> Trial | None:
     elif found == ROCKS and site.settings.pins:
         stones = _pinned(site, lying.stone, pose, ceiling)
     state = site.structure.held([one.fresh for one in stones]) if stones else None
-    if state is None:
-        site.why.setdefault(lying.stone, Counter())[FALLS if stones else str(found)] += 1
-        return None
-    return Trial(stones, state)
+    return (FALLS if stones else str(found)) if state is None else Trial(stones, state)
 
 
 def seated(
