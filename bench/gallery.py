@@ -1,4 +1,4 @@
-"""Pictures of the gallery: polygonal walls and one of rubble, drawn by the same options as the commands on that page.
+"""Pictures of the gallery: polygonal walls, drawn by the same options as the commands on that page.
 
 Run `python bench/gallery.py [--out docs/images]`; writes one SVG a wall and prints its stones, J and the verdict of
 coupled analysis. Stones that touch never share a tint.
@@ -16,9 +16,6 @@ from cyclopean.analysis import Settings, check
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.design.construction.colouring import colouring
-from cyclopean.design.rubble.settle import settle
-from cyclopean.design.stones.inventory import Inventory
-from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.walls.corner import corner_wall, corner_with_open_joints, joint_score
 from cyclopean.design.walls.dressing import Coping, Quoins
 from cyclopean.design.walls.interlock import interlock
@@ -28,7 +25,6 @@ from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.view.colours import shaded
-from cyclopean.view.rubble_drawing import rubble_svg
 from cyclopean.view.wall_drawing import corner_svg, wall_svg
 
 TINTS = ("#d9cfbd", "#c2b8a8", "#e6dfd1", "#cfc0a6", "#b9b5ac", "#dccab0", "#c9c6bf", "#bfae96")
@@ -57,7 +53,6 @@ WALLS: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     ),
 }
 CORNER = ("wall-corner", "Two walls that meet at a corner", {"coping": Coping(), "openings": (WINDOW_BY_A_CORNER,)})
-RUBBLE = 40  # stones
 RETURN = 2.0  # m; length of the second wall
 
 
@@ -136,12 +131,6 @@ def flat_or_curved(title: str, pattern: dict[str, Any], options: dict[str, Any])
     return axonometric(made.assembly, stones, title), made.assembly, found.score
 
 
-def rubble() -> tuple[str, Assembly, float]:
-    """A wall of quarry stones laid dry, as on the page about laying; J is not defined for it."""
-    wall = settle(Inventory(quarry(RUBBLE, 0, detail=2)))
-    return rubble_svg(wall.assembly, "Rubble, laid dry", (("front",),)), wall.assembly, float("nan")
-
-
 def main(given: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "images")
@@ -157,7 +146,6 @@ def main(given: Sequence[str] | None = None) -> None:
     pictures[name] = svg, made.assembly, joint_score(made)
     faces = corner_svg(made, f"{title}, face on", tints=tints(made.assembly))
     pictures[f"{name}-faces"] = faces, made.assembly, joint_score(made)
-    pictures["rubble"] = rubble()
     for name, (svg, assembly, score) in pictures.items():
         (chosen.out / f"{name}.svg").write_text(svg + "\n", encoding="utf-8")
         verdict = check(assembly, Settings(method="cra")).verdict
