@@ -30,6 +30,7 @@ __all__ = ["Looks", "Tipped", "chosen", "closed", "leaning"]
 
 DIRECTIONS = 16  # in which the hull of what touches is felt
 STEEP = 0.5  # slope beyond which a stone that tips falls
+TILTED = 0.5  # slope beyond which one that has tipped is left alone: most such rock or slide on the exact meshes
 TOUCHING = 0.2  # cells: gap at which a stone counts as touching
 LEAST, MOST = 0.08, 0.3  # of the stone's size: margin below which it is left alone, and above which more is no better
 SQUARES = 0.3, 0.7  # of the size of a stone: half the widths of the squares
@@ -101,7 +102,7 @@ def chosen(ground: Floats, label: Ints, places: Sequence[Place], looks: Looks) -
     reach = _reach(touching, x, y)
     margin = reach.min(axis=0) / size
     steep = np.hypot(motion[:, 1], motion[:, 2])
-    good = np.flatnonzero((margin >= LEAST) & (steep <= STEEP))
+    good = np.flatnonzero((margin >= LEAST) & (steep <= TILTED))
     if not len(good):
         return []
     rest = level + motion[:, 0] - down

@@ -29,7 +29,7 @@ __all__ = ["TOUCH", "touching"]
 
 # Lengths in units of the size (cube root of the volume) of the smaller of the two bodies.
 TOUCH = 2.5e-4  # gap up to which two bodies touch; a stone comes to rest within a tenth of it
-NEAR = 4.0  # times that: what of a body is nearer to the point has to be behind the plane
+NEAR = 12.0  # times that: what of a body is nearer to the point has to be behind the plane
 SPECK = 2e-5  # radius of the triangle that stands for a point
 WIDE = 1e-2  # least width of a face; what is narrower is told by its ends
 LEVEL = 5e-4  # sine: what is in one plane, half of what a proof allows
