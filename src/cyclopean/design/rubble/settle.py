@@ -49,6 +49,7 @@ COURSE = 4  # lifts
 PART, SHARED, WHOLE = 10.0, 2.5, 1.5  # of the unit: parts of a long wall, and what they share; a short one is whole
 MOST = 128  # stones that are tried where none of the largest goes
 LOOKED = 60  # places that are looked at closely at a time
+STEADY = 2.5  # weight of `centre` once none of the largest goes: of the steadiest fifth of places most stand
 PATIENCE, LAST = 60, 200  # trials in vain before the ceiling rises, and under the last one
 
 
@@ -268,10 +269,15 @@ def _crowned(site: Site, parts: Sequence[Places], course: int) -> None:
                 _all(parts, lambda places, box=box: places.changed(box))  # type: ignore[misc]
 
 
-def _looked(site: Site, places: Places, some: Sequence[Place]) -> list[Tipped]:
-    """Some places of a part of the wall, looked at closely; those where no stone lies count as tried in vain."""
-    here = places.part
-    good = chosen(site.map[here], site.label[here], some, replace(site.looks, first=places.first))
+def _looked(site: Site, places: Places, some: Sequence[Place], steady: bool = False) -> list[Tipped]:
+    """Some places of a part of the wall, looked at closely, those that are `steady` first where that is asked for.
+
+    Places where no stone lies count as tried in vain.
+    """
+    here, scores = places.part, site.looks.scores
+    if steady:
+        scores = replace(scores, centre=max(scores.centre, STEADY))
+    good = chosen(site.map[here], site.label[here], some, replace(site.looks, first=places.first, scores=scores))
     kept = {id(tipped.place) for tipped in good}
     for place in some:
         if id(place) not in kept:
@@ -320,7 +326,7 @@ def _next(site: Site, places: Places, work: Round) -> Trial | None:
             return None
         rounds += 1
         for start in range(0, len(found), LOOKED):
-            good = _looked(site, places, found[start : start + LOOKED])
+            good = _looked(site, places, found[start : start + LOOKED], rounds > 1)
             told = places.share.until(len(good), lambda k, good=good: tried(site, good[k], work.ceiling))  # type: ignore[misc]
             for tipped, trial in zip(good, told, strict=False):
                 if not isinstance(trial, str):

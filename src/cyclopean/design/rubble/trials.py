@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Seated", "Trial", "put_down", "tried"]
 
-INSIDE = 0.05  # of the cube root of a stone's volume: margin that is asked for
+INSIDE = 0.03  # of the cube root of a stone's volume: margin that is asked for
 REACH = 1.0  # of the unit: what is farther from a stone than that is not looked at
 NEARLY = 0.2  # of its size: a stone that stands so far outside what bears it is not pinned
 PINNED = 2  # pins that are tried under one stone

@@ -74,7 +74,7 @@ class SettleSettings:
         16, "Largest stones left that compete for a place; 0: in their order.", "whole", metavar="N"
     )
     margin: float | None = option(
-        None, "Depth (m) of the centre of mass inside what bears a stone [1/20 of its size].", "number", metavar="L"
+        None, "Depth (m) of the centre of mass inside what bears a stone [3 % of its size].", "number", metavar="L"
     )
     friction: float = option(FRICTION, "Friction that is counted on while laying.", "number", metavar="M", word="mu")
     lean: float = option(LEAN, "Gravity may lean by so much, four ways, while laying.", "number", metavar="DEG")
