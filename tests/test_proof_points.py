@@ -198,10 +198,16 @@ def test_an_edge_on_a_face_is_level(fall, good):
 
 
 def test_corners_of_both_blocks_have_no_plane():
-    below, above = stool(0.2), stool(0.2)
-    below |= {"id": "below", "vertices": [[x, y, -z] for x, y, z in below["vertices"]]}
-    below["faces"] = [face[::-1] for face in below["faces"]]
-    assert "no face that looks along it" in said(at("below", "stool", speck(-1.0, -1.0, 0.0)), [below, above])
+    """Two spires, tip on tip."""
+
+    def spire(name, up, fixed):
+        corners = [[-1, -1, -up], [1, -1, -up], [1, 1, -up], [-1, 1, -up], [0, 0, 0]]
+        faces = [[0, 3, 2, 1], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
+        faces = faces if up > 0 else [face[::-1] for face in faces]
+        return {"id": name, "vertices": corners, "faces": faces, "density": RHO, "fixed": fixed}
+
+    tip = at("below", "above", speck(0.0, 0.0, 0.0))
+    assert "no face that looks along it" in said(tip, [spire("below", 1.0, True), spire("above", -1.0, False)])
 
 
 @settings(max_examples=examples(25), deadline=None)

@@ -2268,8 +2268,8 @@ def _facets_beside(facets: Sequence[_Facet], patch: _Patch) -> list[_Facet]:
 def _top(facets: Sequence[_Facet], patch: _Patch, point: Vec, sign: int, looks: _Budget) -> Vec | None:
     """What of a block touches a plane at a point: along which edge, nothing (0, 0, 0) of a corner; None where nothing.
 
-    Of all facets within tolerance of the point the highest corner, along `sign` N, is within tolerance of it; or the
-    highest edge is, and level. So near the point the block is behind the plane, or all before it but for a hole: which,
+    Of all facets within tolerance of the point the highest edge is within tolerance of it, and level; or the highest
+    corner is, along `sign` N. So near the point the block is behind the plane, or all before it but for a hole: which,
     is said by that edge from the highest corner which falls least. What is above it, towards the plane, is outside
     where both of its facets look that way, or where one does and the edge is convex.
     """
@@ -2293,10 +2293,10 @@ def _top(facets: Sequence[_Facet], patch: _Patch, point: Vec, sign: int, looks: 
     looking = [_dot(one, up) > 0, _dot(two, up) > 0]
     if not (all(looking) or (any(looking) and _dot(_cross(one, two), run) > 0)):
         return None
-    if _length2(_minus(point, top)) * u <= t:
-        return 0, 0, 0
     away2, per = _Edge(top, run, _length2(run), run, 0).distance2(point)
-    return run if away2 * u <= t * per and falls[end] * LEAN <= _length2(up) else None
+    if away2 * u <= t * per and falls[end] * LEAN <= _length2(up):
+        return run
+    return (0, 0, 0) if _length2(_minus(point, top)) * u <= t else None
 
 
 def _require_plane(sheet: _Sheet, patch: _Patch, one: _Seat, two: _Seat) -> None:

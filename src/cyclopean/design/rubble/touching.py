@@ -135,12 +135,12 @@ def _top(body: Body, point: Floats, up: Floats, touch: float) -> _Top:
     looking = one @ up > 0.0, two @ up > 0.0
     if not (all(looking) or (any(looking) and float(np.cross(one, two) @ run) > 0.0)):
         return _Top(face, None)
-    if float(np.linalg.norm(point - top)) <= touch:
-        return _Top(face, np.zeros(3))
     length = float(np.linalg.norm(run))
     share = float((point - top) @ run) / length**2
     away = float(np.linalg.norm(point - top - np.clip(share, 0.0, 1.0) * run))
-    return _Top(face, run if away <= touch and abs(float(run @ up)) <= LEVEL * length else None)
+    if away <= touch and abs(float(run @ up)) <= LEVEL * length:
+        return _Top(face, run)
+    return _Top(face, np.zeros(3) if float(np.linalg.norm(point - top)) <= touch else None)
 
 
 def _ends(triangle: Floats, top: Floats, step: int) -> list[Floats]:
