@@ -175,7 +175,7 @@ def _rank(wall: RubbleWall) -> tuple[int, float]:
 def _build(site: Site, share: Share) -> None:
     """Lay stones under a rising ceiling until stones or room are used up; then the copes."""
     parts = _parts(site, share)
-    lift, begun = COURSE * site.course, -1
+    lift, begun, lintels = COURSE * site.course, -1, list[int]()
     while site.kept["stone"]:
         course = lift // COURSE
         if course > begun:
@@ -187,9 +187,9 @@ def _build(site: Site, share: Share) -> None:
         _all(parts, Places.forget)
         _fill(site, parts, _body(site, ceiling, course, PATIENCE))
         if site.bridged():
-            parts = _parts(site, share)
-            lintels = (site.kept.pop("lintel"),)
-            _fill(site, parts, Round(ceiling + LIFT * site.unit, course, "lintel", lintels, site.bridges))
+            parts, lintels = _parts(site, share), site.kept.pop("lintel")
+        lintels = [k for k in lintels if k in site.left]  # one that finds no place is tried again a lift higher
+        _fill(site, parts, Round(ceiling + LIFT * site.unit, course, "lintel", (lintels,), site.bridges))
         if _ceiling(site, lift + 1) > _highest(site):
             laid = len(site.laid)
             _fill(site, parts, _body(site, ceiling, course, LAST))

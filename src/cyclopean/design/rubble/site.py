@@ -209,7 +209,7 @@ class Site:
         if gap is None or "lintel" not in self.kept:
             return False
         x = (np.arange(len(self.map)) + 0.5) * self.cell
-        bearing = max(min(BEARING, gap.width / 5.0), 2.0 * self.cell)
+        bearing = max(min(BEARING, gap.width / 5.0), self.unit / 2.0)  # stones are round: less of a jamb may be empty
         soffit, proud = gap.sill + gap.height, PROUD * self.unit
         for side in (gap.left - x, x - gap.left - gap.width):
             jamb = self.map[(side > 0.0) & (side < bearing)]
