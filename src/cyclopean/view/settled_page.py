@@ -185,11 +185,14 @@ def _stood(wall: "RubbleWall") -> list[str]:
 
 def told_of(wall: "RubbleWall") -> Told:
     """What pictures tell of a settled wall."""
-    m, settings = wall.measures, wall.settings
+    settings = wall.settings
     ids = [block.id for block in wall.assembly.blocks[len(wall.assembly) - len(wall.laid) :]]
     stones = list(zip(ids, wall.laid, strict=True))
     course = {block.id: at for block in wall.assembly.blocks if (at := course_of(block)) is not None}
     role = {name: laid.role for name, laid in stones if laid.role != "stone"}
     unsteady = {name: laid.reason for name, laid in stones if not laid.stable}
-    profile = Profile(settings.length or m.length, settings.thickness or m.thickness, settings.height or m.height)
+    profile, shape = None, settings.shape()
+    if settings.height is not None and not shape.corner:
+        leans = shape.batter, shape.batter if shape.faces == 2 else 0.0
+        profile = Profile(shape.length, shape.thickness, shape.height, leans)
     return Told(role=role, course=course, unsteady=unsteady, profile=profile)
