@@ -33,7 +33,7 @@ WALLS = {
     "rubble-dressed": ("Up to 5 % knocked off a stone", "40 0", "--dress 0.05 --length 4 --height 1.8", FRONT),
     "rubble-racked": ("Racked ends", "40 6", "--ends racked --length 5.5 --height 1.6", FRONT),
     "rubble-boulders": ("Boulders, scanned", "scans", "--units m --length 4.5 --height 2", FRONT),
-    "rubble-benchmark": ("Stones of a published benchmark", "stones", "--units cm --length 0.7 --thickness 0.4", ENDS),
+    "rubble-benchmark": ("Stones of a published benchmark", "stones", "--units cm --length 0.7 --thickness 0.4", ROUND),
 }
 HOW = ("--ways", "1", "--workers", "1")
 

@@ -18,7 +18,12 @@ from cyclopean.io.round_trip import refuse_unwritable
 __all__ = ["exchange_paths", "write_exchange"]
 
 _PLURAL = {"density": "densities", "fixed": "supports", "group": "groups", "mu": "friction of contacts"}
-_PLURAL |= {"material": "materials", "held": "partial supports", "actions": "loads on faces and bodies"}
+_PLURAL |= {
+    "material": "materials",
+    "held": "partial supports",
+    "actions": "loads on faces and bodies",
+    "pointlike": "points for contacts",
+}
 
 
 def exchange_paths(path: PathLike) -> tuple[PurePath, ...]:
@@ -122,10 +127,7 @@ def _kinds(assembly: Assembly) -> list[str]:
     if contacts is not None:
         for name in _names(type(contacts), "a", "b", "start", "point"):
             value = getattr(contacts, name)
-            empty = value is None or (
-                isinstance(value, np.ndarray) and value.dtype.kind == "f" and np.isnan(value).all()
-            )
-            said += [] if empty else [name]
+            said += [] if value is None or (np.isnan(value) if value.dtype.kind == "f" else ~value).all() else [name]
     return said
 
 

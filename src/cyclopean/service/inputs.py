@@ -32,6 +32,12 @@ NAMED = {
     "polar": ("Polar", "Pr"),
     "most_props": ("Props", "Pp"),
     "bearing": ("Bearing", "Be"),
+    "corner": ("Corner", "Cr"),
+    "coursed": ("Coursed", "Cd"),
+    "copes": ("Copes", "Cp"),
+    "through": ("Through", "Tt"),
+    "hearting": ("Hearting", "Hg"),
+    "lean": ("Lean", "Ln"),
 }
 KINDS: dict[str, Kind] = {"number": "Number", "whole": "Integer", "flag": "Boolean", "vector": "Vector"}
 
