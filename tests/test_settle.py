@@ -170,6 +170,11 @@ def test_settings_that_make_no_wall_are_refused(wrong, text):
         SettleSettings(**wrong)
 
 
+def test_less_than_no_stones_are_not_told(stones):
+    with pytest.raises(InputError, match="next: expected a whole number of at least 0, got -1"):
+        settle(Inventory(stones), QUICK, advice=-1)
+
+
 def test_walls_that_cannot_be_are_refused():
     made = boxes((0.5, 0.3, 0.2))
     with pytest.raises(InputError, match="there are no stones to lay"):

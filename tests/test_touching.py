@@ -6,6 +6,9 @@ Mutants killed: the gap of the larger body; a corner that others are lower than;
 face; the normal of the wrong body.
 """
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,9 +19,13 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import gathered
 from cyclopean.design.rubble.features import body_of
 from cyclopean.design.rubble.seating import seat
-from cyclopean.design.rubble.touching import TOUCH, touching
+from cyclopean.design.rubble.touching import TOUCH, _top, touching
+from cyclopean.errors import InputError
+from cyclopean.io import read_model, write_model
+from cyclopean.io.exchange import write_exchange
 from fixtures_stones import boulder, box, rotation
 from laws import examples
+from test_proof_points import ridges, stool
 
 GROUND = body_of(*box(8.0, 8.0, 1.0, at=(-4.0, -4.0, -1.0)))
 
@@ -79,6 +86,96 @@ def test_bodies_that_are_apart_do_not_touch():
     away = body_of(*box(1.0, 1.0, 1.0, at=(9.0, 0.0, 0.0)))
     assert touching(away, [GROUND, prism()]) == [(), ()]
     assert touching(away, []) == []
+
+
+def test_a_corner_that_another_is_lower_than_is_none():
+    """A plank with a long edge down touches at both its ends; with one of them lifted by a millimetre, at the other."""
+    vertices, triangles = box(1.0, 0.2, 0.1)
+    lean = 0.02  # radians about the length, so that one long edge is down
+    turned = (
+        vertices @ np.array([[1.0, 0.0, 0.0], [0.0, np.cos(lean), -np.sin(lean)], [0.0, np.sin(lean), np.cos(lean)]]).T
+    )
+    turned[:, 2] += 0.5 * TOUCH * np.cbrt(0.02)
+    assert {part[0] for part in points(touching(body_of(turned, triangles), [GROUND])[0])} == {0.0, 1.0}
+    tipped = turned + np.outer(turned[:, 0], [0.0, 0.0, 1e-3])
+    (part,) = touching(body_of(tipped, triangles), [GROUND])[0]
+    assert part.polygon.mean(axis=0)[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def solid(block):
+    faces = [(ring[0], p, q) for ring in block["faces"] for p, q in pairwise(ring[1:])]
+    return body_of(np.array(block["vertices"], float), np.array(faces))
+
+
+def lowered():
+    block = stool(0.2)
+    block["vertices"][1][2] = -0.01
+    return block
+
+
+def raised(fall):
+    """A roof upside down, its ridge at z = 0 in the middle, one end of it higher."""
+    _, (_, roof) = ridges(0.0)
+    return roof | {"vertices": [[x, y, z - 1.0 + fall * y] for x, y, z in roof["vertices"]]}
+
+
+@pytest.mark.parametrize(
+    ("block", "point", "up", "told"),
+    [
+        (stool(0.2), (-1.0, -1.0, 0.0), -1.0, True),
+        (stool(0.2), (-0.9, -0.9, 0.0), -1.0, False),  # under the hollow
+        (lowered(), (-1.0, -1.0, 0.0), -1.0, False),  # another corner is lower
+        (stool(0.5), (0.0, 0.0, 0.5), 1.0, False),  # the end of a pit
+        (raised(0.0), (0.0, 0.0, 0.0), -1.0, True),
+        (raised(3e-3), (0.0, 0.0, 0.0), -1.0, False),  # an edge that is not level
+    ],
+)
+def test_what_touches_a_plane_at_a_point_is_what_the_checker_says(block, point, up, told):
+    """The same cases as those of the certificate checker, by the same rule."""
+    found = _top(solid(block), np.array(point), np.array([0.0, 0.0, up]), 1e-4)
+    assert (found.run is not None) is told
+
+
+@pytest.mark.parametrize(("turn", "count"), [(90.0, 1), (30.0, 1), (4.0, 0)])
+def test_edges_that_hardly_cross_have_no_normal(turn, count):
+    _, (below, above) = ridges(turn)
+    assert len(touching(solid(above), [solid(below)])[0]) == count
+
+
+@pytest.fixture
+def bar():
+    """A bar with an edge down on the ground, held there by the contacts that it has."""
+    lying = prism()
+    contacts, _ = gathered({(0, 1): touching(lying, [GROUND])[0]})
+    blocks = [
+        Block(name, body.vertices, tuple(map(tuple, body.triangles.tolist())), None, name == "ground")
+        for name, body in (("ground", GROUND), ("bar", lying))
+    ]
+    return Assembly(tuple(blocks), contacts, ())
+
+
+def test_a_file_says_that_contacts_are_points(bar, tmp_path):
+    write_model(tmp_path / "bar.json", bar)
+    again, _ = read_model(tmp_path / "bar.json")
+    assert again.contacts.at_points.tolist() == [True, True]
+    assert again.contacts.only(np.array([1])).at_points.tolist() == [True]
+    assert write_exchange(tmp_path / "bar.obj", bar) == (
+        "bar.obj: OBJ holds no supports, contacts, points for contacts: dropped",
+    )
+
+
+def test_a_contact_that_is_no_point_proves_nothing(bar):
+    """Off the edge it is refused by name; in the middle of a face of either block no proof takes it."""
+    off = replace(bar.contacts, point=bar.contacts.point + np.array([0.0, 0.2, 0.0]))
+    with pytest.raises(InputError, match="off the faces, corners and edges of block 'bar'"):
+        check(replace(bar, contacts=off), Settings(method="rbe", mu=0.6))
+    vertices, triangles = box(1.0, 1.0, 1.0, at=(-0.5, -0.5, 0.0))
+    flat = replace(bar, blocks=(bar.blocks[0], Block("bar", vertices, tuple(map(tuple, triangles.tolist())))))
+    single = bar.contacts.only(np.array([0]))
+    single = replace(single, point=single.point - single.point.mean(axis=0))
+    result = check(replace(flat, contacts=single), Settings(method="rbe", mu=0.6))
+    assert result.verdict == "undecided"
+    assert "no corner or edge" in str(result.provenance["refused"])
 
 
 @settings(max_examples=examples(12), deadline=None)

@@ -139,8 +139,8 @@ def _seats(assembly: Assembly, contacts: Contacts, names: Sequence[str], tol: fl
     normal = _unit_normals(contacts, point, names, tol)
     limit = FLAT_SHARE * _sizes(assembly, contacts)
     sides = _side_distances(regions, contacts, point, normal, np.arange(len(contacts)))
-    spots = np.flatnonzero(contacts.at_points)
-    sides[spots] = np.minimum(sides[spots], _corner_distances(mesh, contacts, point, spots))
+    at_points = np.flatnonzero(contacts.at_points)
+    sides[at_points] = np.minimum(sides[at_points], _corner_distances(mesh, contacts, point, at_points))
     far = np.flatnonzero(~(sides.max(axis=1) <= tol) & ~contacts.at_points)
     other = _side_distances(regions, contacts, point, -normal, far)
     given, reverse = sides[far].max(axis=1), other.max(axis=1)
@@ -386,7 +386,8 @@ def _floating(assembly: Assembly, names: Sequence[str], on: _Seats) -> str:
     side = int(np.argmax(on.sides[k]))
     block = assembly.blocks[(on.contacts.a, on.contacts.b)[side][k]].id
     if np.isfinite(on.sides[k, side]):
-        what = f"its polygon lies {on.sides[k, side]:.2g} m off the faces of block '{block}' that look its way"
+        of = "faces, corners and edges" if on.contacts.at_points[k] else "faces"
+        what = f"its polygon lies {on.sides[k, side]:.2g} m off the {of} of block '{block}' that look its way"
     else:
         what = f"no face of block '{block}' looks its way"
     return (

@@ -72,8 +72,16 @@ class Contacts:
             given = [None] * len(polygons) if values is None else values
             return np.array([np.nan if x is None else float(x) for x in given], float)
 
-        spots = None if pointlike is None else np.asarray(pointlike, bool)
-        return cls(ends[:, 0], ends[:, 1], start, point, filled(mu), filled(tension), filled(lean), spots)
+        return cls(
+            ends[:, 0],
+            ends[:, 1],
+            start,
+            point,
+            filled(mu),
+            filled(tension),
+            filled(lean),
+            None if pointlike is None else np.asarray(pointlike, bool),
+        )
 
     @property
     def patch(self) -> Ints:

@@ -196,12 +196,6 @@ class Surface:
         double = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
         return cls(corner, unit(double), corner.min(axis=1), corner.max(axis=1))
 
-    @classmethod
-    def joined(cls, parts: Sequence["Surface"]) -> "Surface":
-        """The triangles of several blocks, one after the other."""
-        none = cls(np.zeros((0, 3, 3)), *(np.zeros((0, 3)) for _ in range(3)))
-        return cls(*(np.concatenate([getattr(part, name) for part in (none, *parts)]) for name in cls.__slots__))
-
 
 def _pairs(surfaces: Sequence[Surface], band: float, pairs: Sequence[tuple[int, int]] | None) -> list[tuple[int, int]]:
     """Blocks a < b that may touch, in order."""

@@ -2221,21 +2221,17 @@ def _facets(surface: _Surface, vertices: Sequence[Vec], tolerance2: Ratio2) -> l
 
 def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: int, looks: _Budget) -> _Seat:
     """Find facets that look along `sign` N under every point of a contact."""
-    bent, aside2 = patch.joint.bent, 0.0
+    bent, pointlike, aside2 = patch.joint.bent, patch.joint.pointlike, 0.0
     near, lean = _facets_along(facets, patch, sign)
     heights: dict[int, float] = {}
     normals: list[list[Vec]] = []
     tops: list[tuple[bool, Vec | None]] = []
-    beside = _facets_beside(facets, patch) if patch.joint.pointlike else []
+    beside = _facets_beside(facets, patch) if pointlike else []
     looks.spend((len(near) + len(beside)) * len(patch.points))
     for number, point in enumerate(patch.points):
         reaching = [facet for facet in near if facet.reaches(point, patch.tolerance2)]
-        top = _top(beside, patch, point, sign, looks) if patch.joint.pointlike else None
-        if (
-            not bent
-            and not patch.joint.pointlike
-            and (plain := next((facet for facet in reaching if facet.covers(point)), None))
-        ):
+        plain = None if bent or pointlike else next((facet for facet in reaching if facet.covers(point)), None)
+        if plain:
             heights[number] = plain.height_of(point, k)
             continue
         found: list[tuple[float, float]] = []
@@ -2245,10 +2241,10 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
             if beside2 is not None:
                 found.append((_as_float(beside2[0], beside2[1] << 2 * k), facet.height_of(point, k)))
                 normals[-1].append(_times(sign, facet.normal))
-        if patch.joint.pointlike:
-            tops.append((bool(found), top))
-        if not found and top is not None:
-            continue
+        if pointlike:
+            tops.append((bool(found), _top(beside, patch, point, sign, looks)))
+            if not found and tops[-1][1] is not None:
+                continue
         if not found:
             side = "a" if sign == 1 else "b"
             where = f"{_label(sheet, patch.number)}: point {number}"

@@ -123,7 +123,7 @@ def _mass(assembly: Assembly) -> Floats:
 def settled_page(wall: "RubbleWall", inventory: "Inventory") -> str:
     """Write the page of a settled wall of stones of this inventory."""
     what, missing = answer_of(wall, inventory)
-    answer = what, missing + stands_of(wall, inventory)
+    answer = what.replace(" x ", "\u00a0×\u00a0"), missing + stands_of(wall, inventory)  # lengths stay on one line
     measures = dict(said.split(": ", 1) for said in told_measures(wall))
     aside = [(inventory.stones[k].id, reason) for k, reason in wall.left_over]
     return settled_html(wall.assembly, answer, told_of(wall), measures, aside)

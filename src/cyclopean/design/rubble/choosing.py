@@ -30,7 +30,7 @@ __all__ = ["Looks", "Tipped", "chosen", "closed", "leaning"]
 
 DIRECTIONS = 16  # in which the hull of what touches is felt
 STEEP = 0.5  # slope beyond which a stone that tips falls
-TILTED = 0.35  # slope beyond which one that has tipped is left alone: of such, one in 200 stands on the exact meshes
+TILTED = 0.35  # slope beyond which one that has tipped is left alone: hardly any such stands on the exact meshes
 TOUCHING = 0.2  # cells: gap at which a stone counts as touching
 LEAST, MOST = 0.12, 0.3  # of the stone's size: margin below which it is left alone, and above which more is no better
 SQUARES = 0.3, 0.7  # of the size of a stone: half the widths of the squares

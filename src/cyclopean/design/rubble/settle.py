@@ -27,6 +27,7 @@ import numpy as np
 
 from cyclopean.assembly import Assembly, Block
 from cyclopean.assembly.patches import gathered
+from cyclopean.design.options import at_least
 from cyclopean.design.rubble.as_built import NOTHING, AsBuilt
 from cyclopean.design.rubble.choosing import Tipped, chosen
 from cyclopean.design.rubble.dressing import imposition
@@ -90,9 +91,11 @@ def settle(
     Raises
     ------
     InputError
-        No stones, none that fits into the wall, a map of too many cells, or a standing wall that does not stand.
+        No stones, none that fits into the wall, a map of too many cells, a standing wall that does not stand, or less
+        than no stones to tell.
     """
     began = perf_counter()
+    at_least("next", advice, 0)
     if not len(inventory):
         raise InputError(f"{inventory.source}: there are no stones to lay")
     before = AsBuilt.of(standing) if standing is not None else NOTHING

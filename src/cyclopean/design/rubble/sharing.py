@@ -86,7 +86,7 @@ class Share:
         self.heard = {turn: found for turn, found in self.heard.items() if turn >= self.turn}
         told = self.heard.pop(self.turn, [])
         if any(mark != self.mark for mark, _ in told):
-            raise InputError("--workers: two processes came to different walls; run the command with --workers 1")
+            raise InputError("`workers`: two processes came to different walls; lay it with one")
         return [found for _, found in told]
 
 

@@ -101,7 +101,6 @@ class Structure:
         self.force: dict[At, Floats] = {}  # (c, q, 3) N
         self.above: dict[int, list[tuple[int, int]]] = {}  # joints of later stones with each stone
         self.next = 0  # number of the stone that is laid next
-        self.between = -np.inf, np.inf  # m along the wall: stones whose forces may change have their centres there
         self.worst = 0  # leaning way of gravity in which a wall failed to stand last
 
     def fresh(self, mass: Mass, body: Body, near: Sequence[int], others: Sequence[Body] = ()) -> Fresh:
@@ -117,9 +116,6 @@ class Structure:
             return None
         numbers = tuple(range(self.next, self.next + len(fresh)))
         bearers = self._bearers([j.below for new in fresh for j in new.joints if j.below < self.next])
-        low, high = self.between
-        if not all(low <= self.stones[k].mass.centre[0] <= high for k in bearers):
-            return None
         beside = _Problem.of(self, (*self._beside(fresh), *numbers), fresh, others_fixed=True)
         if beside.impossible(self.worst):  # of those that do not stand, half are found out here
             return None
