@@ -264,6 +264,25 @@ def test_what_is_told_first_is_what_stands_and_not_what_was_asked():
     assert missing == f"For the 6 m of length asked about {litres:,.0f} more litres of stone are missing. "
 
 
+def test_binders_lie_with_their_length_into_the_wall():
+    """Slabs of 2 to 1 with room either way: none lies across by itself, as many as are asked to do."""
+    slabs = boxes(*[(0.4, 0.2, 0.1)] * 8)
+
+    def across(share):
+        found = settle(slabs, SettleSettings(length=1.3, thickness=0.5, height=0.25, binders=share, cell=0.02, ways=1))
+        size = [np.ptp(block.vertices, axis=0) for block in found.assembly.blocks[1:]]
+        return sum(deep > long for long, deep, _ in size), len(size)
+
+    assert [across(share) for share in (0.0, 0.4, 1.0)] == [(0, 8), (4, 8), (8, 8)]
+
+
+def test_binders_and_a_corner_are_refused():
+    with pytest.raises(InputError, match="a wall with a corner has two ways into it"):
+        SettleSettings(binders=0.3, corner=2.0)
+    with pytest.raises(InputError, match=r"binders: 1\.5 is not a share"):
+        SettleSettings(binders=1.5)
+
+
 def test_margins_by_the_contacts_in_the_model_file_alone(wall, tmp_path):
     """From the numbers in the file: what bears a stone are the contacts with what comes before it in the file."""
     write_model(tmp_path / "w.json", wall.assembly)
@@ -279,10 +298,10 @@ def test_margins_by_the_contacts_in_the_model_file_alone(wall, tmp_path):
             if other is None or place[other] > place[block["id"]]:
                 continue
             ring = np.array(contact["polygon"])
-            normal = np.cross(ring - ring[0], np.roll(ring, -1, axis=0) - ring[0]).sum(axis=0)
+            area = np.cross(ring - ring[0], np.roll(ring, -1, axis=0) - ring[0]).sum(axis=0)
+            normal = np.array(contact.get("normal", area))
             up = normal[2] / np.linalg.norm(normal) * (1.0 if contact["b"] == block["id"] else -1.0)
-            told = ring.mean(axis=0, keepdims=True) if contact["surface"] == "point" else ring
-            point += told.tolist() if up >= 0.25 else []
+            point += ring.tolist() if up >= 0.25 else []
         plan = np.array(point)[:, :2] - centre[:2]
         angle = np.sort(np.arctan2(plan[:, 1], plan[:, 0]))
         gaps = np.diff(np.append(angle, angle[0] + 2.0 * np.pi))

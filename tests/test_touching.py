@@ -25,6 +25,7 @@ from cyclopean.io import read_model, write_model
 from cyclopean.io.exchange import write_exchange
 from fixtures_stones import boulder, box, rotation
 from laws import examples
+from oracle_models import box as oracle_box
 from test_proof_points import ridges, stool
 
 GROUND = body_of(*box(8.0, 8.0, 1.0, at=(-4.0, -4.0, -1.0)))
@@ -158,10 +159,22 @@ def test_a_file_says_that_contacts_are_points(bar, tmp_path):
     write_model(tmp_path / "bar.json", bar)
     again, _ = read_model(tmp_path / "bar.json")
     assert again.contacts.at_points.tolist() == [True, True]
+    assert (again.contacts.frame == bar.contacts.frame).all()
+    assert (again.contacts.point == bar.contacts.point).all()
     assert again.contacts.only(np.array([1])).at_points.tolist() == [True]
     assert write_exchange(tmp_path / "bar.obj", bar) == (
         "bar.obj: OBJ holds no supports, contacts, points for contacts: dropped",
     )
+
+
+@pytest.mark.parametrize("ending", [".3dm", ".ifc", ".glb", ".compas.json"])
+def test_other_formats_hold_points(bar, tmp_path, ending):
+    """As points, with their normals; what a result says of them goes along."""
+    pytest.importorskip({".3dm": "rhino3dm", ".ifc": "ifcopenshell"}.get(ending, "numpy"))
+    assert write_exchange(tmp_path / f"bar{ending}", bar) == ()
+    again = read_model(tmp_path / f"bar{ending}")[0].contacts
+    for name in ("a", "b", "start", "point", "facing"):
+        assert getattr(again, name) == pytest.approx(getattr(bar.contacts, name), abs=1e-12), name
 
 
 def test_a_contact_that_is_no_point_proves_nothing(bar):
@@ -169,8 +182,8 @@ def test_a_contact_that_is_no_point_proves_nothing(bar):
     off = replace(bar.contacts, point=bar.contacts.point + np.array([0.0, 0.2, 0.0]))
     with pytest.raises(InputError, match="off the faces, corners and edges of block 'bar'"):
         check(replace(bar, contacts=off), Settings(method="rbe", mu=0.6))
-    vertices, triangles = box(1.0, 1.0, 1.0, at=(-0.5, -0.5, 0.0))
-    flat = replace(bar, blocks=(bar.blocks[0], Block("bar", vertices, tuple(map(tuple, triangles.tolist())))))
+    ground = Block("ground", *oracle_box((-4.0, -4.0, -1.0), (4.0, 4.0, 0.0)), fixed=True)
+    flat = replace(bar, blocks=(ground, Block("bar", *oracle_box((-0.5, -0.5, 0.0), (0.5, 0.5, 1.0)))))
     single = bar.contacts.only(np.array([0]))
     single = replace(single, point=single.point - single.point.mean(axis=0))
     result = check(replace(flat, contacts=single), Settings(method="rbe", mu=0.6))

@@ -100,7 +100,7 @@ def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: M
         raise InputError("a certificate holds loads at points only; resolve the others first (resolved_loads)")
     used = ~(fixed[contacts.a] & fixed[contacts.b])
     names = [block.id for block in assembly.blocks]
-    strength, lean = contacts.strength, contacts.leaning
+    strength = contacts.strength
     certificate: dict[str, Any] = {
         "schema": "cyclopean.certificate/2",
         "kind": kind,
@@ -125,7 +125,7 @@ def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: M
                 "mu": float(contacts.mu[k]),
             }
             | ({"tension": float(strength[k])} if strength[k] > 0.0 else {})
-            | ({"surface": "point"} if contacts.at_points[k] else {} if np.isnan(lean[k]) else {"surface": "rough"})
+            | contacts.surface(int(k))
             for k in np.flatnonzero(used)
         ],
         "loads": [

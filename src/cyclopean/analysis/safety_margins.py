@@ -27,7 +27,7 @@ __all__ = ["POINTS", "Bracket", "Margins", "margins", "shrunk"]
 POINTS = 600  # contact points up to which margins are found without being asked for: about a second
 HALF = 0.5 * (1.0 + 1e-9)  # of the tolerance, and room for rounding
 CLOSE = 1e-3  # of the value said: how far apart the two sides of a margin may be
-SPECK = 1e-3  # of its size, below which a joint is a point
+SPECK = 1e-3  # of its size, below which a joint is a point; of friction, below which it is next to none
 AZIMUTHS = 8  # that the ground is tilted towards
 
 
@@ -95,7 +95,7 @@ def margins(model: PreparedModel, settings: Settings, stands: bool = False) -> M
         return Margins(None, None, None, seconds=time.perf_counter() - began)
     friction = _bracket(case, lambda s: replace(model, contacts=replace(contacts, mu=s * contacts.mu)), 0.0)
     joints = None
-    if not contacts.strength.any():  # what is left of a joint that pulls would pull elsewhere
+    if not (contacts.strength.any() or contacts.at_points.any()):  # they would pull elsewhere; points have no size
         joints = _bracket(case, lambda s: _smaller(model, s), SPECK)
     tilt, azimuth = _least_tilt(model)
     return Margins(friction, joints, tilt, azimuth, certain_length(model), time.perf_counter() - began)
@@ -159,7 +159,7 @@ def _bracket(case: _Case, weaker: Callable[[float], PreparedModel], least: float
     stands, falls = 1.0, least
     if case.stands(weaker(least)):
         stands = least
-    while falls < stands and stands - falls > CLOSE * stands:
+    while falls < stands and stands - falls > CLOSE * max(stands, SPECK):
         middle = 0.5 * (stands + falls)
         if case.stands(weaker(middle)):
             stands = middle

@@ -44,6 +44,7 @@ class _Joint(NamedTuple):
     polygon: Floats  # (k, 3) m
     mu: float  # NaN = not given
     tension: float  # Pa, NaN = not given
+    facing: Floats  # (3,) normal at a point, NaN = a polygon
 
     @property
     def words(self) -> str:
@@ -178,15 +179,21 @@ def _joints(assembly: Assembly, contacts: Contacts) -> list[_Joint]:
     contacts = paired_friction(assembly, contacts)[0]
     names = [block.id for block in assembly.blocks]
     rows = zip(*(x.tolist() for x in (contacts.a, contacts.b, contacts.mu, contacts.strength_given)), strict=True)
-    return [_joint(names[a], names[b], contacts.polygon(k), mu, pull) for k, (a, b, mu, pull) in enumerate(rows)]
+    return [
+        _joint((names[a], names[b]), contacts.polygon(k), mu, pull, contacts.normal_given[k])
+        for k, (a, b, mu, pull) in enumerate(rows)
+    ]
 
 
 def _listed(row: Row) -> _Joint:
-    return _joint(row["a"], row["b"], np.asarray(row["polygon"], float), row["mu"], row.get("tension", 0.0))
+    polygon, facing = (np.asarray(row.get(key, [np.nan] * 3), float) for key in ("polygon", "normal"))
+    return _joint((row["a"], row["b"]), polygon, row["mu"], row.get("tension", 0.0), facing)
 
 
-def _joint(a: str, b: str, polygon: Floats, mu: float, tension: float) -> _Joint:
-    return _Joint((a, b), polygon, mu, tension) if a < b else _Joint((b, a), polygon[::-1], mu, tension)
+def _joint(pair: tuple[str, str], polygon: Floats, mu: float, tension: float, facing: Floats) -> _Joint:
+    if pair[0] < pair[1]:
+        return _Joint(pair, polygon, mu, tension, facing)
+    return _Joint(pair[::-1], polygon[::-1], mu, tension, -facing)
 
 
 def _paired(
@@ -231,8 +238,10 @@ def _away(p: Floats, q: Floats) -> float:
 
 
 def _materials(pairs: Iterable[tuple[_Joint, _Joint]]) -> Iterator[str]:
-    """Friction and tension where the model gives them."""
+    """Normals of points; friction and tension where the model gives them."""
     for here, there in pairs:
+        if not np.allclose(here.facing, there.facing, rtol=0.0, atol=ROUNDING, equal_nan=True):
+            yield f"{here.words} faces another way than in the model"
         if not np.isnan(here.mu) and not _near(there.mu, here.mu):
             yield f"{here.words} has mu {there.mu:.15g}, in the model {here.mu:.15g}"
         if not np.isnan(here.tension) and not _near(there.tension, here.tension):

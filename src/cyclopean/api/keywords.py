@@ -121,6 +121,7 @@ class SettleKeywords(TypedDict, total=False):
     ends: Literal["vertical", "racked"]
     coursed: bool
     through: float | None
+    binders: float
     hearting: bool
     pins: bool
     copes: bool

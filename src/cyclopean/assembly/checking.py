@@ -178,9 +178,9 @@ def bearing(assembly: Assembly, contacts: Contacts, tolerance: float) -> tuple[C
     """
     if not len(contacts):
         return contacts, ()
-    width = 2.0 * contacts.area / contacts.perimeter
+    width = np.where(contacts.at_points, np.inf, 2.0 * contacts.area / np.maximum(contacts.perimeter, 1e-300))
     least = NARROW * np.minimum(tolerance, FLAT_SHARE * _sizes(assembly, contacts)) * (1.0 + 1e-9)
-    kept = ~np.isnan(contacts.leaning) | contacts.at_points | (width > least)
+    kept = ~np.isnan(contacts.leaning) | (width > least)
     if kept.all():
         return contacts, ()
     k = int(np.flatnonzero(~kept)[0])
@@ -277,7 +277,7 @@ def bearing_cones(assembly: Assembly, contacts: Contacts, tolerance: float) -> t
 def _unit_normals(contacts: Contacts, point: Floats, names: Sequence[str], tolerance: float) -> Floats:
     """(c, 3) unit normals of flat polygons; refuses those that have none."""
     start, patch = contacts.start, contacts.patch
-    double = newell_normals(point, start)
+    double = np.where(contacts.at_points[:, None], contacts.normal_given, newell_normals(point, start))
     length = np.linalg.norm(double, axis=1)
     if (bad := np.flatnonzero(~(length > NEEDLE * contacts.perimeter**2))).size:
         raise InputError(f"contact {bad[0]} ({names[bad[0]]}): its polygon has no area; remove it")

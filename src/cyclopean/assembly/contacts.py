@@ -9,7 +9,10 @@ from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry import following, frames_from_normals, newell_normals, offsets, ragged
 
-__all__ = ["Contacts"]
+__all__ = ["UNIT", "Contacts"]
+
+NONE = np.full(3, np.nan)  # the normal that a polygon has by itself
+UNIT = 1e-9  # by which the length of a normal may differ from 1: a text of ten digits does
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,6 +21,7 @@ class Contacts:
 
     Patch k joins blocks a[k] and b[k] and has the points `point[start[k]:start[k + 1]]`, counter-clockwise about the
     normal n that points from `a` into `b`. Every point can carry one force; what `b` feels, `a` feels the opposite of.
+    Where a corner of a block touches the other, or edges cross, there is a single point, and `facing` gives n.
     """
 
     a: Ints  # (c,) block index
@@ -27,7 +31,7 @@ class Contacts:
     mu: Floats  # (c,) Coulomb coefficient, NaN = not given
     tension: Floats | None = None  # (c,) Pa that the joint may pull, NaN = not given; None = all not given
     lean: Floats | None = None  # (c,) rad by which rough or curved faces lean from n; NaN = flat; None = all flat
-    pointlike: Bools | None = None  # (c,) a corner or an edge of a block touches there; None = none does
+    facing: Floats | None = None  # (c, 3) unit normal of single points; NaN = a polygon; None = all are polygons
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "a", sealed("contacts a", self.a, None, dtype=np.int64))
@@ -38,13 +42,17 @@ class Contacts:
         for name in ("mu", "tension", "lean"):
             value = np.full(c, np.nan) if getattr(self, name) is None else getattr(self, name)
             object.__setattr__(self, name, sealed(f"contacts {name}", value, c, nan=True))
-        pointlike = np.zeros(c, bool) if self.pointlike is None else self.pointlike
-        object.__setattr__(self, "pointlike", sealed("contacts pointlike", pointlike, c, dtype=bool))
+        facing = np.full((c, 3), np.nan) if self.facing is None else self.facing
+        object.__setattr__(self, "facing", sealed("contacts facing", facing, c, 3, nan=True))
         for name, value in (("tension", self.strength_given), ("mu", self.mu)):
             if (bad := np.flatnonzero(value < 0)).size:
                 raise InputError(f"contact {bad[0]}: {name} {value[bad[0]]:g} must not be negative")
-        if (bad := np.flatnonzero(np.diff(self.start) < 3)).size:
-            raise InputError(f"contact {bad[0]}: its polygon has fewer than 3 points")
+        points, alone = np.diff(self.start), self.at_points
+        if (bad := np.flatnonzero(np.where(alone, points != 1, points < 3))).size:
+            said = "has more points than one" if alone[bad[0]] else "has fewer than 3 points"
+            raise InputError(f"contact {bad[0]}: its polygon {said}")
+        if (bad := np.flatnonzero(~(np.abs(np.linalg.norm(self.normal_given[alone], axis=1) - 1.0) <= UNIT))).size:
+            raise InputError(f"contact {np.flatnonzero(alone)[bad[0]]}: its normal is not of length 1")
         if self.start[0] != 0 or self.start[-1] != len(self.point):
             raise InputError("contacts: offsets do not cover the points")
         if (bad := np.flatnonzero(self.a == self.b)).size:
@@ -61,9 +69,12 @@ class Contacts:
         mu: Sequence[float | None] | Floats | None = None,
         tension: Sequence[float | None] | Floats | None = None,
         lean: Sequence[float | None] | Floats | None = None,
-        pointlike: Sequence[bool] | Bools | None = None,
+        facing: Sequence[Floats | None] | Floats | None = None,
     ) -> "Contacts":
-        """Pack a list of (a, b) pairs and one (k, 3) polygon each; mu or tension None = not given, lean None = flat."""
+        """Pack a list of (a, b) pairs and one (k, 3) polygon each; mu or tension None = not given, lean None = flat.
+
+        `facing` is the normal of each contact at a single point, None of a polygon.
+        """
         ends = np.asarray(pairs, np.int64).reshape(-1, 2)
         start = offsets([len(p) for p in polygons])
         point = np.concatenate([np.zeros((0, 3)), *(np.asarray(p, float).reshape(-1, 3) for p in polygons)])
@@ -80,7 +91,7 @@ class Contacts:
             filled(mu),
             filled(tension),
             filled(lean),
-            None if pointlike is None else np.asarray(pointlike, bool),
+            None if facing is None else np.array([NONE if x is None else x for x in facing], float).reshape(-1, 3),
         )
 
     @property
@@ -90,8 +101,13 @@ class Contacts:
 
     @property
     def area(self) -> Floats:
-        """(c,) m2."""
+        """(c,) m2; 0 of a single point."""
         return np.asarray(np.linalg.norm(newell_normals(self.point, self.start), axis=1) / 2.0)
+
+    @property
+    def scale(self) -> Floats:
+        """(c,) m2: length of what stands for a contact's normal in a proof: twice the area; 1 of a point."""
+        return np.where(self.at_points, 1.0, 2.0 * self.area)
 
     @property
     def perimeter(self) -> Floats:
@@ -104,7 +120,7 @@ class Contacts:
     @property
     def frame(self) -> Floats:
         """(c, 3, 3) rows n, u, v: right-handed, orthonormal, n from `a` into `b`."""
-        normal = newell_normals(self.point, self.start)
+        normal = np.where(self.at_points[:, None], self.normal_given, newell_normals(self.point, self.start))
         length = np.linalg.norm(normal, axis=1)
         if (bad := np.flatnonzero(~(length > 0.0))).size:
             raise InputError(f"contact {bad[0]}: its polygon has no area")
@@ -113,7 +129,7 @@ class Contacts:
     @classmethod
     def joined(cls, parts: Sequence["Contacts"]) -> "Contacts":
         """The patches of several (one at least), one after the other."""
-        names = ("a", "b", "point", "mu", "tension", "lean", "pointlike")
+        names = ("a", "b", "point", "mu", "tension", "lean", "facing")
         whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
         return cls(start=offsets(np.concatenate([np.diff(part.start) for part in parts])), **whole)
 
@@ -126,7 +142,13 @@ class Contacts:
         point = self.point[ragged(self.start, which)[1]]
         mu, strength, lean = self.mu[which], self.strength_given[which], self.leaning[which]
         start = offsets(np.diff(self.start)[which])
-        return Contacts(self.a[which], self.b[which], start, point, mu, strength, lean, self.at_points[which])
+        return Contacts(self.a[which], self.b[which], start, point, mu, strength, lean, self.normal_given[which])
+
+    def surface(self, k: int) -> dict[str, object]:
+        """What a file says of the surface of patch k."""
+        if self.at_points[k]:
+            return {"surface": "point", "normal": self.normal_given[k].tolist()}
+        return {} if np.isnan(self.leaning[k]) else {"surface": "rough"}
 
     def with_mu(self, mu: float) -> "Contacts":
         """Fill in `mu` where none is given."""
@@ -151,8 +173,13 @@ class Contacts:
     @property
     def at_points(self) -> Bools:
         """(c,) where blocks touch with a corner or an edge of one of them, and not with faces."""
-        assert self.pointlike is not None
-        return self.pointlike
+        return np.asarray(~np.isnan(self.normal_given[:, 0]))
+
+    @property
+    def normal_given(self) -> Floats:
+        """(c, 3) unit normals of contacts at points, NaN where the polygon has it."""
+        assert self.facing is not None
+        return self.facing
 
     @property
     def strength(self) -> Floats:
@@ -168,7 +195,7 @@ class Contacts:
         by triangle a third goes to each corner, and what comes to g goes on in the same proportions. A corner of a
         polygon that is not convex may have a share below zero; the resultant is exact all the same.
         """
-        start, patch = self.start, self.patch
+        start, patch, alone = self.start, self.patch, self.at_points
         if not len(self):
             return np.zeros(0)
         count = np.diff(start)
@@ -178,13 +205,13 @@ class Contacts:
 
         def areas(local: Floats) -> Floats:
             turn = np.einsum("pi,pi->p", np.cross(local, local[after]), normal[patch])
-            return np.asarray(turn / np.einsum("ci,ci->c", normal, normal)[patch])
+            return np.asarray(turn / np.where(alone, 1.0, np.einsum("ci,ci->c", normal, normal))[patch])
 
         local = self.point - np.repeat(self.point[start[:-1]], count, axis=0)
         fan = areas(local)  # from the first corner
         middle = np.add.reduceat(fan[:, None] * (local + local[after]), start[:-1], axis=0) / 3.0
         around = areas(local - middle[patch])
-        return np.asarray((around + around[before]) / 2.0)
+        return np.where(alone[patch], 1.0, (around + around[before]) / 2.0)
 
     @property
     def pull(self) -> Floats:

@@ -46,14 +46,14 @@ def worn(contacts: Contacts, depth: Floats) -> tuple[Contacts, Ints]:
     frame = contacts.frame
     for k in range(len(contacts)):
         whole = contacts.polygon(k)
-        unworn = depth[k] <= LEAST * np.max(np.ptp(whole, axis=0))
+        unworn = len(whole) < 3 or depth[k] <= LEAST * np.max(np.ptp(whole, axis=0))
         parts = [whole] if unworn else _inner(whole, frame[k], float(depth[k]))
         polygons += parts
         origin += [k] * len(parts)
     kept = np.array(origin, np.int64)
     ends = np.stack([contacts.a, contacts.b], 1)[kept]
     mu, strength, lean = contacts.mu[kept], contacts.strength_given[kept], contacts.leaning[kept]
-    return Contacts.of(ends, polygons, mu, strength, lean, contacts.at_points[kept]), kept
+    return Contacts.of(ends, polygons, mu, strength, lean, contacts.normal_given[kept]), kept
 
 
 def _inner(polygon: Floats, frame: Floats, depth: float) -> list[Floats]:

@@ -151,7 +151,7 @@ def gathered(found: Mapping[tuple[int, int], Sequence[Meeting]]) -> tuple[Contac
         [(a, b) for _, a, b in held],
         [part.polygon for part, *_ in held],
         lean=[None if kind in ("flat", "point") else 0.0 for kind in kinds],
-        pointlike=[kind == "point" for kind in kinds],
+        facing=[part.normal if part.kind == "point" else None for part, *_ in held],
     )
     area = [*contacts.area.tolist(), *[0.0] * (len(every) - len(held))]
     return contacts, tuple(

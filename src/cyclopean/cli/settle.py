@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 __all__ = ["settle"]
 
 TAKEN = (
-    "length height thickness wythes batter corner opening ends coursed through hearting pins copes inward dress all"
-    " look_ahead margin friction lean yaws cell ways"
+    "length height thickness wythes batter corner opening ends coursed through binders hearting pins copes inward"
+    " dress all look_ahead margin friction lean yaws cell ways"
 )
 
 

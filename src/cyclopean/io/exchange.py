@@ -22,7 +22,7 @@ _PLURAL |= {
     "material": "materials",
     "held": "partial supports",
     "actions": "loads on faces and bodies",
-    "pointlike": "points for contacts",
+    "facing": "points for contacts",
 }
 
 

@@ -3,7 +3,7 @@
 These files name blocks by id and contacts by order, so a file of another model is found out and refused.
 """
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from cyclopean.errors import InputError
 from cyclopean.io.fields import array, found, label, mapping, number, points, read_json, text
 from cyclopean.io.files import PathLike, one_line
 
-__all__ = ["ContactState", "Findings", "ForceRow", "force_rows", "read_findings"]
+__all__ = ["ContactState", "Findings", "ForceRow", "force_rows", "listed", "read_findings"]
 
 _RESULT, _SEQUENCE = "cyclopean.result/1", "cyclopean.sequence/1"
 _PLACED = {  # schema: where its rows stand, which key names the block, which keys are told of it
@@ -148,6 +148,16 @@ class ForceRow:
     frame: Floats | None  # (3, 3) rows n, u, v
     utilisation: float | None
 
+    @property
+    def facing(self) -> Floats | None:
+        """(3,) normal of a contact at a point; None of a polygon."""
+        return self.frame[0] if self.frame is not None and len(self.polygon) == 1 else None
+
+
+def listed(rows: Sequence[ForceRow]) -> Contacts:
+    """The contacts of some rows."""
+    return Contacts.of([row.ends for row in rows], [row.polygon for row in rows], facing=[row.facing for row in rows])
+
 
 def force_rows(shown: str, data: Mapping[str, Any], index: Mapping[str, int]) -> list[ForceRow]:
     """Read the `forces` of a result; `index` numbers the blocks of its model by their ids.
@@ -182,7 +192,7 @@ def _result(shown: str, data: dict[str, Any], assembly: Assembly) -> tuple[Assem
     if rows and given is not None and pairs != list(zip(given.a.tolist(), given.b.tolist(), strict=True)):
         raise InputError(f"{shown}: its contacts are not those of the model; check that model again")
     if rows and given is None:
-        assembly = replace(assembly, contacts=Contacts.of(pairs, [row.polygon for row in rows]))
+        assembly = replace(assembly, contacts=listed(rows))
     if not rows or any(row.force is None for row in rows):  # all or none: files hold null where no state was found
         lacking = f"{shown}: holds no forces, because its verdict is {model.get('verdict', 'not given')}"
         return assembly, Findings(model), (lacking,)

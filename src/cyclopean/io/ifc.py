@@ -233,13 +233,9 @@ class _Writer:
             self.relate("IfcRelAssociatesMaterial", key, RelatedObjects=parts, RelatingMaterial=material)
 
     def contacts(self, contacts: list[dict[str, Any]], stones: list[Any], findings: Findings) -> None:
-        """One connection a contact: its polygon as a surface, the rest as JSON in its description."""
+        """One connection a contact: its polygon as a surface, or its point, the rest as JSON in its description."""
         index = {block.id: stone for block, stone in zip(self.assembly.blocks, stones, strict=True)}
         for k, row in enumerate(contacts):
-            corners = [self.make("IfcCartesianPoint", point) for point in row["polygon"]]
-            bound = self.make("IfcFaceOuterBound", self.make("IfcPolyLoop", corners), True)
-            patch = self.make("IfcConnectedFaceSet", (self.make("IfcFace", (bound,)),))
-            surface = self.make("IfcFaceBasedSurfaceModel", (patch,))
             words = {key: value for key, value in row.items() if key not in ("a", "b", "polygon")}
             words |= found_at(findings, k)
             self.root(
@@ -247,10 +243,18 @@ class _Writer:
                 f"contact {k}",
                 Name=CONTACT,
                 Description=json.dumps(words, ensure_ascii=False),
-                ConnectionGeometry=self.make("IfcConnectionSurfaceGeometry", surface, None),
+                ConnectionGeometry=self.connection([self.make("IfcCartesianPoint", point) for point in row["polygon"]]),
                 RelatingElement=index[row["a"]],
                 RelatedElement=index[row["b"]],
             )
+
+    def connection(self, corners: list[Any]) -> Any:
+        """Where two elements touch: on a polygon or at a point."""
+        if len(corners) == 1:
+            return self.make("IfcConnectionPointGeometry", corners[0], None)
+        bound = self.make("IfcFaceOuterBound", self.make("IfcPolyLoop", corners), True)
+        patch = self.make("IfcConnectedFaceSet", (self.make("IfcFace", (bound,)),))
+        return self.make("IfcConnectionSurfaceGeometry", self.make("IfcFaceBasedSurfaceModel", (patch,)), None)
 
 
 def _label(name: str) -> str:
@@ -399,8 +403,11 @@ class _Reader:
             if relation.Name != CONTACT or None in ends:
                 continue
             words = parsed(self.path, relation.Description or "{}")
-            faces = relation.ConnectionGeometry.SurfaceOnRelatingElement.FbsmFaces
-            loop = faces[0].CfsFaces[0].Bounds[0].Bound.Polygon
+            where = relation.ConnectionGeometry
+            if where.is_a("IfcConnectionPointGeometry"):
+                loop = [where.PointOnRelatingElement]
+            else:
+                loop = where.SurfaceOnRelatingElement.FbsmFaces[0].CfsFaces[0].Bounds[0].Bound.Polygon
             polygon = np.array([point.Coordinates for point in loop], np.float64).reshape(-1, 3)
             kept = {key: value for key, value in dict(words).items() if key not in TOLD}
             rows.append(kept | {"a": ends[0], "b": ends[1], "polygon": (polygon * self.scale).tolist()})

@@ -19,6 +19,7 @@ from cyclopean.assembly import (
     Settlement,
     SurfaceLoad,
 )
+from cyclopean.assembly.contacts import UNIT
 from cyclopean.errors import InputError
 from cyclopean.io.fields import (
     UnknownKeys,
@@ -47,7 +48,7 @@ _MODEL = frozenset(
     | {"supports", "friction", "combinations", "settlements"}
 )
 _BLOCK = frozenset({"id", "vertices", "faces", "density", "fixed", "group", "material"})
-_CONTACT = frozenset({"a", "b", "polygon", "mu", "tension", "surface"})
+_CONTACT = frozenset({"a", "b", "polygon", "mu", "tension", "surface", "normal"})
 _SURFACES = ("flat", "rough", "curved", "point")
 _SECTIONS = {  # what a row of them is called, and what it says
     "supports": ("support", ("block", "held")),
@@ -226,7 +227,7 @@ def _known(where: str, key: str, row: dict[str, Any], index: dict[str, int]) -> 
 
 
 def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unknown: UnknownKeys) -> Contacts:
-    pairs, polygons, mus, pulls, leans, pointlike = [], [], [], [], [], []
+    pairs, polygons, mus, pulls, leans, facing = [], [], [], [], [], []
     for k, value in enumerate(rows):
         where = f"{path}: contact {k}"
         row = mapping(value, where)
@@ -237,22 +238,33 @@ def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unk
         if "polygon" not in row:
             raise InputError(f'{where}: has no "polygon"')
         polygon = points(row["polygon"], f"{where}: polygon")
-        if len(polygon) < 3:
-            raise InputError(f"{where}: polygon has {len(polygon)} points; a contact needs at least 3")
         mu, pull = (optional(row.get(key), f"{where}: {key}", not_negative) for key in ("mu", "tension"))
         surface = "flat" if row.get("surface") is None else row["surface"]
         if surface not in _SURFACES:
             raise InputError(f"{where}: surface {label(surface)} is not one of {', '.join(_SURFACES)}")
+        facing.append(_normal(row, where) if surface == "point" else None)
+        if len(polygon) < 3 and surface != "point":
+            raise InputError(f"{where}: polygon has {len(polygon)} points; a contact needs at least 3")
+        if len(polygon) != 1 and surface == "point":
+            raise InputError(f"{where}: polygon has {len(polygon)} points; a contact at a point has 1, and a normal")
         unknown.note(row, _CONTACT, "contact", where)
         pairs.append((a, b))
         polygons.append(metres(polygon, units))
         mus.append(mu)
         pulls.append(pull)
-        pointlike.append(surface == "point")
-        leans.append(
-            0.0 if surface in ("rough", "curved") else None
-        )  # how much is measured when the contacts are checked
-    return Contacts.of(pairs, polygons, mus, pulls, leans, pointlike)
+        leans.append(0.0 if surface in ("rough", "curved") else None)  # how much is measured when they are checked
+    return Contacts.of(pairs, polygons, mus, pulls, leans, facing)
+
+
+def _normal(row: dict[str, Any], where: str) -> Floats:
+    """(3,) unit normal of a contact at a point."""
+    if "normal" not in row:
+        raise InputError(f'{where}: has no "normal"; a contact at a point needs one, from its block a into its block b')
+    normal = points([row["normal"]], f"{where}: normal")[0]
+    length = float(np.linalg.norm(normal))
+    if not length > 0.0:
+        raise InputError(f"{where}: normal has no length")
+    return np.asarray(normal if abs(length - 1.0) <= UNIT else normal / length)
 
 
 def _load(
@@ -312,12 +324,9 @@ def model_dict(
             {"a": ids[a], "b": ids[b], "polygon": joined.polygon(k).tolist()}
             | ({} if np.isnan(mu) else {"mu": mu})
             | ({} if np.isnan(pull) else {"tension": pull})
-            | ({"surface": "point"} if joined.at_points[k] else {} if np.isnan(lean) else {"surface": "rough"})
-            for k, (a, b, mu, pull, lean) in enumerate(
-                zip(
-                    *(x.tolist() for x in (joined.a, joined.b, joined.mu, joined.strength_given, joined.leaning)),
-                    strict=True,
-                )
+            | joined.surface(k)
+            for k, (a, b, mu, pull) in enumerate(
+                zip(*(x.tolist() for x in (joined.a, joined.b, joined.mu, joined.strength_given)), strict=True)
             )
         ]
     if assembly.loads or assembly.actions:

@@ -13,7 +13,7 @@ from cyclopean.assembly import Assembly, Block, Contacts, supports
 from cyclopean.errors import InputError
 from cyclopean.io.fields import array, found, label, mapping, number, read_json, text, vector
 from cyclopean.io.files import PathLike, one_line
-from cyclopean.io.findings import ForceRow, force_rows
+from cyclopean.io.findings import ForceRow, force_rows, listed
 from cyclopean.io.formats import MESH_SUFFIXES
 from cyclopean.io.model_json import SCHEMA, read_document
 from cyclopean.io.models import read_model
@@ -217,11 +217,11 @@ def _contacts(shown: str, rows: list[ForceRow], assembly: Assembly, assumed: dic
     known = assembly.contacts
     if not rows:
         return Contacts.of([], []) if known is None else known
-    listed = Contacts.of([row.ends for row in rows], [row.polygon for row in rows])
-    if known is not None and np.array_equal(known.a, listed.a) and np.array_equal(known.b, listed.b):
-        listed = replace(listed, mu=known.mu)
+    here = listed(rows)
+    if known is not None and np.array_equal(known.a, here.a) and np.array_equal(known.b, here.b):
+        here = replace(here, mu=known.mu)
     mu = assumed.get("mu")
-    return listed if mu is None else listed.with_mu(number(mu, f"{shown}: assumed.mu"))
+    return here if mu is None else here.with_mu(number(mu, f"{shown}: assumed.mu"))
 
 
 def _given(rows: list[ForceRow], name: str) -> list[Floats] | None:

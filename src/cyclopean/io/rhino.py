@@ -139,14 +139,17 @@ class _Writer:
             self.file.Objects.AddMesh(rhino_mesh(block.vertices, rings), attributes)
 
     def contacts(self, contacts: list[dict[str, Any]], findings: Findings) -> None:
-        """One closed polyline a contact."""
+        """One closed polyline a contact, or a point."""
         layer = self._layer(CONTACTS, (30, 90, 160))
         for k, row in enumerate(contacts):
             words = {key: value for key, value in row.items() if key != "polygon"}
             words |= found_at(findings, k)
-            corners = [*row["polygon"], row["polygon"][0]]
+            corners = [self.rhino.Point3d(*p) for p in row["polygon"]]
             attributes = self._attributes("contact", k, layer, words)
-            self.file.Objects.AddPolyline([self.rhino.Point3d(*p) for p in corners], attributes)
+            if len(corners) == 1:
+                self.file.Objects.AddPoint(corners[0], attributes)
+            else:
+                self.file.Objects.AddPolyline([*corners, corners[0]], attributes)
 
     def loads(self, loads: list[dict[str, Any]]) -> None:
         """One line a load, from the point where it acts along its force."""
@@ -300,6 +303,9 @@ def _found(path: str, file: Any, unit: str, size: int) -> _Found:
             (found.meshes if kind == "Mesh" else found.solids).append((body, text | {"layer": name, "path": full}))
         elif kind == "Curve" and text.get(KIND) == "contact":
             found.contacts.append(_words(text) | {"polygon": metres(_corners(geometry), unit).tolist()})
+        elif kind == "Point" and text.get(KIND) == "contact":
+            at = geometry.Location
+            found.contacts.append(_words(text) | {"polygon": metres(np.array([[at.X, at.Y, at.Z]]), unit).tolist()})
         elif kind == "Curve" and text.get(KIND) == "load":
             start = geometry.PointAtStart
             point = metres(np.array([start.X, start.Y, start.Z]), unit)

@@ -5,8 +5,9 @@ Standard library only, one file, nothing of the program that wrote the certifica
     python checker.py CERT.json        python -m cyclopean.proof CERT.json        verify(json.load(file))
 
 **What is proved.** A certificate `cyclopean.certificate/2` holds blocks (closed polygon meshes, metres), contacts
-(planar polygons, whose area normal N points from block `a` into block `b`), loads, gravity, and one of eight proofs. A
-tolerance belongs to the block, the point or the component (free blocks that contacts join) that it is about.
+(planar polygons, whose area normal N points from block `a` into block `b`, or single points with a normal N), loads,
+gravity, and one of eight proofs. A tolerance belongs to the block, the point or the component (free blocks that
+contacts join) that it is about.
 
 *rbe-state*, "stable under rigid-block equilibrium": a force F on `b` (and -F on `a`) at every vertex of every contact
 polygon. No force pulls, F.N >= 0; none leaves its friction cone, |F|^2 |N|^2 <= (1 + mu^2) (F.N)^2; together they are
@@ -396,7 +397,12 @@ class _Joint(NamedTuple):
     mu: Number
     tension: Number
     bent: bool = False  # whether the file says that the surface is rough or curved
-    pointlike: bool = False  # or that a corner of a block touches there, or an edge
+    facing: tuple[Number, ...] = ()  # normal of a point, where a corner of a block touches, or an edge
+
+    @property
+    def pointlike(self) -> bool:
+        """Whether it is a single point."""
+        return bool(self.facing)
 
 
 class _Push(NamedTuple):
@@ -757,7 +763,7 @@ def _is_closed(faces: Sequence[Sequence[int]]) -> bool:
 
 def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Sequence[_Stone]) -> _Joint:
     where = f"contact {i}"
-    entry = _fields(value, JOINT_FIELDS, f"{where}: ", "tension", "surface")
+    entry = _fields(value, JOINT_FIELDS, f"{where}: ", "tension", "surface", "normal")
     a, b = _name(entry["a"], numbers, where), _name(entry["b"], numbers, where)
     if a == b:
         _refuse(f"{where} joins block {_short(stones[a].name)} to itself")
@@ -770,12 +776,20 @@ def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Seque
     if "tension" in entry and not tension > 0:
         _refuse(f"{where}: tension is not positive")
     polygon = _triples(entry["polygon"], f"{where}: polygon", f"{where}: point")
-    if len(polygon) < 3:
-        _refuse(f"{where}: polygon has fewer than three points")
     if "surface" in entry and entry["surface"] not in SURFACES:
         _refuse(f"{where}: surface is neither rough nor curved, nor a point")
-    pointlike = entry.get("surface") == "point"
-    return _Joint(a, b, polygon, mu, tension, "surface" in entry and not pointlike, pointlike)
+    if entry.get("surface") != "point":
+        if len(polygon) < 3:
+            _refuse(f"{where}: polygon has fewer than three points")
+        if "normal" in entry:
+            _refuse(f"{where}: only a point has a normal")
+        return _Joint(a, b, polygon, mu, tension, "surface" in entry)
+    if len(polygon) != 1 or tension:
+        _refuse(f"{where}: polygon has more points than one, or a point pulls")
+    facing = tuple(_row(entry["normal"], 3, f"{where}: normal")) if "normal" in entry else ()
+    if not any(facing):
+        _refuse(f"{where}: normal is missing or zero")
+    return _Joint(a, b, polygon, mu, tension, False, facing)
 
 
 def _label(sheet: _Sheet, i: int) -> str:
@@ -1199,7 +1213,7 @@ class _Solid(NamedTuple):
 
 
 class _Patch(NamedTuple):
-    """A contact in integers: its points and its area vector N, from `a` into `b`; mu = p/q.
+    """A contact in integers: its points and its area vector N, or normal, from `a` into `b`; mu = p/q.
 
     `part` is its component, `rows` are its points among those of all contacts. `tolerance2` is what counts at it;
     `normals` holds, where the surface is rough or curved, the area vectors of the faces that each point lies on: those
@@ -1308,7 +1322,7 @@ class _Model:
 
 def _weigh(sheet: _Sheet) -> _Model:
     """Check the geometry and turn the model into integers."""
-    k = _fineness(_lengths(sheet))
+    k = max(_fineness(_lengths(sheet)), (_fineness(chain(*(joint.facing for joint in sheet.joints))) + 1) // 2)
     component = _components(sheet)
     solids, patches, misfit = _fitted(sheet, component, k)
     per_density = _fineness(stone.density for stone in sheet.stones)
@@ -1530,7 +1544,7 @@ def _on_solid(sheet: _Sheet, solid: _Solid, patch: _Patch, sign: int, k: int, lo
     """How a contact lies on a block: once for all that lie alike on blocks of the same shape."""
     (ox, oy, oz), shape = solid.origin, solid.shape
     points = [(x - ox, y - oy, z - oz) for x, y, z in patch.points]
-    place = (sign, patch.joint.bent, patch.joint.pointlike, patch.tolerance2, *points)
+    place = (sign, patch.joint.bent, patch.joint.facing, patch.tolerance2, *points)
     seat = shape.seats.get(place)
     if seat is None:
         local = patch._replace(points=points)
@@ -1609,22 +1623,25 @@ def _patch(
     joint = sheet.joints[i]
     points = _vectors(joint.polygon, k)
     ox, oy, oz = points[0]
-    outline = (joint.bent or joint.pointlike, tolerance2, *[(x - ox, y - oy, z - oz) for x, y, z in points])
-    normal, normal2 = known.get(outline) or _area_checked(sheet, i, points, tolerance2)
+    outline = (joint.bent, joint.facing, tolerance2, *[(x - ox, y - oy, z - oz) for x, y, z in points])
+    normal, normal2 = known.get(outline) or _area_checked(sheet, i, points, tolerance2, k)
     if len(points) <= MAX_KEPT and len(known) < MAX_KEPT:
         known[outline] = normal, normal2
     rows, (p, q) = slice(first, first + len(points)), joint.mu.as_integer_ratio()
     return _Patch(i, joint, part, rows, joint.a, joint.b, p, q, points, normal, normal2, tolerance2, [])
 
 
-def _area_checked(sheet: _Sheet, i: int, points: Sequence[Vec], tolerance2: Ratio2) -> tuple[Vec, int]:
+def _area_checked(sheet: _Sheet, i: int, points: Sequence[Vec], tolerance2: Ratio2, k: int) -> tuple[Vec, int]:
+    if facing := sheet.joints[i].facing:
+        normal = _vector(facing, 2 * k)  # as large as if twice the area were 1 m2
+        return normal, _length2(normal)
     normal = _area_vector(points)
     normal2 = _length2(normal)
     if normal2 == 0:
         _refuse(f"{_label(sheet, i)}: polygon has no area")
     if not _is_flat(points, normal, normal2, tolerance2):
         _refuse(f"{_label(sheet, i)}: polygon is not flat within the tolerance")
-    if not (sheet.joints[i].bent or sheet.joints[i].pointlike) and not _is_wide(points, normal2, tolerance2):
+    if not sheet.joints[i].bent and not _is_wide(points, normal2, tolerance2):
         _refuse(f"{_label(sheet, i)}: polygon is no wider than {NARROW} tolerances; it carries nothing, leave it out")
     return normal, normal2
 

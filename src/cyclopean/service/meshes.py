@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, Contacts, mended
 from cyclopean.errors import InputError
@@ -31,6 +33,9 @@ __all__ = [
     "moved",
     "stones_of",
 ]
+
+SEEN = 1e-3  # m: so large is drawn what stands for a point
+ROUND = np.array([[1.0, 0.0], [-0.5, 0.75**0.5], [-0.5, -(0.75**0.5)]])
 
 BLOCKS = (
     Input("Blocks", "B", "Mesh", "Closed meshes, one for each block.", "list", optional=True),
@@ -199,8 +204,12 @@ def moved(stone: Any, pose: Pose) -> tuple[Floats, list[tuple[int, ...]]]:
 
 
 def contact_curves(contacts: Contacts) -> list[Floats]:
-    """Corners (m) of each contact."""
-    return [contacts.polygon(k) for k in range(len(contacts))]
+    """Corners (m) of each contact; of a point three about it, as a curve has a length."""
+    frame = contacts.frame
+    curves = [contacts.polygon(k) for k in range(len(contacts))]
+    for k in np.flatnonzero(contacts.at_points).tolist():
+        curves[k] = curves[k] + SEEN * ROUND @ frame[k, 1:]
+    return curves
 
 
 def contact_names(assembly: Assembly, contacts: Contacts) -> list[list[str]]:

@@ -63,10 +63,10 @@ class Balance:
     held: Bools  # (m, 6)
     sliding: Bools  # (q,) points of joints without friction
     normal: Floats  # (q, 3 components, 3 doubles) m2: N of those points, zero elsewhere
-    area: Floats  # (q,) m2: |N|
+    area: Floats  # (q,) m2: |N|, 1 of a contact at a point
     blur: Floats  # (q,) angle by which rounding may turn the normal of the joint
     joint: Ints  # (q,) which polygon of the model
-    width: Floats  # (q,) m: of the joint, about; less than its smaller side
+    width: Floats  # (q,) m: of the joint, about; less than its smaller side; 0 of a point
     point: Floats  # (q + l, 3) m: contact points used, then those of loads
     push: Floats  # (l, 3) N: loads
     entry: Ints  # (e,) row of `point`, sorted by block
@@ -172,7 +172,7 @@ def exact_balance(model: PreparedModel, system: EquilibriumSystem) -> Balance:
         area,
         rounding_of_normals(contacts)[joint],
         joint,
-        0.5 * area / across[joint],
+        0.5 * area / np.where(across > 0.0, across, np.inf)[joint],
         np.concatenate([contacts.point[system.used], np.array([one.point for one in acting], float).reshape(-1, 3)]),
         push,
         entry,
@@ -218,18 +218,19 @@ def _sliding(contacts: Contacts, system: EquilibriumSystem) -> tuple[Bools, Floa
     sliding = contacts.mu[patch] == 0.0
     wanted = np.unique(patch[sliding])
     if len(wanted):
-        rows = np.concatenate([np.arange(contacts.start[c], contacts.start[c + 1]) for c in wanted])
-        ends = np.concatenate([[0], np.cumsum(contacts.start[wanted + 1] - contacts.start[wanted])])
-        vectors, k = exact_area_vectors(contacts.point[rows], ends)
-        normal[sliding] = expanded(vectors, 2 * k)[np.searchsorted(wanted, patch[sliding])]
-    return sliding, normal, 2.0 * contacts.area[patch]
+        some = contacts.only(wanted)
+        vectors, k = exact_area_vectors(some.point, some.start)
+        whole = expanded(vectors, 2 * k)
+        whole[some.at_points, 0] = some.normal_given[some.at_points]
+        normal[sliding] = whole[np.searchsorted(wanted, patch[sliding])]
+    return sliding, normal, contacts.scale[patch]
 
 
 def rounding_of_normals(contacts: Contacts) -> Floats:
-    """(c,) angle by which rounding may turn the normal of each patch: worse the thinner it is."""
+    """(c,) angle by which rounding may turn the normal of each patch: worse the thinner it is, 0 where it is given."""
     if not len(contacts):
         return np.zeros(0)
-    return np.asarray(4e-16 * _diagonals(contacts) ** 2 / contacts.area)
+    return np.asarray(4e-16 * _diagonals(contacts) ** 2 / np.where(contacts.at_points, 1.0, contacts.area))
 
 
 def _diagonals(contacts: Contacts) -> Floats:

@@ -247,7 +247,7 @@ def _in_units(state: Polished, case: _Case) -> Floats:
     smooth = contacts.mu[patch] == 0.0
     local = np.einsum("qij,qj->qi", case.system.frame, world)
     local[smooth] = 0.0
-    local[smooth, 0] = world[smooth, 0] * 2.0 * contacts.area[patch[smooth]]
+    local[smooth, 0] = world[smooth, 0] * contacts.scale[patch[smooth]]
     shift = case.system.pull if len(case.system.pull) else 0.0
     local /= case.system.force_unit
     local[:, 0] += shift

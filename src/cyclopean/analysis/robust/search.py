@@ -41,7 +41,7 @@ def require_known(model: PreparedModel) -> None:
     Raises
     ------
     InputError
-        Joints that pull, a settlement, partial supports, rough or curved contacts.
+        Joints that pull, a settlement, partial supports, rough or curved contacts, contacts at points.
     """
     pairs = zip(model.assembly.blocks, model.fixed, strict=True)
     held = next((block.id for block, whole in pairs if block.held and not whole), None)
@@ -50,6 +50,7 @@ def require_known(model: PreparedModel) -> None:
         (model.settled is None, "a settlement"),
         (held is None, f"blocks that are partly held, such as '{held}'"),
         (bool(np.isnan(model.contacts.leaning).all()), "rough or curved contacts"),
+        (not model.contacts.at_points.any(), "contacts at points"),
     ):
         if not known:
             raise InputError(f"`within` does not go with {what}; leave it out")

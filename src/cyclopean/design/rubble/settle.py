@@ -298,13 +298,15 @@ class Round:
     pools: tuple[Sequence[int], ...]  # stones that are tried: the first of them first
     accepts: Callable[[Place], bool] | None = None
     patience: int = PATIENCE
+    binders: bool = False  # they lie with their length into the wall
 
 
 def _fill(site: Site, parts: Sequence[Places], work: Round) -> None:
     """Lay stones, part after part, until none goes below the ceiling."""
     for places in parts:
         while any(work.pools):
-            trial = _next(site, places, work)
+            trial = _next(site, places, replace(work, binders=True)) if site.wants_binder() else None
+            trial = trial or _next(site, places, work)
             if trial is None:
                 break
             boxes = site.take(trial, work.course, work.role)
@@ -324,7 +326,8 @@ def _next(site: Site, places: Places, work: Round) -> Trial | None:
     vain, rounds = 0, 0
     while vain < work.patience:
         pool = work.pools[min(rounds, len(work.pools) - 1)]
-        found = places.best(site.map, [site.bedded(k) for k in pool], work.ceiling, work.accepts)
+        lying = [site.binding(k) if work.binders else site.bedded(k) for k in pool]
+        found = places.best(site.map, lying, work.ceiling, work.accepts)
         if not found and rounds >= len(work.pools) - 1:
             return None
         rounds += 1

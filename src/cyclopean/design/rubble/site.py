@@ -29,6 +29,7 @@ __all__ = ["Progress", "Site", "free_name"]
 
 PROUD = 0.07  # of its size: by which a stone may stand out of a face, or above the ceiling
 THROUGH = 1.5  # m between through-stones of a wall of two wythes, as masons have it
+INTO = 1.25  # times its length along the wall: from so deep on a stone lies with its length into it
 LONGEST = 3.0  # times the unit: width of the ground around the wall
 
 Progress = Callable[[str], None]
@@ -101,6 +102,16 @@ class Site:
         if stone not in self.known:
             self.known[stone] = bedded(stone, self.stones[stone], self.settings.yaws, self.cell)
         return self.known[stone]
+
+    def wants_binder(self) -> bool:
+        """Whether too few stones lie with their length into the wall."""
+        long, deep = (self.boxes[:, 1] - self.boxes[:, 0])[:, :2].T
+        return int(np.count_nonzero(deep >= INTO * long)) < self.settings.binders * (len(self.boxes) + 1)
+
+    def binding(self, stone: int) -> list[Bedded]:
+        """A stone in those of its orientations in which its length lies into the wall."""
+        shapes = [(lying, lying.raster.low.shape) for lying in self.bedded(stone)]
+        return [lying for lying, (long, deep) in shapes if deep >= INTO * long]
 
     def near(self, low: Floats, high: Floats, reach: float) -> list[int]:
         """What stands nearer than reach (m) to a box."""

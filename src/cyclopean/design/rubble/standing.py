@@ -62,12 +62,12 @@ class Joint:
     @property
     def points(self) -> Floats:
         """(q, 3) where forces act: at the corners of faces, and at points."""
-        return np.concatenate([_forces_at(part) for part in self.parts])
+        return np.concatenate([part.polygon for part in self.parts])
 
     @property
     def bearing(self) -> Floats:
         """(n, 3) those of them that bear it."""
-        found = [_forces_at(part) for part in self.parts if part.normal[2] >= BEARING]
+        found = [part.polygon for part in self.parts if part.normal[2] >= BEARING]
         return np.concatenate([np.zeros((0, 3)), *found])
 
 
@@ -286,11 +286,6 @@ def _ways_down(lean: float) -> Floats:
     return np.concatenate([plumb, leaning])
 
 
-def _forces_at(part: Meeting) -> Floats:
-    """(q, 3) m: the corners of a face, and the middle of what stands for a point."""
-    return part.polygon.mean(axis=0)[None] if part.kind == "point" else part.polygon
-
-
 def _turned(part: Meeting) -> Meeting:
     """The same patch with its normal the other way."""
     return replace(part, polygon=part.polygon[::-1], normal=-part.normal)
@@ -310,7 +305,7 @@ def _system(masses: Sequence[Mass], joints: Sequence[Joint], ends: Ints, frictio
         return None
     point = np.concatenate([joint.points for joint in joints])
     parts = [part for joint in joints for part in joint.parts]
-    normal = np.repeat([part.normal for part in parts], [len(_forces_at(part)) for part in parts], axis=0)
+    normal = np.repeat([part.normal for part in parts], [len(part.polygon) for part in parts], axis=0)
     frame = frames_from_normals(normal)
     rows = np.repeat(ends, count, axis=0)
     unit = float(np.mean([mass.weight for mass in masses]))

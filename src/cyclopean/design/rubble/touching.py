@@ -3,7 +3,7 @@
 Two rigid bodies touch at a corner of one on a face of the other, with the face's normal, or where an edge of each
 crosses that of the other, with the normal of both; where whole faces lie on each other, the corners of what they share
 are such points. The normal there is certain, however rough the stone is. So a contact is a point of such a pair that
-is all but closed, as a triangle of next to no size; of points on two faces that lie in one plane, their hull.
+is all but closed; of points on two faces that lie in one plane, their hull.
 
 A pair tells of the surface only if each of the bodies is, near the point, behind the plane: of its triangles there the
 highest corner is the one that touches, or the highest edge. That is what a proof asks for as well, so that no contact
@@ -30,7 +30,6 @@ __all__ = ["TOUCH", "touching"]
 # Lengths in units of the size (cube root of the volume) of the smaller of the two bodies.
 TOUCH = 2.5e-4  # gap up to which two bodies touch; a stone comes to rest within a tenth of it
 NEAR = 12.0  # times that: what of a body is nearer to the point has to be behind the plane
-SPECK = 2e-5  # radius of the triangle that stands for a point
 WIDE = 1e-2  # least width of a face; what is narrower is told by its ends
 LEVEL = 5e-4  # sine: what is in one plane, half of what a proof allows
 CROSSING = 0.1  # sine of the angle of two edges from which on they cross
@@ -180,7 +179,8 @@ def _joint(points: _Points, least: float) -> list[Meeting]:
         if left[k] and points.known[k]:
             beside = np.linalg.norm(points.at - points.at[k], axis=1) <= 2.0 * TOUCH * least
             left &= ~(beside & (np.linalg.norm(points.normal - points.normal[k], axis=1) <= LEVEL))
-            found.append(_point(points.at[k], points.normal[k], float(points.gap[k]), least))
+            gap = float(points.gap[k])
+            found.append(Meeting(points.at[k : k + 1], "point", points.normal[k], 0.0, abs(gap), gap))
     return found
 
 
@@ -196,11 +196,3 @@ def _face(points: _Points, least: float) -> Meeting | None:
         return None
     off = float(np.abs((points.at - middle) @ normal).max())
     return Meeting(middle + ring @ frame[1:], "flat", normal, area, off, float(points.gap.mean()))
-
-
-def _point(at: Floats, normal: Floats, gap: float, least: float) -> Meeting:
-    """A triangle that stands for a point."""
-    turn = 2.0 * np.pi * np.arange(3) / 3.0
-    frame = frames_from_normals(normal[None])[0]
-    ring = at + SPECK * least * (np.cos(turn)[:, None] * frame[1] + np.sin(turn)[:, None] * frame[2])
-    return Meeting(ring, "point", normal, 0.0, abs(gap), gap)

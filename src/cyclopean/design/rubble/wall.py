@@ -58,6 +58,9 @@ class SettleSettings:
     through: float | None = option(
         None, "Through-stones so far apart (m), along the wall and up it [1.5 in two wythes].", "number", metavar="L"
     )
+    binders: float = option(
+        0.0, "Share of the stones that lie with their length into the wall.", "number", metavar="SHARE"
+    )
     hearting: bool = option(False, "Small stones are kept for the hollows.", "flag")
     pins: bool = option(False, "Stones that would rock are steadied with small ones, laid first.", "flag")
     copes: bool = option(False, "Large stones of one thickness are kept for the top.", "flag")
@@ -100,6 +103,10 @@ class SettleSettings:
             raise InputError(
                 f"dress: {self.dress:g} is not a share from 0 to {MOST_DRESSED:g}; to cut more, use match and carve"
             )
+        if not 0.0 <= self.binders <= 1.0:
+            raise InputError(f"binders: {self.binders:g} is not a share from 0 to 1")
+        if self.binders and self.corner is not None:
+            raise InputError("binders: a wall with a corner has two ways into it; leave out `binders` or `corner`")
         if self.wythes not in (1, 2):
             raise InputError(f"wythes: expected 1 or 2, got {self.wythes!r}")
         if self.ends not in ENDS:
