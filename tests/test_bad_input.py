@@ -266,7 +266,7 @@ STATE = {"equilibrium", "cone", "gap", "complementarity", "alignment", "reach", 
 
 def test_the_result_holds_what_it_should(check):
     common = {"schema", "model", "method", "verdict", "reason", "blocks", "free", "contacts", "points", "assumed"}
-    common |= {"residuals", "certificate", "provenance", "seconds"}
+    common |= {"residuals", "certificate", "provenance", "warnings", "seconds"}
     _, result, _ = check(pair())
     assert result.keys() == common | {"forces", "displacement", "margins"}
     assert result["margins"].keys() == {"method", "friction", "joints", "tilt", "within", "seconds"}

@@ -38,7 +38,9 @@ from laws import examples
 
 DOWN = np.array([0.0, 0.0, -9.81])
 SIZE = {"width": 4.5, "height": 2.9, "columns": 12, "rows": 8, "courses": 8}
-WEDGED = PatternSettings(**SIZE, coursing=0.7, seed=3)  # has a stone on a point, between two faces of 51 and 55 degrees
+WEDGED = PatternSettings(
+    **SIZE, coursing=0.7, seed=6, lloyd=0
+)  # has a stone on a point, on faces of 50 degrees and more
 CUBE = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
 FACES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 
@@ -141,7 +143,7 @@ def drawn(wanted: PatternSettings, surface: Surface | None = None) -> tuple[Poly
 
 def test_a_stone_on_its_point_is_given_a_bed() -> None:
     before, after = drawn(WEDGED)
-    assert [(one.block, round(one.angle)) for one in before.without_bed] == [("c06-b08", 51)]
+    assert [(one.block, round(one.angle)) for one in before.without_bed] == [("c05-b12", 50)]
     assert after.without_bed == ()
     moved = np.any(before.pattern.subdivision.vertex != after.pattern.subdivision.vertex, axis=1)
     assert 1 <= moved.sum() <= 2
@@ -150,13 +152,13 @@ def test_a_stone_on_its_point_is_given_a_bed() -> None:
 
 
 def test_a_stone_beside_the_ground_is_given_a_bed_by_corners_that_slide_along_it() -> None:
-    before, after = drawn(PatternSettings(coursing=1.0, seed=33))
-    assert len(before.without_bed) == 1
+    before, after = drawn(PatternSettings(coursing=1.0, seed=31, lloyd=0))
+    assert "c01-b02" in [one.block for one in before.without_bed]
     assert after.without_bed == ()
 
 
 def test_a_move_that_costs_no_interlock_comes_first() -> None:
-    before, after = drawn(replace(WEDGED, seed=11))
+    before, after = drawn(replace(WEDGED, seed=5))
     assert (len(before.without_bed) > 0, after.without_bed) == (True, ())
     assert interlock(after.pattern).score > interlock(before.pattern).score
 
@@ -205,7 +207,7 @@ def test_walls_of_all_kinds_lie_on_beds_and_did_not() -> None:
     """On a plane, a cylinder and a sphere; the same walls as drawn show that the test can fail."""
     before = after = 0
     for surface in (None, Cylinder(2.5, 2.2), Sphere(7.0, 0.0, 2.2)):
-        for seed in range(4):
+        for seed in range(4, 8):
             one, two = drawn(replace(WEDGED, seed=seed, coursing=0.2 * seed), surface)
             before += len(steep(one, 35.0))
             after += len(steep(two, 35.0))
@@ -213,9 +215,9 @@ def test_walls_of_all_kinds_lie_on_beds_and_did_not() -> None:
 
 
 def test_round_a_corner() -> None:
-    wanted = PatternSettings(columns=20, rows=12, courses=12, seed=3)
+    wanted = PatternSettings(columns=20, rows=12, courses=12, seed=3, lloyd=0)
     before, after = corner_wall(replace(wanted, max_bed=90.0)), corner_wall(wanted)
-    assert len(before.without_bed) == 6
+    assert len(before.without_bed) == 3
     assert all(not one.block.startswith("corner") for one in before.without_bed)
     assert after.without_bed == ()
 
@@ -230,8 +232,8 @@ def test_what_cannot_be_avoided_is_told(run) -> None:
     """At the height of a dome every bed leans back with it."""
     status, out, _ = run("make", "polygonal", "--surface", "sphere:2", "--out", "m.json")
     assert status == 0
-    assert "beds       11 with no face below as flat as 35 degrees: 'c04-b01' (35)" in out
-    assert "and 6 more" in out
+    assert "beds       10 with no face below as flat as 35 degrees: 'c04-b03' (36)" in out
+    assert "and 5 more" in out
     _, out, _ = run("make", "polygonal", "--out", "m.json")
     assert "beds" not in out
 

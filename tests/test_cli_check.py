@@ -311,6 +311,9 @@ def test_an_option_of_rbe_chooses_it_and_says_so(run, cube):
         "cyclopean: warning: --cone inscribed:8: only rigid-block equilibrium has it, so the method is rbe",
         "cyclopean: warning: --eta: no effect, for only coupled analysis has it (--method cra)",
     ]
+    _, _, err = run("check", cube, "--eps", "2")
+    assert err == "cyclopean: warning: --eps: no effect, for --eta and --beta-min follow it where they are not given\n"
+    assert run("check", cube, "--eps", "2", "--eta", "5")[2] == ""
     status, _, err = run("check", cube, "--method", "cra", "--weights", "1,2")
     assert status == 2
     assert "--weights 1,2: only rigid-block equilibrium has it; use --method rbe" in err

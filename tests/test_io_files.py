@@ -215,8 +215,9 @@ def test_result_by_hand():
     found = result_dict(result(), "pair.cert.json")
     assert list(found) == [
         "schema", "model", "method", "verdict", "reason", "blocks", "free", "contacts", "points", "assumed",
-        "residuals", "forces", "certificate", "provenance", "seconds",
+        "residuals", "forces", "objective", "certificate", "provenance", "warnings", "seconds",
     ]  # fmt: skip
+    assert found["objective"] == 0.5 * sum(k * k for k in range(12))
     assert (found["schema"], found["model"], found["method"]) == ("cyclopean.result/1", "pair", "rbe")
     assert (found["blocks"], found["free"], found["contacts"], found["points"]) == (2, 1, 1, 4)
     assert found["assumed"] == {"mu": 0.84, "gravity": [0, 0, -9.80665]}

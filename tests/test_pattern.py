@@ -306,12 +306,15 @@ def test_size_grading_spreads_the_sizes() -> None:
     assert cv[0] < 0.75 * cv[1] < 0.75 * cv[2]
 
 
-def test_relaxation_evens_the_sizes() -> None:
+@pytest.mark.parametrize("grade", [0.0, 0.3])
+def test_relaxation_brings_stones_to_their_sizes(grade) -> None:
+    """Shares from exp(-grade) to exp(grade), evenly on that scale: spread over mean is about grade / sqrt(3)."""
     cv = [
-        draw_pattern(PatternSettings(columns=20, rows=12, courses=12, size_grade=0.0, lloyd=k)).readout.area_cv
+        draw_pattern(PatternSettings(columns=20, rows=12, courses=12, size_grade=grade, lloyd=k)).readout.area_cv
         for k in (0, 2, 8)
     ]
-    assert cv[0] > 1.2 * cv[1] > 1.2 * cv[2]
+    assert cv[0] > 1.1 * cv[1] > 1.1 * cv[2]
+    assert cv[2] == pytest.approx(grade / np.sqrt(3.0), abs=0.05)
 
 
 def test_dressed_stones_keep_their_shape_and_openings_stay_clear() -> None:

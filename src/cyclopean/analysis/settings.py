@@ -106,12 +106,14 @@ class Settings:
             if not math.isfinite(factor):
                 raise InputError.of("factors", case, "expected a finite number")
 
-    def without_effect(self) -> tuple[str, ...]:
-        """Options that were given and that the method has not, as messages name them."""
-        if self.chosen_method() != "rbe":
-            return ()
-        usual = Settings()
-        return tuple(f"`{name}`" for name in COUPLED if getattr(self, name) != getattr(usual, name))
+    def without_effect(self) -> str:
+        """A line on options that were given and that change nothing, or nothing."""
+        given = [f"`{name}`" for name in COUPLED if getattr(self, name) != getattr(Settings(), name)]
+        if given and self.chosen_method() == "rbe":
+            return f"{', '.join(given)}: no effect, for only coupled analysis has it (`method` cra)"
+        if "`eps`" in given and self.eta is None and self.beta_min is None:
+            return "`eps`: no effect, for `eta` and `beta_min` follow it where they are not given"
+        return ""
 
     def asks_for_rbe(self) -> str:
         """The first option given that only rigid-block equilibrium has; "" where there is none."""

@@ -116,7 +116,7 @@ def examined(
     began = time.perf_counter()
     assembly, said = assembly_of(model, reading)
     if idle := chosen.without_effect():
-        said = (*said, f"{', '.join(idle)}: no effect, for only coupled analysis has it (`method` cra)")
+        said = (*said, idle)
     read = time.perf_counter() - began
     if more.rough is not None:
         assembly, notes = _on_rough_surfaces(assembly, more.rough)

@@ -1,5 +1,6 @@
 """What analyses found, as data: `cyclopean.result/1` and `cyclopean.limit/1`."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -62,6 +63,8 @@ def result_dict(
         document["joints_that_pull"] = {"strength": result.strength, "contacts": int(pulling.sum())}
     if result.force is not None or result.tension is not None:
         document["forces"] = _pulled(result, _forces(result, ids))
+    if result.method == "rbe" and result.force is not None:
+        document["objective"] = _objective(result.force, result.provenance)
     if result.verdict == "unstable" and result.mechanism is not None:
         document["mechanism"] = _motion(result, ids, result.mechanism)
     if result.verdict == "stable" and result.displacement is not None:
@@ -80,6 +83,12 @@ def result_dict(
     if result.path is not None:
         document["path"] = subsidence_dict(result.path, result)
     return {key: plain(value) for key, value in document.items()}
+
+
+def _objective(force: Floats, provenance: Mapping[str, Any]) -> float:
+    """N2: half the weighted sum of squares that rigid-block equilibrium makes least, of these forces (q, 3)."""
+    pressing, rubbing = provenance.get("settings", {}).get("weights", (1.0, 1.0))
+    return 0.5 * float(pressing * (force[:, 0] ** 2).sum() + rubbing * (force[:, 1:] ** 2).sum())
 
 
 def _undecided(result: "Result", known: "Undecided", ids: list[str], file: str | None) -> dict[str, Any]:
@@ -171,6 +180,7 @@ def _tail(result: "Result | LimitResult", file: str | None) -> dict[str, Any]:
     return {
         "certificate": None if proof is None else {"kind": proof.get("kind"), "file": file},
         "provenance": {"cyclopean": __version__} | result.provenance,
+        "warnings": list(result.warnings),
         "seconds": result.seconds,
     }
 

@@ -2,10 +2,11 @@
 
 Seeds on a jittered grid, odd rows shifted by half a column so that head joints are staggered, own the cells of a power
 diagram (`geometry.power_diagram`) whose weights grade the sizes. Lloyd's relaxation moves each seed to the centroid of
-what is free of its cell. Openings, dressed stones and the foot are laid over the cells (`geometry.arrangement`),
-coursing levels the corners (`design.walls.coursing`), and cells whose inradius proxy 2 A / P is below `sliver`
-sqrt(area / seeds) lose their seed and everything is drawn again; pieces that are still too thin join a neighbour, and
-joints far shorter than a stone are taken out (`design.walls.short_joints`).
+what is free of its cell, and changes its weight towards the size that it is to have. Openings, dressed stones and the
+foot are laid over the cells (`geometry.arrangement`), coursing levels the corners (`design.walls.coursing`), and cells
+whose inradius proxy 2 A / P is below `sliver` sqrt(area / seeds) lose their seed and everything is drawn again; pieces
+that are still too thin join a neighbour, and joints far shorter than a stone are taken out
+(`design.walls.short_joints`).
 
 The diagram is drawn in units of the grid's spacing, so a wall that is stretched stretches its stones.
 
@@ -57,6 +58,7 @@ __all__ = [
 
 LEAST_SEEDS = 3  # fewer make no pattern
 PASSES = 12  # of culling; a cull makes its neighbours larger, so few are needed
+EVENING = 0.4  # weight for each mean cell that an area lacks; a weight of 1 adds two in a grid of squares
 RIM = 0.15  # of the spacing: no seed starts nearer to the end of a row than this
 
 
@@ -201,8 +203,9 @@ def drawing_seeds(settings: PatternSettings) -> Seeds:
     """
     frame = _frame(settings)
     site, weight = _seeds(settings, frame)
+    target = np.exp(weight)
     for _ in range(settings.lloyd):
-        site = _relaxed(settings, frame, site, weight)
+        site, weight = _relaxed(settings, frame, site, weight, target)
     return Seeds(site, weight)
 
 
@@ -353,8 +356,14 @@ def _diagram(settings: PatternSettings, frame: _Frame, site: Floats, weight: Flo
     return Subdivision(vertex, cells.start, cells.index, cells.site)
 
 
-def _relaxed(settings: PatternSettings, frame: _Frame, site: Floats, weight: Floats) -> Floats:
-    """Seeds moved to the centroids of what is free of their cells (the largest piece of it)."""
+def _relaxed(
+    settings: PatternSettings, frame: _Frame, site: Floats, weight: Floats, target: Floats
+) -> tuple[Floats, Floats]:
+    """Seeds moved to the centroids of what is free of their cells (the largest piece of it), and weights that bring
+    what is free of the new cells nearer to these shares.
+
+    Without the latter relaxation spreads sizes: a large cell draws its seed away from small ones.
+    """
     import shapely
 
     cells = _diagram(settings, frame, site, weight)
@@ -370,7 +379,10 @@ def _relaxed(settings: PatternSettings, frame: _Frame, site: Floats, weight: Flo
         centre[cut[owner[first][some]]] = shapely.get_coordinates(middle[some])
     moved = site.copy()
     moved[cells.site] = (centre - frame.origin) / frame.spacing
-    return moved
+    cells = _diagram(settings, frame, moved, weight)
+    area = np.zeros(len(site))
+    area[cells.site] = shapely.area(shapely.difference(cells.polygons(), frame.cover)) / np.prod(frame.spacing)
+    return moved, weight + EVENING * (target * area.sum() / target.sum() - area)
 
 
 def _drawn(settings: PatternSettings, frame: _Frame, site: Floats, weight: Floats) -> Subdivision:
