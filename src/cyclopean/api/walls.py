@@ -1,19 +1,60 @@
 """A wall of polygonal stones in one call."""
 
+import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
 
-from cyclopean.api.inputs import said
+from cyclopean.api.inputs import Path, said
+from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
     from cyclopean.design.walls.dressing import Coping, Foot, Quoins
     from cyclopean.design.walls.joints import Warped
+    from cyclopean.design.walls.line_work import LineReading
     from cyclopean.design.walls.openings import Opening
-    from cyclopean.design.walls.pattern import PatternSettings
+    from cyclopean.design.walls.pattern import Pattern, PatternSettings
     from cyclopean.design.walls.polygonal import PolygonalWall
     from cyclopean.design.walls.surfaces import Surface
 
-__all__ = ["polygonal_wall"]
+__all__ = ["chosen_pattern", "polygonal_wall"]
+
+
+def chosen_pattern(
+    settings: "PatternSettings", reading: "LineReading", courses: int | None = None, max_bed: float | None = None
+) -> "PatternSettings | Pattern":
+    """The pattern of a wall from the drawing that `reading` names, or what to draw one from where it names none.
+
+    Parameters
+    ----------
+    settings : PatternSettings
+        Of a pattern from seeds.
+    reading : LineReading
+        The drawing, and how it is read.
+    courses, max_bed : optional
+        What both have: the number of courses, and how flat beds are to be (degrees).
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read, a drawing that shows no wall, or options of a pattern from seeds beside it.
+    """
+    from cyclopean import io
+    from cyclopean.design.walls.line_work import LineReading, pattern_of
+    from cyclopean.design.walls.pattern import PatternSettings
+
+    if reading.drawing is None:
+        if (name := _unlike(reading, LineReading())) is not None:
+            raise InputError.of(name, None, "is of a drawing of joints; give `drawing` too")
+        return said(settings, courses=courses, max_bed=max_bed)
+    if (name := _unlike(settings, PatternSettings())) is not None:
+        raise InputError.of(name, None, "is of a pattern from seeds; leave it out, or `drawing`")
+    return pattern_of(io.read_line_work(reading.drawing, reading), reading.snap, courses, max_bed)
+
+
+def _unlike(given: Any, usual: Any) -> str | None:
+    """The first field of a dataclass that is not as usual."""
+    return next((one.name for one in fields(usual) if getattr(given, one.name) != getattr(usual, one.name)), None)
 
 
 def polygonal_wall(
@@ -36,6 +77,12 @@ def polygonal_wall(
     coping: "Coping | None" = None,
     base: "Foot" = None,
     base_radius: float | None = None,
+    drawing: Path | None = None,
+    units: str | None = None,
+    scale: float | None = None,
+    snap: float | None = None,
+    deviation: float | None = None,
+    layer: Sequence[str] | None = None,
     surface: "Surface | None" = None,
     depth: float = 0.2,
     batter: float = 0.0,
@@ -65,6 +112,11 @@ def polygonal_wall(
         Doors and windows.
     quoins, coping, base, base_radius : optional
         Dressed ends and top, and the line of the ground.
+    drawing : path, optional
+        DXF or SVG of the joints, instead of a pattern: its faces are the stones. Of the pattern only `courses` and
+        `max_bed` may then be said. What was mended or passed over is in `pattern.notes` of the wall.
+    units, scale, snap, deviation, layer : optional
+        How the drawing is read; see `LineReading`.
     surface : Surface, optional
         The face of the wall; an upright plane where not given.
     depth : float
@@ -95,8 +147,17 @@ def polygonal_wall(
     'ground'
     """
     from cyclopean.design.walls import polygonal
+    from cyclopean.design.walls.line_work import LineReading
     from cyclopean.design.walls.pattern import PatternSettings
 
+    reading = said(
+        LineReading(None if drawing is None else os.fspath(drawing)),
+        units=units,
+        scale=scale,
+        snap=snap,
+        deviation=deviation,
+        layer=None if layer is None else tuple(layer),
+    )
     pattern = said(
         PatternSettings() if settings is None else settings,
         width=width,
@@ -107,10 +168,8 @@ def polygonal_wall(
         jitter=jitter,
         lloyd=lloyd,
         coursing=coursing,
-        courses=courses,
         size_grade=size_grade,
         sliver=sliver,
-        max_bed=max_bed,
         openings=None if openings is None else tuple(openings),
         quoins=quoins,
         coping=coping,
@@ -118,7 +177,7 @@ def polygonal_wall(
         base_radius=base_radius,
     )
     return polygonal.polygonal_wall(
-        pattern,
+        chosen_pattern(pattern, reading, courses, max_bed),
         surface=surface,
         depth=depth,
         batter=batter,

@@ -5,11 +5,13 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopean.api.walls import chosen_pattern
 from cyclopean.cli import wall_options
 from cyclopean.cli.command import command, some, written
 from cyclopean.cli.make import Material
-from cyclopean.cli.outputs import Files
-from cyclopean.cli.terminal import say
+from cyclopean.cli.outputs import Files, planned
+from cyclopean.cli.terminal import as_option, say, warn
+from cyclopean.design.walls.line_work import LineReading
 from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.errors import InputError
 from cyclopean.options import option, options_of
@@ -31,7 +33,7 @@ FIELDS = {  # what refusals of the design begin with, and the option that says i
     "cone": "surface cone", "sphere": "surface sphere",
 }  # fmt: skip
 NAMED = 5  # stones without a bed; the rest are counted
-DRAWN = "width height columns rows seed jitter lloyd coursing size_grade sliver max_bed"
+SEEDED = "width height columns rows seed jitter lloyd coursing size_grade sliver"
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,31 +110,46 @@ def polygonal(
             svg=("F", "Draw the face, with the joints that run through."),
         ),
     ],
-    pattern: Annotated[PatternSettings, some(DRAWN)] = PatternSettings(),
+    pattern: Annotated[PatternSettings, some(SEEDED)] = PatternSettings(),
     courses: Annotated[int | None, options_of(PatternSettings)["courses"]] = None,
+    max_bed: Annotated[float | None, options_of(PatternSettings)["max_bed"]] = None,
+    drawn: LineReading = LineReading(),
     dressing: Dressing = Dressing(),
     lying: Lying = Lying(),
     built: Built = Built(),
     apart: Apart = Apart(),
     material: Material = Material(),
 ) -> int:
-    """Make a wall of polygonal stones, flat or curved, or two round a corner."""
+    """Make a wall of polygonal stones, flat or curved, or two round a corner; from seeds, or from a drawing."""
     if pattern.columns * pattern.rows > MOST_STONES or (courses or 0) > MOST_STONES:
         raise InputError(f"make polygonal: more than {MOST_STONES:,} stones or courses; ask for fewer")
     deep = None if built.corner is None else built.depth
-    count = pattern.rows if courses is None else courses
-    pattern = replace(pattern, courses=count, **dressing.of(deep))
+    courses = pattern.rows if courses is None and drawn.drawing is None else courses
+    if drawn.drawing is not None:
+        _refuse_beside(drawn.drawing, built, files)
+    chosen = chosen_pattern(replace(pattern, **dressing.of(deep)), drawn, courses, max_bed)
     options = {"depth": built.depth, "improve": built.improve is not None, **asdict(material)}
-    if built.corner is None:
-        return _flat_or_curved(pattern, asdict(lying), options, files, asdict(apart))
+    if built.corner is None or not isinstance(chosen, PatternSettings):
+        return _flat_or_curved(chosen, asdict(lying), options, files, asdict(apart))
     if lying != Lying():
         name = next(name for name in asdict(lying) if getattr(lying, name) != getattr(Lying(), name))
         raise InputError.of(name, None, "walls that meet at a corner are flat and upright; leave it out, or `corner`")
-    return _cornered(pattern, built.corner, options, files, asdict(apart))
+    return _cornered(chosen, built.corner, options, files, asdict(apart))
+
+
+def _refuse_beside(drawing: str, built: Built, files: Files) -> None:
+    """Refuse what cannot be had of a wall from a drawing, and files that would take its place."""
+    for name, way in (
+        ("corner", "draw both walls, each for itself"),
+        ("improve", "it moves seeds; move joints instead"),
+    ):
+        if getattr(built, name) is not None:
+            raise InputError.of(name, None, f"is not for a drawing: {way}, or leave out `drawing`")
+    planned({as_option(name): str(path) for name, path in files.to.items()}, keep=drawing)
 
 
 def _flat_or_curved(
-    pattern: PatternSettings,
+    pattern: "PatternSettings | Pattern",
     lying: dict[str, Any],
     options: dict[str, Any],
     files: Files,
@@ -143,9 +160,12 @@ def _flat_or_curved(
     from cyclopean.design.walls.joints import with_open_joints
     from cyclopean.design.walls.polygonal import polygonal_wall
 
-    lying["surface"] = wall_options.surface("`surface`", lying["surface"], pattern.width, pattern.height)
+    whole = pattern if isinstance(pattern, PatternSettings) else pattern.settings
+    lying["surface"] = wall_options.surface("`surface`", lying["surface"], whole.width, whole.height)
     made = polygonal_wall(pattern, **lying, **options)
     _write(made, lambda: with_open_joints(made.pattern, made.surface, made.thickness, **apart), files)
+    for note in made.pattern.notes:
+        warn(note)
     readout = made.pattern.readout
     _say_made(made.assembly)
     say(f"cells      {readout.cells}")

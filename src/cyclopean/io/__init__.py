@@ -13,6 +13,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.io.drawings import drawing_dict, read_drawing
     from cyclopean.io.exchange import exchange_paths, write_exchange
     from cyclopean.io.findings import read_findings
+    from cyclopean.io.line_work import read_line_work
     from cyclopean.io.stones import inventory_dict, read_stones, write_stones
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "margins_dict",
     "read_drawing",
     "read_findings",
+    "read_line_work",
     "read_mended",
     "read_model",
     "read_stones",
@@ -49,6 +51,7 @@ __getattr__, __dir__ = _lazy_exports(
         "drawings": "drawing_dict read_drawing",
         "exchange": "exchange_paths write_exchange",
         "findings": "read_findings",
+        "line_work": "read_line_work",
         "stones": "inventory_dict read_stones write_stones",
     },
 )

@@ -9,7 +9,8 @@ import importlib
 import logging
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from cyclopean.io.fields import label, refuse_unfolded
 from cyclopean.io.files import one_line
 from cyclopean.io.units import stated_units
 
-__all__ = ["read_dxf"]
+__all__ = ["opened", "parts", "read_dxf", "said_unit"]
 
 _UNITS = {0: "", 1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 _OTHER = {3: "miles", 7: "kilometres", 8: "microinches", 9: "mils", 10: "yards", 13: "microns", 14: "decimetres"}
@@ -44,6 +45,60 @@ def _library(where: str = "") -> Any:
         raise InputError(f"{where}DXF files need ezdxf: pip install 'cyclopean[dxf]'") from None
 
 
+@contextmanager
+def opened(path: str, data: bytes) -> Iterator[Any]:
+    """The drawing, to be read meanwhile.
+
+    Raises
+    ------
+    InputError
+        It is damaged, found out at once or in reading it; one line.
+    """
+    library = _library(f"{path}: ")
+    try:
+        with tempfile.TemporaryDirectory() as folder:  # the library tells text from binary in files only
+            place = Path(folder) / "drawing.dxf"
+            place.write_bytes(data)
+            drawing = library.readfile(place)
+        yield drawing
+    except (library.DXFError, TypeError, ValueError, *_DAMAGE) as error:
+        said_so = one_line(str(error), 80) or type(error).__name__
+        raise InputError(f"{path}: is a damaged DXF file ({said_so}); save it again") from None
+
+
+def said_unit(drawing: Any) -> str:
+    """Unit that a drawing says, "" where it says none."""
+    said = int(drawing.header.get("$INSUNITS", 0))
+    return _UNITS.get(said, _OTHER.get(said, f"number {said}"))
+
+
+def parts(path: str, size: int, drawing: Any) -> Iterator[tuple[Any, str, str, int]]:
+    """Entities of the model space, those of inserts in their stead, with name, layer and number of the insert.
+
+    Raises
+    ------
+    InputError
+        A file of `size` bytes that unfolds to far more.
+    """
+    groups = _group_names(drawing)
+    stack: list[tuple[Any, str, str, int]] = [(one, "", "", 0) for one in reversed(list(drawing.modelspace()))]
+    inserts = rows = 0
+    while stack:
+        entity, name, layer, owner = stack.pop()
+        name = name or groups.get(entity.dxf.handle, "")
+        layer = layer if layer and entity.dxf.layer == "0" else entity.dxf.layer
+        if entity.dxftype() != "INSERT":
+            yield entity, name, layer, owner
+            continue
+        for one in entity.multi_insert() if entity.mcount > 1 else (entity,):
+            inserts += 1
+            inner = list(one.virtual_entities())
+            rows += 1 + len(inner)
+            refuse_unfolded(path, rows, size)
+            called = name or (one.dxf.name if not one.dxf.name.startswith("*") else "")
+            stack.extend((part, called, layer, owner or inserts) for part in reversed(inner))
+
+
 def read_dxf(path: str, stem: str, data: bytes, units: str | None) -> tuple[Assembly, tuple[str, ...]]:
     """Read one block for each mesh, polyface, or connected piece of 3D faces, in metres.
 
@@ -52,19 +107,11 @@ def read_dxf(path: str, stem: str, data: bytes, units: str | None) -> tuple[Asse
     InputError
         It is damaged, or holds no such thing; the line then says what it holds instead.
     """
-    library = _library(f"{path}: ")
-    try:
-        with tempfile.TemporaryDirectory() as folder:  # the library tells text from binary in files only
-            place = Path(folder) / "drawing.dxf"
-            place.write_bytes(data)
-            drawing = library.readfile(place)
-        found = _Drawing(path, len(data))
-        found.gather(drawing.modelspace(), _group_names(drawing))
-        said = int(drawing.header.get("$INSUNITS", 0))
-    except (library.DXFError, TypeError, ValueError, *_DAMAGE) as error:
-        said_so = one_line(str(error), 80) or type(error).__name__
-        raise InputError(f"{path}: is a damaged DXF file ({said_so}); save it again") from None
-    unit, warnings = stated_units(path, _UNITS.get(said, _OTHER.get(said, f"number {said}")), units)
+    found = _Drawing(path, len(data))
+    with opened(path, data) as drawing:
+        found.gather(drawing)
+        said = said_unit(drawing)
+    unit, warnings = stated_units(path, said, units)
     bodies = found.bodies()
     if not bodies:
         raise InputError(f"{path}: {found.without_solids()}")
@@ -90,37 +137,17 @@ class _Drawing:
     smooth: int = 0
     rows: int = 0  # vertices and corners so far
 
-    def gather(self, space: Any, groups: Mapping[str, str]) -> None:
-        """Go through the entities of a space, those of inserts in their stead."""
-        stack: list[tuple[Any, str, str, int]] = [(one, "", "", 0) for one in reversed(list(space))]
-        inserts = 0
-        while stack:
-            entity, name, layer, owner = stack.pop()
+    def gather(self, drawing: Any) -> None:
+        """Go through the entities of the model space."""
+        for entity, name, layer, owner in parts(self.path, self.size, drawing):
             kind = entity.dxftype()
-            name = name or groups.get(entity.dxf.handle, "")
-            layer = layer if layer and entity.dxf.layer == "0" else entity.dxf.layer
-            if kind == "INSERT":
-                for one in self._inserted(entity):
-                    inserts += 1
-                    inner = list(one.virtual_entities())
-                    self._count(1 + len(inner))
-                    called = name or (one.dxf.name if not one.dxf.name.startswith("*") else "")
-                    stack.extend((part, called, layer, owner or inserts) for part in reversed(inner))
-            elif kind == "3DFACE":
+            if kind == "3DFACE":
                 self._face(entity, (name, layer, owner))
             elif shape := self._mesh(entity, kind):
                 self._count(len(shape[0]) + sum(map(len, shape[1])))
                 self.shapes.append((name, layer, shape))
             else:
                 self.passed[kind] += 1
-
-    def _inserted(self, insert: Any) -> Iterator[Any]:
-        """The insert, or each of an array of it."""
-        if insert.mcount <= 1:
-            yield insert
-            return
-        self._count(insert.mcount)
-        yield from insert.multi_insert()
 
     def _count(self, rows: int) -> None:
         self.rows += rows

@@ -151,7 +151,7 @@ def improvements(
     """
     pattern = draw_pattern(wall) if isinstance(wall, PatternSettings) else wall
     if pattern.seeds is None:
-        raise InputError("wall: the pattern was not drawn from seeds, so there are none to move; give its settings")
+        raise InputError("improve: the pattern was not drawn from seeds, so there are none to move; leave it out")
     usual = min(ROUNDS, max(1, STONES // pattern.readout.cells))
     rounds = usual if rounds is None else at_least("rounds", rounds, 0)
     origin, spacing = seed_grid(pattern.settings)

@@ -78,7 +78,7 @@ class PatternSettings:
     size_grade: float = option(0.3, "Spread of the stones' sizes.", "number", metavar="S")
     sliver: float = option(0.18, "Stones thinner than this share are culled.", "number", metavar="S")
     max_bed: float = option(
-        35.0, "Degrees: stones lie on a face as flat as this, if they can; 90 = as drawn.", "number",
+        35.0, "Degrees: stones lie on a face as flat as this, if they can; 90 = as drawn [35].", "number",
         metavar="DEG",
     )  # fmt: skip
     openings: tuple[Opening, ...] = ()
@@ -145,6 +145,7 @@ class Pattern:
     readout: Readout
     settings: PatternSettings
     seeds: Seeds | None = None  # what it was drawn from, those that were culled included; None = not from seeds
+    notes: tuple[str, ...] = ()  # what was mended in the drawing that it was read from, and what was passed over
 
     def with_corners(self, vertex: Floats) -> "Pattern":
         """The same stones with their corners, (V, 2) m, in other places."""

@@ -37,7 +37,7 @@ class PolygonalWall:
 
 
 def polygonal_wall(
-    settings: PatternSettings | None = None,
+    settings: PatternSettings | Pattern | None = None,
     *,
     surface: Surface | None = None,
     depth: float = 0.2,
@@ -51,8 +51,8 @@ def polygonal_wall(
 
     Parameters
     ----------
-    settings : PatternSettings, optional
-        The pattern: 3.0 x 1.8 m from 8 x 5 seeds where not given.
+    settings : PatternSettings or Pattern, optional
+        The pattern, or what to draw one from: 3.0 x 1.8 m from 8 x 5 seeds where not given.
     surface : Surface, optional
         The face of the wall; an upright plane where not given.
     depth : float
@@ -72,12 +72,13 @@ def polygonal_wall(
     InputError
         An option that cannot be built, a pattern that cannot be drawn, a surface that bends more than the depth allows.
     """
-    settings = settings or PatternSettings()
+    pattern = settings or PatternSettings()
+    whole = pattern.settings if isinstance(pattern, Pattern) else pattern
     bed = surface if surface is not None else Plane(), Thickness(depth, batter), Masonry(density, mu, warped)
-    refuse_folds(*bed[:2], settings.width, settings.height)
+    refuse_folds(*bed[:2], whole.width, whole.height)
     if not improve:
-        return laid_wall(draw_pattern(settings), *bed)
-    patterns = improvements(settings)
+        return laid_wall(pattern if isinstance(pattern, Pattern) else draw_pattern(pattern), *bed)
+    patterns = improvements(pattern)
     chosen = standing(patterns, lambda pattern: verdict(laid_wall(pattern, *bed).assembly))
     return replace(laid_wall(patterns[chosen.place], *bed), chosen=chosen)
 
