@@ -91,7 +91,8 @@ def write_svg(path: Path) -> None:
     path.write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="3700mm" height="2200mm" viewBox="-250 -2050 3700 2200" '
         'fill="none" stroke="black" stroke-width="4">\n'
-        f'<g id="joints">\n{joints}\n{ring}\n</g>\n<g id="opening">{door}</g>\n<g id="ground">{way(GROUND)}</g>\n</svg>\n'
+        f'<g id="joints">\n{joints}\n{ring}\n</g>\n'
+        f'<g id="opening">{door}</g>\n<g id="ground">{way(GROUND)}</g>\n</svg>\n'
     )
 
 
@@ -106,7 +107,7 @@ def main(folder: Path) -> None:
         print(f"{name}: {pattern.readout.cells} stones, {made.joints.joints} joints")
         result = cyclopean.check(made)
         print(f"{name}: {result.verdict}")
-        assert (pattern.readout.cells, result.verdict) == (43, "stable")
+        assert (pattern.readout.cells, result.verdict) == (47, "stable")
         # the wall less the ground that rises and half a round-headed door
         assert abs(pattern.subdivision.areas().sum() - (3.2 * 2.0 - 0.064 - 0.81 - math.pi * 0.45**2 / 2)) < 0.005
 

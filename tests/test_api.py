@@ -16,7 +16,14 @@ from cyclopean import analysis
 from cyclopean.analysis import Live, LiveLoad
 from cyclopean.api.checking import CheckOptions, SequenceOptions
 from cyclopean.api.inputs import Reading, StoneReading
-from cyclopean.api.keywords import CheckKeywords, LimitKeywords, MatchKeywords, SequenceKeywords, SettleKeywords
+from cyclopean.api.keywords import (
+    CheckKeywords,
+    LimitKeywords,
+    LineKeywords,
+    MatchKeywords,
+    SequenceKeywords,
+    SettleKeywords,
+)
 from cyclopean.api.limiting import LimitOptions
 from cyclopean.api.stones import MatchOptions
 from cyclopean.cli import main
@@ -25,6 +32,7 @@ from cyclopean.design.matching.match import MatchSettings
 from cyclopean.design.rubble.settle import SettleSettings
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
+from cyclopean.design.walls.line_work import LineReading
 from cyclopean.options import options_of
 from laws import examples
 
@@ -105,7 +113,8 @@ def test_types_are_of_the_fields_of_the_settings(keywords, kept, more) -> None:
 
 def test_nothing_of_a_pattern_is_left_out() -> None:
     own = {"settings", "surface", "depth", "batter", "density", "mu", "warped", "improve"}
-    keywords = set(inspect.signature(cyclopean.polygonal_wall).parameters)
+    keywords = set(inspect.signature(cyclopean.polygonal_wall).parameters) - {"drawing", "options"}
+    assert set(LineKeywords.__annotations__) | {"drawing"} == {field.name for field in fields(LineReading)}
     assert keywords - own == {field.name for field in fields(cyclopean.PatternSettings)}
 
 

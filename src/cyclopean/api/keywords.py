@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CheckKeywords",
     "LimitKeywords",
+    "LineKeywords",
     "MatchKeywords",
     "ModelKeywords",
     "SequenceKeywords",
@@ -88,6 +89,16 @@ class SettingsKeywords(ModelKeywords, total=False):
     cohesion: float | None
     settlement: Mapping[str, tuple[float, ...]] | tuple[tuple[str, tuple[float, ...]], ...]
     within: float | tuple[float, ...] | None
+
+
+class LineKeywords(TypedDict, total=False):
+    """Types of the options by which `polygonal_wall` reads a drawing."""
+
+    units: str | None
+    scale: float
+    snap: float | None
+    deviation: float | None
+    layer: tuple[str, ...]
 
 
 class MatchKeywords(TypedDict, total=False):

@@ -3,9 +3,10 @@
 import os
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from cyclopean.api.inputs import Path, said
+from cyclopean.api.keywords import LineKeywords, given_to
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,12 +17,17 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.pattern import Pattern, PatternSettings
     from cyclopean.design.walls.polygonal import PolygonalWall
     from cyclopean.design.walls.surfaces import Surface
+    from cyclopean.io.line_work import Sheet
 
 __all__ = ["chosen_pattern", "polygonal_wall"]
 
 
 def chosen_pattern(
-    settings: "PatternSettings", reading: "LineReading", courses: int | None = None, max_bed: float | None = None
+    settings: "PatternSettings",
+    reading: "LineReading",
+    courses: int | None = None,
+    max_bed: float | None = None,
+    sheet: "Sheet | None" = None,
 ) -> "PatternSettings | Pattern":
     """The pattern of a wall from the drawing that `reading` names, or what to draw one from where it names none.
 
@@ -33,23 +39,29 @@ def chosen_pattern(
         The drawing, and how it is read.
     courses, max_bed : optional
         What both have: the number of courses, and how flat beds are to be (degrees).
+    sheet : Sheet, optional
+        The lines of a drawing that is no file.
 
     Raises
     ------
     InputError
         A file that cannot be read, a drawing that shows no wall, or options of a pattern from seeds beside it.
     """
-    from cyclopean import io
     from cyclopean.design.walls.line_work import LineReading, pattern_of
     from cyclopean.design.walls.pattern import PatternSettings
+    from cyclopean.io.line_work import line_work_of, read_line_work
 
-    if reading.drawing is None:
+    if reading.drawing is None and sheet is None:
         if (name := _unlike(reading, LineReading())) is not None:
             raise InputError.of(name, None, "is of a drawing of joints; give `drawing` too")
         return said(settings, courses=courses, max_bed=max_bed)
     if (name := _unlike(settings, PatternSettings())) is not None:
-        raise InputError.of(name, None, "is of a pattern from seeds; leave it out, or `drawing`")
-    return pattern_of(io.read_line_work(reading.drawing, reading), reading.snap, courses, max_bed)
+        raise InputError(f"{name}: is of a pattern from seeds; leave it out, or `drawing`")
+    if sheet is None:
+        work = read_line_work(reading.drawing or "", reading)
+    else:
+        work = line_work_of("Drawing", sheet, reading)
+    return pattern_of(work, reading.snap, courses, max_bed)
 
 
 def _unlike(given: Any, usual: Any) -> str | None:
@@ -78,11 +90,6 @@ def polygonal_wall(
     base: "Foot" = None,
     base_radius: float | None = None,
     drawing: Path | None = None,
-    units: str | None = None,
-    scale: float | None = None,
-    snap: float | None = None,
-    deviation: float | None = None,
-    layer: Sequence[str] | None = None,
     surface: "Surface | None" = None,
     depth: float = 0.2,
     batter: float = 0.0,
@@ -90,6 +97,7 @@ def polygonal_wall(
     mu: float | None = None,
     warped: "Warped" = "auto",
     improve: bool = False,
+    **options: Unpack[LineKeywords],
 ) -> "PolygonalWall":
     """Draw a wall of polygonal stones, with exact joints, on a fixed ground block.
 
@@ -115,8 +123,6 @@ def polygonal_wall(
     drawing : path, optional
         DXF or SVG of the joints, instead of a pattern: its faces are the stones. Of the pattern only `courses` and
         `max_bed` may then be said. What was mended or passed over is in `pattern.notes` of the wall.
-    units, scale, snap, deviation, layer : optional
-        How the drawing is read; see `LineReading`.
     surface : Surface, optional
         The face of the wall; an upright plane where not given.
     depth : float
@@ -129,6 +135,8 @@ def polygonal_wall(
         What a contact becomes whose corners lie in no plane.
     improve : bool
         Move and weight the seeds until the stones interlock better.
+    **options
+        How a drawing is read: `units`, `scale`, `snap`, `deviation`, `layer`, as `LineReading` says.
 
     Returns
     -------
@@ -150,14 +158,7 @@ def polygonal_wall(
     from cyclopean.design.walls.line_work import LineReading
     from cyclopean.design.walls.pattern import PatternSettings
 
-    reading = said(
-        LineReading(None if drawing is None else os.fspath(drawing)),
-        units=units,
-        scale=scale,
-        snap=snap,
-        deviation=deviation,
-        layer=None if layer is None else tuple(layer),
-    )
+    (reading,) = given_to(polygonal_wall, options, LineReading(None if drawing is None else os.fspath(drawing)))
     pattern = said(
         PatternSettings() if settings is None else settings,
         width=width,

@@ -21,7 +21,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 
-__all__ = ["Curve", "bezier", "bulged", "elliptic", "straight", "thinned"]
+__all__ = ["Curve", "bezier", "bulged", "elliptic", "sampled", "straight", "thinned"]
 
 ROUGH = 8  # steps where any deviation will do, as for the size of a drawing
 MOST = 5000  # steps of one curve; a full circle then leaves its chords by 2e-7 of its radius
@@ -71,6 +71,22 @@ def bezier(control: Floats) -> Curve:
         t = np.linspace(0.0, 1.0, _steps(bend, deviation) + 1)[:, None]
         share = [comb(degree, k) * t**k * (1.0 - t) ** (degree - k) for k in range(degree + 1)]
         return np.asarray(np.concatenate(share, axis=1) @ control)
+
+    return Curve(corners)
+
+
+def sampled(at: Callable[[Floats], Floats], start: float, end: float) -> Curve:
+    """A curve that can only be asked for points: parameters (k,) from start to end to (k, d)."""
+
+    def corners(deviation: float) -> Floats:
+        steps, found = ROUGH, at(np.linspace(start, end, ROUGH + 1))
+        while np.isfinite(deviation) and steps < MOST:
+            steps, coarse = 2 * steps, found
+            found = at(np.linspace(start, end, steps + 1))
+            off = np.linalg.norm(found[1::2] - (coarse[:-1] + coarse[1:]) / 2.0, axis=1)
+            if off.max() <= deviation / 2.0:
+                return thinned(found, deviation / 2.0)
+        return found
 
     return Curve(corners)
 

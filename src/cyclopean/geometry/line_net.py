@@ -161,15 +161,14 @@ def _near(place: Floats, segments: _Segments, reach: float) -> tuple[Ints, Ints,
 def _put_on_lines(place: Floats, segments: _Segments, reach: float, same: float) -> tuple[Floats, Floats]:
     """Points near straight segments moved onto the nearest of them; where, and how far each had to go, (g, 3)."""
     point, segment, share, far = _near(place, segments, reach)
-    keep = ~segments.curved[segment]
+    keep = ~segments.curved[segment] & (far > same)  # what lies on a line already keeps its digits
     point, segment, share, far = point[keep], segment[keep], share[keep], far[keep]
     order = np.lexsort((segment, far, point))
     first = order[np.unique(point[order], return_index=True)[1]]
     ends = place[segments.ends[segment[first]]]
     moved = place.copy()
     moved[point[first]] = ends[:, 0] + share[first, None] * (ends[:, 1] - ends[:, 0])
-    told = first[far[first] > same]
-    return moved, np.column_stack([moved[point[told]], far[told]])
+    return moved, np.column_stack([moved[point[first]], far[first]])
 
 
 def _broken(place: Floats, segments: _Segments, reach: float) -> _Segments:

@@ -54,7 +54,7 @@ def opened(path: str, data: bytes) -> Iterator[Any]:
     InputError
         It is damaged, found out at once or in reading it; one line.
     """
-    library = _library(f"{path}: ")
+    library, place = _library(f"{path}: "), Path()
     try:
         with tempfile.TemporaryDirectory() as folder:  # the library tells text from binary in files only
             place = Path(folder) / "drawing.dxf"
@@ -62,7 +62,7 @@ def opened(path: str, data: bytes) -> Iterator[Any]:
             drawing = library.readfile(place)
         yield drawing
     except (library.DXFError, TypeError, ValueError, *_DAMAGE) as error:
-        said_so = one_line(str(error), 80) or type(error).__name__
+        said_so = one_line(str(error).replace(str(place), path), 80) or type(error).__name__
         raise InputError(f"{path}: is a damaged DXF file ({said_so}); save it again") from None
 
 
@@ -192,7 +192,8 @@ class _Drawing:
         if acis:
             return f"holds {acis} ACIS solids, which only their own program opens; export meshes (MESHSMOOTH, or OBJ)"
         if flat:
-            return f"holds {flat} outlines in a plane and no solids; extrude them and export meshes or 3D faces"
+            way = "extrude them and export meshes, or read them as the joints of a wall (`drawing`)"
+            return f"holds {flat} outlines in a plane and no solids; {way}"
         kinds = ", ".join(f"{count} {kind}" for kind, count in list(self.passed.items())[:4])
         return f"holds no meshes and no 3D faces{f', but {label(kinds)[1:-1]}' if kinds else ''}; export meshes"
 

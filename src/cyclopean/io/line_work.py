@@ -22,7 +22,9 @@ from cyclopean.io.units import ASSUMED, UNITS, stated_units
 __all__ = ["DrawnLine", "Sheet", "line_work_of", "read_line_work"]
 
 READERS = {".dxf": "dxf_lines.read_dxf_lines", ".svg": "svg_lines.read_svg_lines"}
-SHARE = 0.5  # of the gap that is closed: how far facets may lie off a curve, unless it is said
+SHARE = 0.25  # of the gap that is closed: how far facets may lie off a curve, unless it is said
+MOST = 200_000  # corners and facets; more would take minutes
+LARGEST = 1e5  # m: across; no wall is larger
 SIZES = 0.1, 100.0  # m: across; a wall outside them whose unit nobody said is a slip of units
 FLAT = 1e-6  # of the drawing's size: lines that lie nearer to a plane than this lie in it
 
@@ -72,8 +74,11 @@ def read_line_work(path: PathLike, reading: LineReading) -> LineWork:
 def line_work_of(name: str, sheet: Sheet, reading: LineReading) -> LineWork:
     """The lines of a sheet in one plane, curves as facets; errors as `read_line_work`."""
     lines, passed = _chosen(name, sheet.lines, reading.layer)
+    if not lines:
+        raise InputError(f"{name}: holds no lines; draw the joints as lines, polylines, arcs or splines")
     unit, warnings = stated_units(name, sheet.unit, reading.units)
-    rough = [_corners(line, np.inf)[0] for line in lines]
+    with np.errstate(all="ignore"):  # what is not finite is refused below
+        rough = [_corners(line, np.inf)[0] for line in lines]
     axes = _plane(name, rough)
     turn = np.array([1.0, -1.0 if sheet.downwards else 1.0])
     times, over = UNITS[unit]
@@ -82,12 +87,16 @@ def line_work_of(name: str, sheet: Sheet, reading: LineReading) -> LineWork:
     _refuse_size(work, any(ASSUMED in line for line in warnings))
     snap = usual_snap(work) if reading.snap is None else reading.snap
     deviation = SHARE * snap if reading.deviation is None else positive("deviation", reading.deviation)
-    if not deviation <= snap:
-        raise InputError.of("deviation", deviation, f"facets so far off would not meet; at most `snap`, {snap:.2g} m")
-    made = []
+    least = FLAT * usual_snap(work)
+    if not least <= deviation <= snap:
+        raise InputError.of("deviation", deviation, f"at least {least:.2g} m, and at most `snap`, {snap:.2g} m")
+    made, count = [], 0
     for line in lines:
         points, curved = _corners(line, deviation * per_metre)
         made.append(Line(points[:, axes] * turn, line.layer, curved))
+        count += len(points)
+        if count > MOST:
+            raise InputError(f"{name}: has more than {MOST:,} corners and facets; leave out layers (`layer`)")
     facets = sum(int(one.curved.sum()) for one in made if one.curved is not None)
     bends = sum(any(piece.bent for piece in line.pieces) for line in lines)
     told = (f"{name}: {bends} curved lines have facets within {deviation * 1000:.2g} mm of them",) if facets else ()
@@ -122,17 +131,18 @@ def _corners(line: DrawnLine, deviation: float) -> tuple[Floats, Bools]:
         points.append(here[first:])
         curved.append(inner[first:])
     made, flags = np.concatenate(points), np.concatenate(curved)
-    if line.closed and np.any(made[0] != made[-1]):
-        near = np.linalg.norm(made[0] - made[-1]) <= FLAT * np.linalg.norm(np.ptp(made, axis=0))
-        made = np.concatenate([made[:-1] if near else made, made[:1]])
-        flags = flags if near else np.append(flags, False)
-    return made, flags
+    near = np.linalg.norm(made[0] - made[-1]) <= FLAT * np.linalg.norm(np.ptp(made, axis=0))
+    if near or not line.closed:
+        return np.concatenate([made[:-1], made[:1] if near else made[-1:]]), flags
+    return np.concatenate([made, made[:1]]), np.append(flags, False)
 
 
 def _plane(name: str, lines: Sequence[Floats]) -> list[int]:
     """The two coordinates that are drawn: x and y, or x and z or y and z of lines in an upright plane."""
-    every = np.concatenate(lines) if lines else np.zeros((0, 2))
-    if not len(every) or every.shape[1] == 2:
+    every = np.concatenate(lines)
+    if not np.all(np.abs(every) < np.finfo(np.float32).max):  # squares of larger ones are infinite
+        raise InputError(f"{name}: has coordinates that are not finite or far too large; draw it anew")
+    if every.shape[1] == 2:
         return [0, 1]
     thick = np.ptp(every, axis=0) <= FLAT * float(np.linalg.norm(np.ptp(every, axis=0)))
     for across in (2, 1, 0):
@@ -142,9 +152,9 @@ def _plane(name: str, lines: Sequence[Floats]) -> list[int]:
 
 
 def _refuse_size(work: LineWork, unsaid: bool) -> None:
-    """Refuse what is no wall in metres where nobody said that they are metres."""
-    if not work.lines:
-        return
+    """Refuse what is no wall, and what is none in metres where nobody said that they are metres."""
     size = float(np.hypot(*np.ptp(np.concatenate([line.point for line in work.lines]), axis=0))) / work.per_metre
     if unsaid and not SIZES[0] <= size <= SIZES[1]:
         raise InputError(f"{work.name}: does not say its units, and in metres it is {size:.3g} m across; say `units`")
+    if not 0.0 < size <= LARGEST:
+        raise InputError(f"{work.name}: is {size:.3g} m across; check its units (`units`) and its scale (`scale`)")

@@ -13,6 +13,7 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
 from cyclopean.geometry import newell_normals
+from cyclopean.geometry.curves import Curve, sampled, straight
 from cyclopean.geometry.polygon import triangulated
 from cyclopean.io.bodies import Body
 from cyclopean.io.fields import REACH
@@ -24,6 +25,7 @@ __all__ = [
     "RHINO_UNITS",
     "Pose",
     "Units",
+    "curve_pieces",
     "mesh_body",
     "mesh_json",
     "mesh_shape",
@@ -94,21 +96,56 @@ def mesh_body(where: str, data: object, units: Units) -> Body:
     InputError
         It is no mesh, or the archive is cut off.
     """
+    corner, faces = mesh_shape(_decoded(where, data, "Mesh"))
+    if not faces:
+        raise InputError(f"{where}: has no faces; a stone is a closed mesh")
+    return Body(None, _metres(where, corner, units), faces)
+
+
+def curve_pieces(where: str, data: object, units: Units) -> tuple[Curve, ...]:
+    """Read a curve, in m, as pieces end to end; errors as `mesh_body`."""
+    return tuple(_piece(where, part, units) for part in _simple(_decoded(where, data, "Curve")))
+
+
+def _simple(curve: Any) -> list[Any]:
+    """The curve, or those that it is joined of."""
+    if not hasattr(curve, "SegmentCurve"):
+        return [curve]
+    return [part for k in range(curve.SegmentCount) for part in _simple(curve.SegmentCurve(k))]
+
+
+def _piece(where: str, curve: Any, units: Units) -> Curve:
+    corners = curve.TryGetPolyline()
+    if corners is not None:
+        return straight(_metres(where, _rows(corners[k] for k in range(corners.Count)), units))
+    ends = curve.Domain.T0, curve.Domain.T1
+    return sampled(lambda t: _metres(where, _rows(map(curve.PointAt, t.tolist())), units), *ends)
+
+
+def _rows(points: Iterable[Any]) -> Floats:
+    return np.array([(p.X, p.Y, p.Z) for p in points], np.float64).reshape(-1, 3)
+
+
+def _decoded(where: str, data: object, kind: str) -> Any:
+    """The object of a kind that JSON holds.
+
+    Raises
+    ------
+    InputError
+        It is another one, or the archive is cut off.
+    """
     import rhino3dm
 
     library: Any = rhino3dm  # its stubs leave out half of it
     archive = _archive(where, data)
     try:
-        mesh = library.CommonObject.Decode(archive)
+        found = library.CommonObject.Decode(archive)
     except (KeyError, TypeError, ValueError, RuntimeError):
-        mesh = None
-    if not isinstance(mesh, library.Mesh):
-        what = "cannot be read; is it cut off?" if mesh is None else f"is a {type(mesh).__name__}, not a mesh"
-        raise InputError(f"{where}: {what}")
-    corner, faces = mesh_shape(mesh)
-    if not faces:
-        raise InputError(f"{where}: has no faces; a stone is a closed mesh")
-    return Body(None, _metres(where, corner, units), faces)
+        found = None
+    if not isinstance(found, getattr(library, kind)):
+        said = f"is a {type(found).__name__}, not a {kind.lower()}"
+        raise InputError(f"{where}: {'cannot be read; is it cut off?' if found is None else said}")
+    return found
 
 
 def _archive(where: str, data: object) -> dict[str, str | int]:

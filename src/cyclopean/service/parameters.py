@@ -3,7 +3,7 @@
 Values are of these types, lengths of geometry in m:
 
     Number   float            Mesh    Body, in; (vertices, faces), out
-    Integer  int              Curve   (n, 3) corners of a closed polyline, out only
+    Integer  int              Curve   pieces, in; (n, 3) corners of a closed polyline, out
     Text     str              Line    (2, 3) from and to, out only
     Boolean  bool             Point, Vector  (3,)
                               Plane   Pose

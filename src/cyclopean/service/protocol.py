@@ -25,6 +25,7 @@ from cyclopean.io.fields import array, mapping, parsed, text
 from cyclopean.io.files import one_line
 from cyclopean.io.rhino_json import (
     Units,
+    curve_pieces,
     mesh_body,
     mesh_json,
     plane_json,
@@ -215,6 +216,7 @@ READERS: dict[Kind, Callable[[str, object, Units], Any]] = {
     "Integer": _whole,
     "Boolean": _truth,
     "Mesh": mesh_body,
+    "Curve": curve_pieces,
     "Point": point_of,
     "Vector": lambda where, value, _: vector_of(where, value),
     "Plane": plane_of,

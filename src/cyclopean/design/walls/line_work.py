@@ -41,7 +41,6 @@ __all__ = ["GROUND", "OPENING", "Line", "LineReading", "LineWork", "pattern_of",
 OPENING = ("opening", "openings", "door", "doors", "window", "windows", "void", "voids")
 GROUND = ("ground", "base", "foot")
 SNAP = 1e-3  # of the drawing's diagonal, 3 mm of a wall of three metres: wider gaps were hardly meant to be closed
-MOST = 200_000  # points of lines; more would take minutes
 NAMED = 4  # places in one message; the rest are counted
 THIN = 2.0  # times the snap: stones thinner than this come from one joint that was drawn twice
 LEAST = 3  # stones for which settings of a pattern can be given; walls of fewer count as three
@@ -63,7 +62,7 @@ class LineReading:
         above=0.0, unit="m",
     )  # fmt: skip
     deviation: float | None = option(
-        None, "How far facets may lie off the curves of `drawing` (m) [half of `snap`].", "number", metavar="L",
+        None, "How far facets may lie off the curves of `drawing` (m) [a quarter of `snap`].", "number", metavar="L",
         above=0.0, unit="m",
     )  # fmt: skip
     layer: tuple[str, ...] = option((), "Only lines on this layer of `drawing`; repeatable.", "texts", metavar="NAME")
@@ -142,10 +141,6 @@ def pattern_of(
         Lines that cross or dangle, stones in stones, no closed face, a wall that stands on nothing; with their places
         in the unit of the drawing.
     """
-    if not work.lines:
-        raise work.wrong("holds no lines; draw the joints as lines, polylines, arcs or splines")
-    if sum(len(line.point) for line in work.lines) > MOST:
-        raise work.wrong(f"holds more than {MOST:,} points of lines; leave out other layers (`layer`)")
     snap = usual_snap(work) if snap is None else positive("snap", snap)
     reach = snap * work.per_metre
     net = noded([line.point for line in work.lines], reach, [_curved(line) for line in work.lines])
@@ -161,7 +156,7 @@ def pattern_of(
     origin = point[np.unique(np.concatenate(rings))].min(axis=0)
     cells = subdivide((point - origin) / work.per_metre, rings)
     foot = None if base is None else _foot(work, (base - origin) / work.per_metre, cells)
-    pattern = _pattern(_ordered(dissolved(cells)), foot, courses, max_bed)
+    pattern = _pattern(dissolved(cells), foot, courses, max_bed)
     return replace(pattern, notes=(*work.notes, *_closed(work, net)))
 
 
@@ -181,20 +176,21 @@ def _closed(work: LineWork, net: LineNet) -> tuple[str, ...]:
 def _refuse_loose(work: LineWork, net: LineNet, found: Faces, ground: Bools) -> None:
     """Refuse lines that bound nothing, but for the ground, and drawings without faces."""
     idle = found.idle[~ground[found.idle]]
-    if len(idle) and len(found.rings):
+    if len(idle):
         degree = np.bincount(net.edge.ravel(), minlength=len(net.point))
         tips = np.unique(net.edge[idle][degree[net.edge[idle]] == 1])
+        none = "" if len(found.rings) else "has no closed face: "
         if not len(tips):
             raise work.wrong(
                 f"lines at {work.at(net.point[net.edge[idle]].mean(axis=1))} have the same stone on both sides: "
                 "leave them out, or close what they lead to"
             )
         raise work.wrong(
-            f"lines end freely at {work.at(net.point[tips])}: "
+            f"{none}lines end freely at {work.at(net.point[tips])}: "
             "let them end on another, close wider gaps with `snap`, or leave out their layer (`layer`)"
         )
     if not len(found.rings):
-        raise work.wrong("has no closed face: the lines around a stone must meet; close wider gaps with `snap`")
+        raise work.wrong("holds only the ground; draw the joints on other layers")
 
 
 def _stones(work: LineWork, net: LineNet, found: Faces, reach: float) -> list[tuple[int, ...]]:
@@ -271,11 +267,12 @@ def _foot(work: LineWork, base: Floats, cells: Subdivision) -> Floats | None:
     return foot if foot[:, 1].any() else None
 
 
-def _ordered(cells: Subdivision) -> Subdivision:
-    """The cells from left to right and from the foot up, whatever the order of the lines was."""
+def _ordered(cells: Subdivision, lines: Floats) -> tuple[Subdivision, Ints]:
+    """The cells course by course, each from left to right, whatever the order of the lines was; and their courses."""
     centre = cells.centroids()
-    rings = cells.rings()
-    return subdivide(cells.vertex, [rings[k] for k in np.lexsort((centre[:, 0], centre[:, 1]))])
+    course: Ints = np.searchsorted(lines[1:-1], centre[:, 1])
+    order, rings = np.lexsort((centre[:, 0], course)), cells.rings()
+    return subdivide(cells.vertex, [rings[k] for k in order]), course[order]
 
 
 def _pattern(cells: Subdivision, foot: Floats | None, courses: int | None, max_bed: float | None) -> Pattern:
@@ -291,6 +288,7 @@ def _pattern(cells: Subdivision, foot: Floats | None, courses: int | None, max_b
     whole = shapely.coverage_union_all(cells.polygons())
     holes = [ring for part in shapely.get_parts(whole) for ring in part.interiors]
     lines = np.linspace(0.0, height, rows + 1)
+    cells, course = _ordered(cells, lines)
     areas = cells.areas()
     readout = Readout(
         cells=len(cells),
@@ -300,7 +298,6 @@ def _pattern(cells: Subdivision, foot: Floats | None, courses: int | None, max_b
         merged=0,
         crossings=len(cells.crossings()),
     )
-    course: Ints = np.searchsorted(lines[1:-1], cells.centroids()[:, 1])
     clear = tuple(np.asarray(shapely.get_coordinates(ring)[:-1]) for ring in holes)
     kind: list[Kind] = ["stone"] * len(cells)
     return Pattern(cells, tuple(kind), course, lines, clear, foot, readout, settings)

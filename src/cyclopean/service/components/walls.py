@@ -3,7 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
+from cyclopean.api.walls import chosen_pattern
+from cyclopean.design.walls.line_work import LineReading
 from cyclopean.errors import InputError
+from cyclopean.service.inputs import option_inputs, option_values
 from cyclopean.service.meshes import block_meshes, contact_curves, model_text
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
@@ -14,7 +17,6 @@ MOST_STONES = 3000  # in a wall that is drawn while somebody waits
 PATTERN = {
     "Width": "width", "Height": "height", "Columns": "columns", "Rows": "rows", "Seed": "seed", "Jitter": "jitter",
     "Relaxation": "lloyd", "Coursing": "coursing", "Size Grade": "size_grade",
-    "Max Bed": "max_bed",
 }  # fmt: skip
 
 
@@ -28,13 +30,17 @@ def _polygonal_wall(given: Mapping[str, Any], _: Context) -> Answer:
     if not abs(given["Columns"] * given["Rows"]) <= MOST_STONES:
         raise InputError(f"Columns: more than {MOST_STONES:,} stones; ask for fewer")
     wanted = {field: given[name] for name, field in PATTERN.items()}
-    with_courses = wanted | {"courses": max(given["Rows"], 1)}
-    radius = given["Radius"]
-    surface = Cylinder(radius, given["Width"] / 2.0) if radius else None
-    with_openings = with_courses | {"openings": tuple(_opening(text) for text in given["Openings"])}
-    made = polygonal_wall(
-        PatternSettings(**with_openings), surface=surface, depth=given["Depth"], batter=given["Batter"]
+    settings = PatternSettings(
+        **wanted, courses=max(given["Rows"], 1), openings=tuple(_opening(text) for text in given["Openings"])
     )
+    reading = option_values({name: given[name] for name in ("Snap", "Deviation")}, LineReading())
+    pattern = chosen_pattern(settings, reading, max_bed=given["Max Bed"], sheet=_sheet(given))
+    whole = pattern if isinstance(pattern, PatternSettings) else pattern.settings
+    if not isinstance(pattern, PatternSettings) and not len(pattern.subdivision) <= MOST_STONES:
+        raise InputError(f"Drawing: shows more than {MOST_STONES:,} stones; draw a part of them")
+    radius = given["Radius"]
+    surface = Cylinder(radius, whole.width / 2.0) if radius else None
+    made = polygonal_wall(pattern, surface=surface, depth=given["Depth"], batter=given["Batter"])
     ground, *stones = made.assembly.blocks
     contacts = made.assembly.contacts
     values = {
@@ -45,7 +51,16 @@ def _polygonal_wall(given: Mapping[str, Any], _: Context) -> Answer:
         "Interlock": interlock(made.pattern, depth=given["Depth"]).score,
         "Model": model_text(made.assembly),
     }
-    return Answer(values)
+    return Answer(values, made.pattern.notes)
+
+
+def _sheet(given: Mapping[str, Any]) -> Any:
+    """What is drawn, on the layers that the inputs stand for; None where nothing is."""
+    from cyclopean.io.line_work import DrawnLine, Sheet
+
+    layers = {"Drawing": "joints", "Clear Outlines": "opening", "Ground Line": "ground"}
+    lines = [DrawnLine(pieces, layer) for name, layer in layers.items() for pieces in given[name]]
+    return Sheet(tuple(lines), "m") if lines else None
 
 
 def _opening(text: str) -> Any:
@@ -81,10 +96,17 @@ POLYGONAL_WALL = Component(
         Input("Relaxation", "L", "Integer", "Rounds of evening out.", default=2),
         Input("Coursing", "Co", "Number", "0 irregular to 1 level courses.", default=0.4),
         Input("Size Grade", "G", "Number", "Spread of the stones' sizes.", default=0.3),
-        Input("Max Bed", "MB", "Number", "Degrees: stones lie on a face as flat as this, if they can; 90 = as drawn.",
-              default=35.0),
+        Input("Max Bed", "MB", "Number", "Degrees: stones lie on a face as flat as this, if they can; 90 = as drawn"
+              " [35; with a Drawing 90].", optional=True),
         Input("Openings", "O", "Text", "X,Z,W,H or X,Z,W,H,arch: left jamb, sill, clear width and height (m).", "list",
               optional=True),
+        Input("Drawing", "Dr", "Curve", "Joints, drawn in a plane, instead of a pattern from seeds: the faces between"
+              " them are the stones.", "list", optional=True),
+        Input("Clear Outlines", "CO", "Curve", "Closed outlines of doors and windows in that drawing.", "list",
+              optional=True),
+        Input("Ground Line", "GL", "Curve", "What the drawn wall stands on; its level edges at the lowest height where"
+              " not given.", "list", optional=True),
+        *option_inputs(LineReading, "snap deviation"),
     ),
     (
         Output("Stones", "S", "Mesh", "The stones.", "list"),
