@@ -21,7 +21,8 @@ from cyclopean.design.walls.surfaces import Cylinder, Plane, Sphere
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.geometry.curves import bezier, bulged, elliptic, sampled, thinned
-from cyclopean.io import read_line_work
+from cyclopean.io import read_drawing, read_line_work
+from cyclopean.io.drawings import wall_of
 from laws import examples
 
 SQUARE = [(0, 0), (2, 0), (2, 1), (0, 1), (0, 0)]
@@ -364,3 +365,30 @@ def test_stones_lie_as_they_are_drawn_unless_beds_are_asked_for():
 
 def test_snap_is_a_share_of_the_drawing():
     assert usual_snap(work(*FOUR)) == pytest.approx(1e-3 * math.sqrt(5.0))
+
+
+def test_the_file_keeps_how_the_wall_was_drawn(run):
+    """Cells instead of seeds: the same blocks again, no other wall; there are no seeds to negotiate with."""
+    lines = [SQUARE, [(0, 0.5), (0.6, 0.5), (0.6, 0.3), (2, 0.3)], [(0.9, 0.3), (0.9, 1)]]
+    ground = work([(-1, -0.5), (1, 0), (3, 0.5)], *lines[1:], [(0, -0.25), (0, 1), (2, 1), (2, 0.25)],
+                  layers=("ground",))  # fmt: skip
+    made = polygonal_wall(pattern_of(ground), surface=Cylinder(4.0, 1.0))
+    cyclopean.save(made, "w.json")
+    again, notes = read_drawing("w.json")
+    assert notes == ()
+    assert again.assembly.mesh.vertex.tolist() == made.assembly.mesh.vertex.tolist()
+    assert again.pattern.foot.tolist() == made.pattern.foot.tolist()
+    run("make", "stones", "--count", "4", "--out", "s.obj")
+    status, _, err = run("match", "s.obj", "w.json", "--negotiate", "1", "--out", ".")
+    assert status == 2
+    assert "was not drawn from seeds" in err
+    document = json.loads(Path("w.json").read_text())
+    for key, value, says in (
+        ("rings", [[0, 1, 99]], "rings"),
+        ("rings", [document["drawing"]["cells"]["rings"][0][::-1]], "runs clockwise"),
+        ("foot", [[0, 0], [0, 1]], "each to the right of the last"),
+        ("more", 1, "unknown key"),
+    ):
+        drawing = document["drawing"] | {"cells": document["drawing"]["cells"] | {key: value}}
+        with pytest.raises(InputError, match=says):
+            wall_of(drawing)

@@ -173,6 +173,28 @@ def test_a_polygonal_wall_is_checked_by_its_meshes_or_as_a_model(server) -> None
     }
 
 
+def test_a_wall_is_drawn_by_curves(server) -> None:
+    """Two stones over half a circle, drawn in mm in an upright plane: 2 - pi / 8 m2, on two springings."""
+    import rhino3dm
+
+    def polyline(*corners):
+        line = rhino3dm.Polyline.CreateFromPoints([rhino3dm.Point3d(x, 7.0, z) for x, z in corners])
+        return Geometry("PolylineCurve", line.ToPolylineCurve().Encode())
+
+    ends = [rhino3dm.Point3d(x, 7.0, z) for x, z in ((1500, 0), (1000, 500), (500, 0))]
+    arc = Geometry("ArcCurve", rhino3dm.ArcCurve.CreateFromArc(rhino3dm.Arc(*ends)).Encode())
+    frame = polyline((500, 0), (0, 0), (0, 1000), (2000, 1000), (2000, 0), (1500, 0))
+    wall = server.done(
+        "polygonal-wall", {"Drawing": [frame, arc, polyline((1000, 500), (1000, 1000))], "Depth": 0.5}, "Millimeters"
+    )
+    model = json.loads(one(wall, "Model"))
+    assert [block["id"] for block in model["blocks"]] == ["ground", "c01-b01", "c01-b02"]
+    assert len(model["contacts"]) == 3
+    assert "curved lines have facets" in wall["warnings"][0]
+    refused = server.solve("polygonal-wall", {"Drawing": [frame], "Columns": 4})
+    assert refused["errors"] == ["columns: is of a pattern from seeds; leave it out, or Drawing"]
+
+
 def test_stones_are_matched_carved_and_checked(server) -> None:
     """The chain that a definition has: what one component gives, the next one takes."""
     match = server.done("match", {"Stones": two_stones(), "Cells": tower(), "Points": 256})

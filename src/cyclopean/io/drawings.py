@@ -11,6 +11,13 @@ that are not flat were treated. Lengths in it are metres, whatever the units of 
      "surface": {"kind": "cylinder", "radius": 5.0, "middle": 1.5},
      "depth": 0.2, "batter": 0.0, "density": null, "mu": null, "warped": "auto"}
 
+A wall that was read from a drawing of its joints has no seeds but
+
+     "cells": {"vertex": [[u, v], ...], "rings": [[0, 1, 2], ...], "foot": [[u, v], ...]},
+
+with the corners of each stone, counter-clockwise, and the line of the ground where that is not level; of its settings
+the courses count, and stones lie as they are drawn.
+
 A key that is absent has its default. Ground that is a function of u is written as the points of its line. Surfaces made
 of functions cannot be written; such a wall has no drawing.
 
@@ -24,11 +31,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.design.walls.dressing import Coping, Quoins, foot_line
 from cyclopean.design.walls.joints import Masonry
+from cyclopean.design.walls.line_work import pattern_of_cells
 from cyclopean.design.walls.openings import Opening
-from cyclopean.design.walls.pattern import PatternSettings, Seeds, draw_from
+from cyclopean.design.walls.pattern import Pattern, PatternSettings, Seeds, draw_from
 from cyclopean.design.walls.polygonal import PolygonalWall, laid_wall
 from cyclopean.design.walls.surfaces import (
     Cone,
@@ -42,7 +51,8 @@ from cyclopean.design.walls.surfaces import (
     refuse_folds,
 )
 from cyclopean.errors import InputError
-from cyclopean.io.fields import array, density, found, label, mapping, number, optional, read_json, text
+from cyclopean.geometry import Subdivision, subdivide
+from cyclopean.io.fields import array, density, faces, found, label, mapping, number, optional, read_json, text
 from cyclopean.io.files import PathLike, one_line, picked, plain
 from cyclopean.io.model_json import SCHEMA, read_document
 
@@ -62,17 +72,17 @@ _SURFACES: dict[str, Callable[..., Surface]] = {
     "sphere": Sphere,
     "twist": Twist,
 }
-_DRAWING = ("batter", "density", "depth", "mu", "schema", "seeds", "settings", "surface", "warped")
+_DRAWING = ("batter", "cells", "density", "depth", "mu", "schema", "seeds", "settings", "surface", "warped")
 
 
 def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
     """Return how a wall was drawn, as the "drawing" of a model file; None where that cannot be written.
 
-    That is so where the pattern did not grow from seeds, or the surface is made of functions.
+    That is so where the surface is made of functions.
     """
     seeds, settings = wall.pattern.seeds, wall.pattern.settings
     kind = next((kind for kind, made in _SURFACES.items() if type(wall.surface) is made), None)
-    if seeds is None or kind is None:
+    if kind is None:
         return None
     base = settings.base
     if callable(base):
@@ -80,8 +90,8 @@ def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
         base = None if ground is None else ground.tolist()
     return {
         "schema": DRAWING,
-        "settings": _fields(settings) | {"base": plain(base)},
-        "seeds": {"point": seeds.point.tolist(), "weight": seeds.weight.tolist()},
+        "settings": _fields(settings) | {"base": plain(base)} | ({"max_bed": 90.0} if seeds is None else {}),
+        **_grown_from(wall.pattern),
         "surface": {"kind": kind, **_fields(wall.surface)},
         "depth": float(wall.thickness.depth),
         "batter": float(wall.thickness.batter),
@@ -89,6 +99,15 @@ def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
         "mu": wall.masonry.mu,
         "warped": wall.masonry.warped,
     }
+
+
+def _grown_from(pattern: Pattern) -> dict[str, Any]:
+    """The seeds of a pattern, or its cells where it has none."""
+    if pattern.seeds is not None:
+        return {"seeds": {"point": pattern.seeds.point.tolist(), "weight": pattern.seeds.weight.tolist()}}
+    cells = pattern.subdivision
+    foot = None if pattern.foot is None else pattern.foot.tolist()
+    return {"cells": {"vertex": cells.vertex.tolist(), "rings": cells.rings(), "foot": foot}}
 
 
 def read_drawing(path: PathLike) -> tuple[PolygonalWall | None, tuple[str, ...]]:
@@ -136,18 +155,23 @@ def wall_of(value: Any, where: str = "drawing") -> PolygonalWall:
     row = _known(mapping(value, where), _DRAWING, where)
     if row.get("schema") != DRAWING:
         raise InputError(f'{where}: its schema is {found(row.get("schema"))}; expected "{DRAWING}"')
-    for key in ("settings", "seeds", "surface"):
+    for key in ("settings", "cells" if "cells" in row else "seeds", "surface"):
         if key not in row:
             raise InputError(f'{where}: has no "{key}"')
     heavy = optional(row.get("density"), f"{where}: density", density)
     mu = optional(row.get("mu"), f"{where}: mu", number)
-    settings, seeds = _settings(row["settings"], f"{where}: settings"), _seeds(row["seeds"], f"{where}: seeds")
+    settings = _settings(row["settings"], f"{where}: settings")
+    grown = _cells(row["cells"], f"{where}: cells") if "cells" in row else _seeds(row["seeds"], f"{where}: seeds")
     surface = _surface(row["surface"], f"{where}: surface")
     depth, batter = (number(row.get(key, usual), f"{where}: {key}") for key, usual in (("depth", 0.2), ("batter", 0.0)))
     try:
         thickness = Thickness(depth, batter)
         refuse_folds(surface, thickness, settings.width, settings.height)
-        return laid_wall(draw_from(seeds, settings), surface, thickness, Masonry(heavy, mu, row.get("warped", "auto")))
+        if isinstance(grown, Seeds):
+            pattern = draw_from(grown, settings)
+        else:
+            pattern = pattern_of_cells(*grown, settings.courses, settings.max_bed)
+        return laid_wall(pattern, surface, thickness, Masonry(heavy, mu, row.get("warped", "auto")))
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
@@ -206,6 +230,22 @@ def _seeds(value: Any, where: str) -> Seeds:
     if len(weight) != len(point):
         raise InputError(f"{where}: {len(point)} points but {len(weight)} weights; give one to each")
     return Seeds(np.array(point), np.array(weight))
+
+
+def _cells(value: Any, where: str) -> tuple[Subdivision, Floats | None]:
+    """Cells, and the line of the ground where that is not level."""
+    row = _known(mapping(value, where), ("vertex", "rings", "foot"), where)
+    vertex = np.array(_numbers(row.get("vertex"), f"{where}: vertex", 2)).reshape(-1, 2)
+    rings = faces(row.get("rings"), f"{where}: rings", len(vertex))
+    if not 0 < len(rings) <= MOST:
+        raise InputError(f"{where}: {len(rings)} of them; a wall is drawn with 1 to {MOST:,}")
+    foot = None if row.get("foot") is None else np.array(_numbers(row["foot"], f"{where}: foot", 2))
+    cells = subdivide(vertex, rings)
+    if foot is not None and not (len(foot) > 1 and np.all(np.diff(foot[:, 0]) > 0.0)):
+        raise InputError(f"{where}: foot: its points must be at least two, each to the right of the last")
+    if not np.all(cells.areas() > 0.0):
+        raise InputError(f"{where}: rings: a ring runs clockwise, or encloses nothing")
+    return cells, foot
 
 
 def _surface(value: Any, where: str) -> Surface:

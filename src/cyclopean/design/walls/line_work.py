@@ -36,7 +36,7 @@ from cyclopean.geometry import Subdivision, dissolved, subdivide
 from cyclopean.geometry.line_net import Faces, LineNet, faces, noded
 from cyclopean.options import check_options, option
 
-__all__ = ["GROUND", "OPENING", "Line", "LineReading", "LineWork", "pattern_of", "usual_snap"]
+__all__ = ["GROUND", "OPENING", "Line", "LineReading", "LineWork", "pattern_of", "pattern_of_cells", "usual_snap"]
 
 OPENING = ("opening", "openings", "door", "doors", "window", "windows", "void", "voids")
 GROUND = ("ground", "base", "foot")
@@ -156,7 +156,7 @@ def pattern_of(
     origin = point[np.unique(np.concatenate(rings))].min(axis=0)
     cells = subdivide((point - origin) / work.per_metre, rings)
     foot = None if base is None else _foot(work, (base - origin) / work.per_metre, cells)
-    pattern = _pattern(dissolved(cells), foot, courses, max_bed)
+    pattern = pattern_of_cells(dissolved(cells), foot, courses, max_bed)
     return replace(pattern, notes=(*work.notes, *_closed(work, net)))
 
 
@@ -275,8 +275,20 @@ def _ordered(cells: Subdivision, lines: Floats) -> tuple[Subdivision, Ints]:
     return subdivide(cells.vertex, [rings[k] for k in order]), course[order]
 
 
-def _pattern(cells: Subdivision, foot: Floats | None, courses: int | None, max_bed: float | None) -> Pattern:
-    """The pattern of drawn cells."""
+def pattern_of_cells(
+    cells: Subdivision, foot: Floats | None, courses: int | None = None, max_bed: float | None = None
+) -> Pattern:
+    """The pattern of cells that are given.
+
+    Parameters
+    ----------
+    cells : Subdivision
+        m; the lowest corner and the one furthest to the left are at 0.
+    foot : (k, 2) float or None
+        m; the line on which the wall stands, None where that is level.
+    courses, max_bed : optional
+        As `pattern_of`.
+    """
     import shapely
 
     width, height = np.ptp(cells.vertex, axis=0).tolist()
