@@ -2,12 +2,13 @@
 
 The joints are typed as somebody would draw them, to the nearest millimetre, so that hardly one ends exactly on another.
 Beds run from jamb to jamb, some stones hook into each other, the ring of the arch is drawn with arcs, and the ground
-rises to the right. In the DXF (which needs ezdxf) the outline of the door is on the layer `opening` and the ground on
-the layer `ground`; in the SVG they are groups of these names.
+rises to the right. In the DXF (left out where ezdxf is not installed) the outline of the door is on the layer `opening`
+and the ground on the layer `ground`; in the SVG they are groups of these names.
 
     python examples/wall_from_a_drawing.py [FOLDER]
 """
 
+import importlib.util
 import math
 import sys
 from pathlib import Path
@@ -98,9 +99,12 @@ def write_svg(path: Path) -> None:
 
 def main(folder: Path) -> None:
     """Draw, read, lay and check."""
-    write_dxf(folder / "door.dxf")
+    names = ["door.svg"]
     write_svg(folder / "door.svg")
-    for name in ("door.dxf", "door.svg"):
+    if importlib.util.find_spec("ezdxf") is not None:
+        write_dxf(folder / "door.dxf")
+        names.append("door.dxf")
+    for name in names:
         made = cyclopean.polygonal_wall(drawing=folder / name, depth=0.4)
         pattern = made.pattern
         print("\n".join(line.replace(str(folder), "").lstrip("/") for line in pattern.notes))
@@ -113,7 +117,7 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:]:
+    if len(sys.argv) == 2 and Path(sys.argv[1]).is_dir():
         main(Path(sys.argv[1]))
     else:
         with TemporaryDirectory() as place:
