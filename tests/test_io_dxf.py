@@ -168,7 +168,7 @@ def line(made):
 
 REFUSALS = {
     outlines: "holds 3 outlines in a plane and no solids; extrude them and export meshes, "
-    "or read them as the joints of a wall (drawing)",
+    "or make a wall of them (make polygonal drawing)",
     solids: "holds 1 ACIS solids, which only their own program opens; export meshes (MESHSMOOTH, or OBJ)",
     line: "holds no meshes and no 3D faces, but 1 LINE; export meshes",
     lambda made: None: "holds no meshes and no 3D faces; export meshes",

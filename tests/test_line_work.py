@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -123,6 +124,22 @@ def test_any_pattern_drawn_is_that_pattern(seed, outlines, amount):
     assert off <= (2e-9 if amount == 0.0 else 5.0 * amount)
 
 
+@settings(max_examples=examples(40))
+@given(st.integers(0, 10_000), st.booleans(), st.sampled_from([0.005, 0.02, 0.05]), st.sampled_from([0.5, 1.0, 3.0]))
+def test_what_is_accepted_is_a_tiling(seed, outlines, amount, share):
+    """However badly it is drawn, and whatever the snap: refused, or cells that tile what they cover."""
+    rng = np.random.default_rng(seed)
+    wanted = draw_pattern(PatternSettings(columns=int(rng.integers(3, 8)), rows=3, courses=3, seed=seed))
+    try:
+        cells = pattern_of(work(*lines_of(wanted, rng, outlines, amount)), share * amount).subdivision
+    except InputError:
+        return
+    polygons = cells.polygons()
+    assert shapely.is_valid(polygons).all()
+    assert float(cells.areas().min()) > 0.0
+    assert shapely.area(shapely.union_all(polygons)) == pytest.approx(cells.areas().sum(), rel=1e-9)
+
+
 def test_curves_keep_to_their_deviation():
     """By hand, half a circle of radius 1: the sagitta of n chords is 1 - cos(pi / 2n); 12 chords are within 0.01."""
     turn = np.linspace(0.0, np.pi, 4001)
@@ -205,6 +222,7 @@ def test_what_is_no_wall_is_refused_with_its_place(lines, says):
 def test_ground_that_cannot_be_stood_on():
     for ground, says in (
         ([(0, 0), (2, 0), (2, -0.3)], r"the ground rises straight up at \(2, -0.3\) m"),
+        ([(0, -0.1), (1, 0), (2, -0.1)], "no stone stands on the line of the ground"),
         ([(0, 0), (1, 0), (2, 0.0)], None),
     ):
         drawn = work(ground, *FOUR, layers=("ground",))

@@ -192,7 +192,7 @@ class _Drawing:
         if acis:
             return f"holds {acis} ACIS solids, which only their own program opens; export meshes (MESHSMOOTH, or OBJ)"
         if flat:
-            way = "extrude them and export meshes, or read them as the joints of a wall (`drawing`)"
+            way = "extrude them and export meshes, or make a wall of them (make polygonal `drawing`)"
             return f"holds {flat} outlines in a plane and no solids; {way}"
         kinds = ", ".join(f"{count} {kind}" for kind, count in list(self.passed.items())[:4])
         return f"holds no meshes and no 3D faces{f', but {label(kinds)[1:-1]}' if kinds else ''}; export meshes"

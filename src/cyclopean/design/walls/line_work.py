@@ -30,6 +30,7 @@ import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.design.options import at_least, positive
+from cyclopean.design.walls.joints import base_edges
 from cyclopean.design.walls.pattern import Kind, Pattern, PatternSettings, Readout
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, dissolved, subdivide
@@ -157,6 +158,8 @@ def pattern_of(
     cells = subdivide((point - origin) / work.per_metre, rings)
     foot = None if base is None else _foot(work, (base - origin) / work.per_metre, cells)
     pattern = pattern_of_cells(dissolved(cells), foot, courses, max_bed)
+    if not len(base_edges(pattern)):
+        raise work.wrong("no stone stands on the line of the ground; let the lowest joints lie on it, or end on it")
     return replace(pattern, notes=(*work.notes, *_closed(work, net)))
 
 
