@@ -8,10 +8,12 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import shapely
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 
@@ -19,9 +21,12 @@ from gallery import CHAMFER, GAP, axonometric
 from wall_from_a_drawing import write_svg
 
 import cyclopean
+from cyclopean.arrays import Floats
+from cyclopean.assembly import Block
 from cyclopean.design.walls.interlock import interlock
 from cyclopean.design.walls.joints import with_open_joints
 from cyclopean.design.walls.line_work import GROUND, OPENING, LineReading, LineWork, usual_snap
+from cyclopean.design.walls.pattern import Pattern
 from cyclopean.geometry.line_net import noded
 from cyclopean.io import read_line_work
 from cyclopean.view.colours import ACCENT, FORCE, INK, RUB
@@ -60,6 +65,17 @@ def marks() -> Sequence[tuple[str, str]]:
     return (line(INK, 2.0), "joints"), (line(FORCE, 4.0), "opening"), (line(GROUND_INK, 7.0), "ground"), (gap, "gap")
 
 
+def seen(stones: Sequence[Block], pattern: Pattern) -> list[Block]:
+    """The stones without the sides that a neighbour hides: painted from the back they would show in the soffit."""
+    edge = shapely.boundary(shapely.coverage_union_all(pattern.subdivision.polygons()))
+
+    def shown(corner: Floats) -> bool:
+        x, _, z = corner.mean(axis=0)
+        return np.ptp(corner[:, 1]) < 0.5 * np.ptp(stones[0].vertices[:, 1]) or edge.distance(shapely.Point(x, z)) < GAP
+
+    return [replace(one, faces=tuple(f for f in one.faces if shown(one.vertices[list(f)]))) for one in stones]
+
+
 def main(given: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "images")
@@ -73,7 +89,7 @@ def main(given: Sequence[str] | None = None) -> None:
     parts, end = lines(work, MARGIN + LINE)
     parts += legend("", marks(), [MARGIN + x for x in COLUMNS], (MARGIN, MARGIN + 10.0))
     stones = with_open_joints(made.pattern, made.surface, made.thickness, gap=GAP, chamfer=CHAMFER)
-    wall = axonometric(made.assembly, stones, "the wall", outer=lambda p: p[:, 1] < 1.01 * CHAMFER)
+    wall = axonometric(made.assembly, seen(stones, made.pattern), "the wall", outer=lambda p: p[:, 1] < 1.01 * CHAMFER)
     high = float(re.search(r'viewBox="0 0 \d+ (\d+)"', wall)[1])
     parts.append(wall.replace("<svg ", f'<svg x="0" y="{end + LINE:.0f}" width="{WIDTH:.0f}" height="{high:.0f}" ', 1))
     found = interlock(made.pattern, depth=made.thickness.depth)
