@@ -66,6 +66,16 @@ def test_curves_by_hand(kind):
     assert len(rough.subdivision.vertex) < len(found.subdivision.vertex) / 2
 
 
+def test_an_arc_runs_counter_clockwise_from_its_start():
+    """By hand, from 300 to 60 degrees: through 0, a third of a circle, 1 to 2 from the centre at (1, 0)."""
+    made, space = drawing()
+    space.add_arc((1, 0), 1.0, 300, 60)
+    made.saveas("a.dxf")
+    (line,) = read_line_work("a.dxf", LineReading()).lines
+    assert line.point[[0, -1]] == pytest.approx(np.array([[1.5, -math.sqrt(0.75)], [1.5, math.sqrt(0.75)]]))
+    assert (line.point[:, 0].min(), line.point[:, 0].max()) == (pytest.approx(1.5), pytest.approx(2.0, abs=2e-3))
+
+
 def test_inserts_layers_planes_and_units():
     made, space = drawing(4)
     block = made.blocks.new("course")

@@ -22,6 +22,7 @@ from cyclopean.design.walls.surfaces import Cylinder, Plane, Sphere
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.geometry.curves import bezier, bulged, elliptic, sampled, thinned
+from cyclopean.geometry.line_net import noded
 from cyclopean.io import read_drawing, read_line_work
 from cyclopean.io.drawings import wall_of
 from laws import examples
@@ -96,6 +97,18 @@ def test_gaps_are_closed_and_told_with_their_place(gap, reach):
     assert found.notes == (f"d.dxf: 3 gaps closed, the widest of {gap:.2g} m at {found.notes[0].split(' at ')[1]}",)
     with pytest.raises(InputError, match=r"lines (end freely|cross) at .*\(1.2, 0.5\)|\(0.8, 0\.\d+\)"):
         pattern_of(work(*lines), gap / 2.0)
+
+
+def test_nodes_stay_and_stray_ends_come_to_them():
+    """Three lines meet to the last digit; the end of a fourth, and a facet of a curve, are nearby."""
+    arc = Line(np.array([[0.999, 0.4999], [0.5, 0.8], [0.0, 0.9]]), "", np.array([True, False, False]))
+    node = [(1, 0.5), (0, 0.5)], [(1, 0.5), (2, 0.5)], [(1, 0.5), (1, 0)]
+    net = noded([np.array(line, float) for line in node] + [np.array([[0.998, 0.5001], [1, 1.0]]), arc.point], 0.005,
+                [*(np.zeros(2, bool) for _ in range(4)), arc.curved])  # fmt: skip
+    used = net.point[np.unique(net.edge)].tolist()
+    assert [1.0, 0.5] in used
+    assert not [x for x in used if x[0] in (0.998, 0.999)]
+    assert net.gap.tolist() == [[1.0, 0.5, pytest.approx(math.hypot(0.002, 0.0001))]]  # the facet is no gap
 
 
 def lines_of(pattern, rng, outlines, amount):
@@ -294,6 +307,30 @@ def test_paths_of_svg_by_hand():
                  '<path d="m0,0c0,500 500,500 500,1000c0,500 400,500 500,1000"/>')  # fmt: skip
     smooth, spelt = read_line_work("d.svg", LineReading()).lines
     assert smooth.point == pytest.approx(spelt.point, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("large", "sweep", "middle"),
+    [(0, 1, (0.5, 0.5)), (0, 0, (1.5, 1.5)), (1, 1, (1.5, 1.5)), (1, 0, (0.5, 0.5))],
+)
+def test_arcs_of_svg_by_hand(large, sweep, middle):
+    """From (1.5, 0.5) to (0.5, 1.5), radius 1: about one centre or the other, the short way or the long one."""
+    svg("a.svg", f'<path d="M1500,500 A1000,1000 0 {large}{sweep} 500,1500"/>')
+    (line,) = read_line_work("a.svg", LineReading(deviation=1e-4)).lines
+    off = line.point / 1000.0 * [1, -1] - middle
+    assert np.hypot(*off.T) == pytest.approx(1.0, abs=1e-12)
+    turns = np.diff(np.unwrap(np.arctan2(off[:, 1], off[:, 0]))).sum()
+    assert turns == pytest.approx((1 if sweep else -1) * (1.5 if large else 0.5) * math.pi, abs=1e-9)
+
+
+def test_a_turned_ellipse_is_the_ellipse_turned():
+    """An arc whose axes lie at 30 degrees, and one along the axes in a group that is turned by 30 degrees."""
+    sin, cos = 0.5, math.sqrt(0.75)
+    x, y = 1500 * cos - 400 * sin, 1500 * sin + 400 * cos
+    svg("a.svg", f'<path d="M0,0 A1000,500 30 1 0 {x!r},{y!r}"/>'
+                 '<g transform="rotate(30)"><path d="M0,0 A1000,500 0 1 0 1500,400"/></g>')  # fmt: skip
+    one, other = read_line_work("a.svg", LineReading(deviation=1e-3)).lines
+    assert one.point == pytest.approx(other.point, abs=1e-9)
 
 
 BAD_SVG = [

@@ -277,8 +277,8 @@ def _elliptical(start: Floats, end: Floats, given: Floats) -> Curve:
     half = axes @ (start - end) / 2.0 / (rx, ry)  # on the unit circle
     length = float(np.hypot(*half))
     rx, ry, half = (rx * length, ry * length, half / length) if length > 1.0 else (rx, ry, half)
-    off = np.sqrt(max(1.0 / float(half @ half) - 1.0, 0.0)) * (1.0 if given[3] == given[4] else -1.0)
-    centre = off * np.array([-half[1], half[0]]) * -1.0
+    off = np.sqrt(max(1.0 / float(half @ half) - 1.0, 0.0)) * (-1.0 if given[3] == given[4] else 1.0)
+    centre = off * np.array([half[1], -half[0]])
     first = np.arctan2(*(half - centre)[::-1])
     sweep = np.arctan2(*(-half - centre)[::-1]) - first
     sweep = sweep % (2.0 * np.pi) if given[4] else -(-sweep % (2.0 * np.pi))
