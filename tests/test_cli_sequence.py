@@ -29,8 +29,8 @@ def test_in_words(run, arch):
     assert (status, err) == (0, "")
     lines = out.splitlines()
     assert lines[0] == "sequence: 5 stones in 3 layers; stages: 1 stable, 4 unstable"
-    assert lines[2] == "  first    unstable at step 1, with 'v01'"
-    assert lines[3] == "  props    'v01': the fewest props that help; with them stable"
+    assert lines[2] == "  first    unstable at step 1, with 'v01': 'v01' topples"
+    assert lines[3] == "  props    4 stones to hold: no fewer would do"
     assert lines[-1] == "  written  seq.json"
     assert out.isascii()
 
@@ -78,8 +78,9 @@ def test_cycles_and_trapped_stones_are_said(run):
         (["--bearing", "-0.1"], "--bearing -0.1: expected a number >= 0"),
         (["--lean", "0.1"], "--lean: is --bearing now; a lean is an angle, as in settle"),
         (["--clearance", "0"], "--clearance 0: expected a positive number of metres"),
-        (["--props", "two"], "--props: 'two' is not a whole number"),
-        (["--props", "-1"], "--props -1: expected a whole number >= 0"),
+        (["--props", "2"], "--props: the fewest stones to hold are always looked for now; leave it out"),
+        (["--order", "none.csv"], "none.csv: no such file; check the path"),
+        (["--workers", "0"], "--workers: 0 is not between 1 and 256"),
         (["--seconds", "0"], "--seconds 0: expected a positive number"),
         (["--gravity", "0,0,0"], "--gravity 0,0,0: without gravity no stone rests on another; give a direction"),
         (["--supports", "ids=nobody"], "--supports ids=nobody: block 'nobody' is not in the model"),

@@ -149,7 +149,7 @@ def test_every_option_is_an_input() -> None:
     for component, kinds, own in (
         ("check", (Settings, CheckOptions), {"seconds"}),
         ("limit", (LimitOptions,), {"seconds", "loads", "tilt"}),  # Azimuth, and Load with Load Block
-        ("sequence", (SequenceOptions,), set()),
+        ("sequence", (SequenceOptions,), {"order"}),
     ):
         names = {one.name: one for one in COMPONENTS[component].inputs}
         for kind in kinds:

@@ -9,9 +9,8 @@ from cyclopean.analysis import Settings, check
 from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Assembly, Block, Load
 from cyclopean.design import arch, stack, wall
-from cyclopean.design.construction.props import _Search
+from cyclopean.design.construction.props import _Episode, fewest
 from cyclopean.design.construction.sequence import BuildSequence, build_sequence, dot_text
-from cyclopean.design.construction.stages import stage_of, verdict
 from cyclopean.errors import InputError
 from sequence_cases import box, diamond, four_legs, interlocked
 
@@ -92,7 +91,13 @@ def test_a_four_legged_arch_needs_centring_until_its_key_is_in():
 def test_an_arch_is_held_at_the_last_stone_of_each_side():
     found = build_sequence(arch(7))
     assert [row[0] for row in told(found)] == ["v01", "v07", "v02", "v06", "v03", "v05", "v04"]
-    assert [row[3] for row in told(found)[2:]] == [("v02",), ("v02", "v06"), ("v03", "v06"), ("v03", "v05"), ()]
+    held = ["v02", "v06", "v03", "v05"]
+    assert [row[3] for row in told(found)[2:]] == [*(tuple(held[: k + 1]) for k in range(4)), ()]
+    (prop,) = found.props
+    assert prop.said([block.id for block in found.assembly.blocks]) == (
+        "centring under 'v02', 'v06', 'v03', 'v05' from step 3 until the keystone 'v04' is in, step 7"
+    )
+    assert found.least_props == 4
 
 
 @pytest.mark.parametrize("method", ["rbe", "cra"])
@@ -122,12 +127,9 @@ def test_props_come_with_a_proof_that_fewer_do_not_do():
 def test_mechanisms_are_made_small_before_they_are_counted():
     """With all four upper voussoirs laid, each topples by itself: four mechanisms of one stone, so four props."""
     model = four_legs()
-    whole = prepare(model, Settings())
-    stage = stage_of(whole, np.array([b.id != "key" for b in model.blocks]))
-    alone = verdict(stage, Settings())
-    search = _Search(stage, alone, Settings(), range(11, 3, -1))
-    assert search.seeded() == 4
-    assert sorted(search.mechanisms) == [[8], [9], [10], [11]]
+    episode = _Episode(prepare(model, Settings()), Settings(), range(4, 13), range(4, 8), ())
+    assert episode.bounded() == (frozenset({8, 9, 10, 11}), 4)
+    assert sorted(episode.mechanisms) == [[8], [9], [10], [11]]
 
 
 def test_a_stone_that_hangs_in_the_air_is_what_is_held():
@@ -164,7 +166,10 @@ def test_up_is_against_gravity():
         ({"lean": 1.0}, "bearing 1: "),
         ({"lean": float("nan")}, "bearing nan: "),
         ({"clearance": 0.0}, "clearance 0: "),
-        ({"most_props": -1}, "props -1: "),
+        ({"order": ["b01", "none"]}, "block 'none' is not in the model"),
+        ({"order": ["b01", "b01"]}, "block 'b01' is named more than once"),
+        ({"order": []}, "block 'b01' is missing"),
+        ({"order": [7]}, "block '7' is not in the model"),
     ],
 )
 def test_refused(options, message):

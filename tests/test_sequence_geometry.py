@@ -153,7 +153,7 @@ MODELS = [stack(4, offset=0.1), wall(3, 3), arch(6, springers="fixed"), vault(4,
 
 @pytest.fixture(scope="module", params=MODELS, ids=lambda m: m.name)
 def found(request):
-    return build_sequence(request.param, RBE, most_props=1)
+    return build_sequence(request.param, RBE)
 
 
 def test_no_stone_comes_before_what_it_rests_on(found):

@@ -38,7 +38,6 @@ if typing.TYPE_CHECKING:
     from cyclopean.analysis.sensitivity_study.sampling import Sensitivity, sensitivity, share_between
     from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
     from cyclopean.analysis.verdict import Result, Settled, Word, openings
-    from cyclopean.analysis.warm_start.async_verification import Deferred
     from cyclopean.analysis.warm_start.recheck import CONTINUED, Known, mobile, recheck
 
 __all__ = [
@@ -52,7 +51,6 @@ __all__ = [
     "Cone",
     "CoupledBracket",
     "CoupledOutcome",
-    "Deferred",
     "DualAnswer",
     "Judge",
     "Known",
@@ -132,7 +130,6 @@ __getattr__, __dir__ = _lazy_exports(
         "sensitivity_study.sampling": "Sensitivity sensitivity share_between",
         "settings": "DENSITY GRAVITY MU Settings",
         "verdict": "Result Settled Word openings",
-        "warm_start.async_verification": "Deferred",
         "warm_start.recheck": "CONTINUED Known mobile recheck",
     },
 )

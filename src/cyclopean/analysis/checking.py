@@ -117,7 +117,7 @@ def decide(
     warm : callable
         Gives a claim for the system of the model, or None: what the judge does not accept is solved from nothing.
     judge : callable
-        The independent checker, or what stands for it until it has been asked (`Deferred`).
+        The independent checker.
     progress : callable
         Is told the name of each stage as it begins.
     """
@@ -329,7 +329,8 @@ def solved(
 
     rigid, bounds = decide_rigid(model, system, settings.solver), settings.bounds().unit()
     bounds = replace(bounds, beta=slides * bounds.beta)
-    return coupled_claim(solve_cra(system, bounds, settings.solver, settings.seconds, settings.nodes, progress, rigid))
+    limits = (settings.seconds, settings.nodes, progress, rigid)
+    return coupled_claim(solve_cra(system, bounds, settings.solver, *limits, effort=settings.effort))
 
 
 def _glued(model: PreparedModel, settings: Settings, claim: Claim, result: Result) -> Result:

@@ -100,7 +100,7 @@ def prove(
     claim : Claim
         What the solvers found.
     judge : callable
-        The independent checker, or what stands for it until it has been asked (see `async_verification`).
+        The independent checker, perhaps with a memory.
     """
     proof, residuals = _proof(model, settings.bounds(), system, claim)
     certificate = certify(model, system, claim.kind, proof) if proof else None

@@ -76,6 +76,7 @@ class Settings:
         None, "rbe: does it hold for every drawing within L (m), normals within DEGREES?", "within",
         metavar="L[,DEGREES]",
     )  # fmt: skip
+    effort: float = 1.0  # share of a coupled search's usual work on larger models, for who asks of many: no option
 
     def __post_init__(self) -> None:
         check_options(self)

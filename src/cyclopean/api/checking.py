@@ -1,7 +1,8 @@
 """Does it stand, and in what order is it built: `check` and `build_sequence` for files and objects alike."""
 
+import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Unpack
@@ -187,7 +188,7 @@ class _Spare:
 
 @dataclass(frozen=True, slots=True)
 class SequenceOptions:
-    """How an order of building is looked for."""
+    """How an order of building is looked for, or which one is given: a file, or ids or numbers of blocks."""
 
     bearing: float | None = option(
         None,
@@ -199,20 +200,15 @@ class SequenceOptions:
     clearance: float | None = option(
         None, "Length (m) of approach and retreat [0.1].", "number", metavar="L", above=0.0, unit="metres"
     )
-    most_props: int | None = option(
-        None,
-        "Props beyond the least possible, up to which all sets are tried [4].",
-        "whole",
-        metavar="N",
-        word="props",
-        least=0,
+    order: str | Sequence[str | int] | None = option(
+        None, "An order that somebody gives: ids in a text, CSV or JSON file [found].", metavar="FILE"
     )
 
     def __post_init__(self) -> None:
         check_options(self)
 
 
-@takes(Settings, Reading, SequenceOptions, only=f"{SEQUENCED} units strict bearing clearance most_props")
+@takes(Settings, Reading, SequenceOptions, only=f"{SEQUENCED} units strict bearing clearance order")
 def build_sequence(
     model: Model,
     settings: Settings | None = None,
@@ -229,13 +225,13 @@ def build_sequence(
     model : path, Assembly, anything with an `assembly`, or a list or table of bodies
         The finished structure.
     settings : Settings, optional
-        Options in one object; keywords win over it. 10 seconds for the search of one stage where not given.
+        Options in one object; keywords win over it. 30 seconds for the search of one stage where not given.
     progress : callable
         Is told what begins.
     watch : callable, optional
         Is given the number of each stage (from 0) and its verdict without props, certificate included.
     executor : Executor, optional
-        Checks the certificates of stages while the next ones are looked at; this process where not given.
+        Does runs of stages side by side, with the same answers; this process where not given.
     **options
 
     Returns
@@ -245,7 +241,8 @@ def build_sequence(
     Raises
     ------
     InputError
-        As `check`, and where gravity is zero or `bearing` or `clearance` are out of range.
+        As `check`, and where gravity is zero, `bearing` or `clearance` are out of range, or `order` names blocks that
+        are not there, names one twice or leaves one out.
 
     Examples
     --------
@@ -273,7 +270,18 @@ def sequenced(
     from cyclopean.design.construction import sequence
 
     assembly, assumed = assembly_of(model, reading)
-    named = {"lean": order.bearing, "clearance": order.clearance, "most_props": order.most_props, "watch": watch}
+    listed = order.order
+    path = listed if isinstance(listed, str | os.PathLike) else None
+    if path is not None:
+        from cyclopean.io import read_order
+
+        listed = read_order(path)
+    named = {"lean": order.bearing, "clearance": order.clearance, "order": listed, "watch": watch}
     given: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
-    found = sequence.build_sequence(assembly, settings, progress=progress, executor=executor, **given)
+    try:
+        found = sequence.build_sequence(assembly, settings, progress=progress, executor=executor, **given)
+    except InputError as error:
+        if path is None or error.field != "order":
+            raise
+        raise InputError.of("order", path, error.expected) from None
     return replace(found, warnings=(*assumed, *found.warnings)) if assumed else found

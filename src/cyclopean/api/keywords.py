@@ -1,7 +1,7 @@
 """Options as keywords: their names, their defaults and what they do, from the dataclasses that describe them."""
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar
 
@@ -48,7 +48,7 @@ class SequenceKeywords(ModelKeywords, total=False):
     seconds: float | None
     bearing: float | None
     clearance: float | None
-    most_props: int | None
+    order: str | Sequence[str | int] | None
 
 
 class LimitKeywords(ModelKeywords, total=False):

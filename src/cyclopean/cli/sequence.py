@@ -1,5 +1,6 @@
 """`sequence`: in which order is it built, and does every stage stand?"""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.analysis.settings import Settings
@@ -9,19 +10,21 @@ from cyclopean.cli.check import MODEL
 from cyclopean.cli.command import command, some, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import long_work, of_file, warn
-from cyclopean.cli.workers import MOST, beside
-from cyclopean.errors import InputError
-from cyclopean.options import Option
+from cyclopean.cli.workers import Hands, workers
 
 if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
 
 __all__ = ["sequence"]
 
-MANY = 100  # blocks beyond which checking is worth a process of its own
+MANY = 100  # blocks beyond which a process more is worth its start
+SHOWN = 8  # props that are said
 
 
-@command(lean="is --bearing now; a lean is an angle, as in settle")
+@command(
+    lean="is --bearing now; a lean is an angle, as in settle",
+    props="the fewest stones to hold are always looked for now; leave it out",
+)
 def sequence(
     model: Annotated[str, MODEL],
     files: Annotated[
@@ -34,16 +37,13 @@ def sequence(
         ),
     ],
     settings: Annotated[Settings, some(SEQUENCED, seconds="Time for the search of one stage.")] = Settings(
-        seconds=10.0
+        seconds=30.0
     ),
     reading: Reading = Reading(),
     options: SequenceOptions = SequenceOptions(),
-    workers: Annotated[
-        int | None,
-        Option("Processes; those beyond the first check certificates [2 beyond 100 blocks].", "whole", metavar="N"),
-    ] = None,
+    hands: Hands = Hands(),
 ) -> int:
-    """Find the order in which a model is built, and check every stage.
+    """Find the order in which a model is built, or take a given one, and check every stage.
 
     Exit status: 0 done, whatever the verdicts in the file are; 2 bad input.
     """
@@ -52,11 +52,13 @@ def sequence(
     from cyclopean.view import building_html
 
     assembly, warnings = assembly_of(model, reading)
-    count = workers if workers is not None else 2 if len(assembly) > MANY else 1
-    if not 1 <= count <= MOST:
-        raise InputError.of("workers", count, f"expected a whole number from 1 to {MOST}")
-    with beside(count - 1) as checkers, long_work(f"sequencing {model}") as stage, of_file(model):
-        found = sequenced(assembly, settings, Reading(), options, stage, executor=checkers)
+    usual = 2 if len(assembly) > MANY and hands.cluster is None else 1
+    with (
+        workers(usual if hands.workers is None else hands.workers, hands.cluster) as executor,
+        long_work(f"sequencing {model}") as stage,
+        of_file(model),
+    ):
+        found = sequenced(assembly, settings, Reading(), options, stage, executor=executor)
     for warning in (*warnings, *found.warnings):
         warn(warning)
     graph = dot_text(found)
@@ -83,15 +85,46 @@ def _lines(found: "BuildSequence", data: dict[str, Any]) -> list[str]:
         if step.free is None:
             names = [found.assembly.blocks[i].id for i in step.blocked_by]
             lines.append(f"  trapped  '{found.assembly.blocks[step.block].id}' by {_some(names)}")
+    return [*lines, *_given(data["given"]), *_falling(found, data)]
+
+
+def _given(given: dict[str, Any] | None) -> Iterator[str]:
+    """An order that was given, and the valid one nearest to it."""
+    if given is None:
+        return
+    if given["valid"]:
+        yield "  order    as given, and valid: every stone finds what it rests on, and a way in"
+        return
+    fault, count = given["faults"][0], len(given["faults"])
+    more = f" ({count - 1} more like it)" if count > 1 else ""
+    why = f"before {_some(fault['missing'])} that it rests on" if fault["missing"] else "without a way in: "
+    why += "" if fault["missing"] else f"{_some(fault['trapped_by'])} stand already"
+    yield f"  order    as given, not valid: '{fault['block']}' at step {fault['step']} comes {why}{more}"
+    nearest = given["nearest"]
+    moves, least = len(nearest["moved"]), nearest["least_moves"]
+    told = "no valid order is nearer" if moves == least else f"at least {least} are needed"
+    stages = ", ".join(f"{n} {word}" for word, n in nearest["stages"].items() if n)
+    yield f"  nearest  {moves} move{'s' * (moves != 1)}: {_some(nearest['moved'])}; {told}; its stages: {stages}"
+
+
+def _falling(found: "BuildSequence", data: dict[str, Any]) -> Iterator[str]:
+    """The first stage that is not proved to stand, how it falls, and the props of all."""
     first = data["first_unstable"]
-    if first is not None:
-        lines.append(f"  first    {first['verdict']} at step {first['step']}, with '{first['block']}'")
-        if first["props"]:
-            kind = "the fewest props that help" if first["smallest"] else "props that help"
-            lines.append(f"  props    {_some(first['props'])}: {kind}; with them {first['with_props']}")
-        else:
-            lines.append("  props    none were found that help")
-    return lines
+    if first is None:
+        return
+    how = ""
+    if first["moving"]:
+        others = f", and with it {_some(first['moving'][1:])}" if first["moving"][1:] else ""
+        how = f": '{first['moving'][0]}' {first['how']}{others}"
+    yield f"  first    {first['verdict']} at step {first['step']}, with '{first['block']}'{how}"
+    held, least = data["held"], data["least_held"]
+    told = "no fewer would do" if held <= least else f"at least {least} are needed"
+    yield f"  props    {held} stone{'s' * (held != 1)} to hold: {told}"
+    ids = [block.id for block in found.assembly.blocks]
+    for prop in found.props[:SHOWN]:
+        yield f"           {prop.said(ids)}"
+    if len(found.props) > SHOWN:
+        yield f"           and {len(found.props) - SHOWN} more, in the file"
 
 
 def _some(names: list[str], most: int = 6) -> str:

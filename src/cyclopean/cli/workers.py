@@ -3,14 +3,24 @@
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from cyclopean.errors import InputError
+from cyclopean.options import option
 
-__all__ = ["MOST", "beside", "workers"]
+__all__ = ["MOST", "Hands", "beside", "workers"]
 
 MOST = 256  # processes; more is a slip of the hand
 PATIENCE = "10s"  # for a cluster to answer
+
+
+@dataclass(frozen=True, slots=True)
+class Hands:
+    """Who does the work."""
+
+    workers: int | None = option(None, "Processes that share the work [2 beyond 100 blocks].", "whole", metavar="N")
+    cluster: str | None = option(None, "Scheduler of a dask cluster that does the work.", metavar="ADDRESS")
 
 
 @contextmanager

@@ -14,6 +14,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.io.exchange import exchange_paths, write_exchange
     from cyclopean.io.findings import read_findings
     from cyclopean.io.line_work import read_line_work
+    from cyclopean.io.orders import read_order
     from cyclopean.io.stones import inventory_dict, read_stones, write_stones
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "read_line_work",
     "read_mended",
     "read_model",
+    "read_order",
     "read_stones",
     "result_dict",
     "sensitivity_dict",
@@ -52,6 +54,7 @@ __getattr__, __dir__ = _lazy_exports(
         "exchange": "exchange_paths write_exchange",
         "findings": "read_findings",
         "line_work": "read_line_work",
+        "orders": "read_order",
         "stones": "inventory_dict read_stones write_stones",
     },
 )

@@ -6,8 +6,9 @@ from cyclopean import __version__
 from cyclopean.io.files import picked
 
 if TYPE_CHECKING:  # only a name here: converting a file must not load the solvers
+    from cyclopean.design.construction.centring import Prop
     from cyclopean.design.construction.ordering import Cycle, Edge
-    from cyclopean.design.construction.sequence import BuildSequence, Step
+    from cyclopean.design.construction.sequence import BuildSequence, GivenOrder, Step
 
 __all__ = ["sequence_dict"]
 
@@ -40,6 +41,10 @@ def sequence_dict(sequence: "BuildSequence", dot: str) -> dict[str, Any]:
         "layers": [[ids[i] for i in sequence.order if sequence.layer[i] == level] for level in range(1, top + 1)],
         "stages": {word: words.count(word) for word in ("stable", "unstable", "undecided")},
         "first_unstable": None if first is None else _stage(sequence.steps[first], first + 1, ids),
+        "props": [_prop(prop, ids) for prop in sequence.props],
+        "held": sum(len(prop.blocks) for prop in sequence.props),
+        "least_held": sequence.least_props,
+        "given": None if sequence.given is None else _given(sequence.given, ids),
         "trapped": [ids[step.block] for step in sequence.steps if step.free is None],
         "steps": [_step(step, number, sequence, ids) for number, step in enumerate(sequence.steps, 1)],
         "graph": [{**_edge(e, ids), "broken": (e.upper, e.lower) not in kept} for e in sequence.graph.edges],
@@ -59,6 +64,41 @@ def _stage(step: "Step", number: int, ids: list[str]) -> dict[str, Any]:
         "props": [ids[i] for i in step.props],
         "with_props": step.propped,
         "smallest": step.smallest if step.props else None,
+        "moving": [ids[i] for i in step.moving],
+        "how": step.how or None,
+    }
+
+
+def _prop(prop: "Prop", ids: list[str]) -> dict[str, Any]:
+    return {
+        "kind": prop.kind,
+        "blocks": [ids[i] for i in prop.blocks],
+        "from_step": prop.first + 1,
+        "last_step": prop.last + 1,
+        "until": None if prop.until is None else ids[prop.until],
+        "keystone": prop.keystone,
+    }
+
+
+def _given(given: "GivenOrder", ids: list[str]) -> dict[str, Any]:
+    nearest = given.nearest
+    return {
+        "valid": not given.faults,
+        "faults": [
+            {
+                "step": fault.step + 1,
+                "block": ids[fault.block],
+                "missing": [ids[i] for i in fault.missing],
+                "trapped_by": [ids[i] for i in fault.trapped_by],
+            }
+            for fault in given.faults
+        ],
+        "nearest": {
+            "order": [ids[i] for i in nearest.order],
+            "moved": [ids[i] for i in nearest.moved],
+            "least_moves": nearest.least,
+            "stages": {word: given.words.count(word) for word in ("stable", "unstable", "undecided")},
+        },
     }
 
 

@@ -4,6 +4,6 @@
 (`python checker.py CERT.json`), and runs here as `python -m cyclopean.proof CERT.json`.
 """
 
-from cyclopean.proof.checker import NotACertificateError, Report, read_file, seal, verify, verify_file
+from cyclopean.proof.checker import Memory, NotACertificateError, Report, read_file, seal, verify, verify_file
 
-__all__ = ["NotACertificateError", "Report", "read_file", "seal", "verify", "verify_file"]
+__all__ = ["Memory", "NotACertificateError", "Report", "read_file", "seal", "verify", "verify_file"]

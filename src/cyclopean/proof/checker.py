@@ -96,7 +96,7 @@ from fractions import Fraction
 from itertools import chain, combinations, pairwise, product
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
-__all__ = ["NotACertificateError", "Report", "main", "read_file", "seal", "verify", "verify_file"]
+__all__ = ["Memory", "NotACertificateError", "Report", "main", "read_file", "seal", "verify", "verify_file"]
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Thresholds. They live here so that no file can weaken them.
@@ -259,29 +259,55 @@ def _canonical(certificate: Mapping[str, object]) -> bytes:
     return json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False).encode("utf-8")
 
 
-def verify(certificate: Mapping[str, object]) -> Report:
+class Memory:
+    """What certificates of one structure, as it grows, have in common: what follows from shapes alone, found once.
+
+    Every entry is kept by all the integers that it was computed from, so that the answers are those of a checker
+    without a memory. Forces, displacements and balance are looked at anew each time.
+
+    Parameters
+    ----------
+    most : int
+        Shapes of the same faces, and outlines of contacts, that are kept.
+    """
+
+    def __init__(self, most: int = 1 << 16) -> None:
+        self.most = most
+        self.surfaces: dict[tuple[tuple[int, ...], ...], _Surface] = {}
+        self.outlines: dict[object, tuple[Vec, int]] = {}
+
+
+def verify(certificate: Mapping[str, object], memory: Memory | None = None) -> Report:
     """Check one certificate; whatever is malformed is answered with `proved=False`, never with an exception.
+
+    Parameters
+    ----------
+    certificate : mapping
+        As read from its file.
+    memory : Memory, optional
+        Of certificates before; it spares work, and changes no answer.
 
     >>> verify({"schema": "cyclopean.certificate/2", "kind": "rbe-state"}).reason
     'fields missing: blocks, contacts, forces, gravity, loads, seal, tolerance'
     """
     with _uncollected():
-        return _checked(certificate, b"")
+        return _checked(certificate, b"", memory)
 
 
-def _checked(certificate: Mapping[str, object], data: bytes) -> Report:
+def _checked(certificate: Mapping[str, object], data: bytes, memory: Memory | None = None) -> Report:
     """Check a certificate; `data` is the file that it comes from, if any."""
     kind = certificate.get("kind") if isinstance(certificate, Mapping) else None
     kind = kind if isinstance(kind, str) and kind in CLAIMS else ""
     claim = CLAIMS.get(kind, "")
     figures: dict[str, float] = {}
     assumed: tuple[str, ...] = ()
+    memory = Memory(MAX_KEPT) if memory is None else memory
     try:
-        sheet = _read(certificate, data)
+        sheet = _read(certificate, data, memory)
         claim += _conditions(sheet)
         figures = _counts(sheet)
         assumed = _assumptions(sheet)
-        model = _weigh(sheet)
+        model = _weigh(sheet, memory)
         told, measured, unseen = _geometry_told(model)
         assumed = (*assumed, *unseen)
         claim, figures = claim + model.misfit.claimed() + told, figures | model.misfit.figures() | measured
@@ -374,7 +400,8 @@ class _Surface:
     used: frozenset[int]
     closed: bool
     shells: Sequence[Sequence[int]] = ()  # numbers of faces that hang together by edges
-    shapes: dict[tuple[Vec, ...], "_Shape"] = field(default_factory=dict)  # by vertices from the block's origin
+    # by the fineness of lengths, the square of the tolerance, and the vertices from the block's origin
+    shapes: dict[tuple[int, tuple[int, int], tuple[Vec, ...]], "_Shape"] = field(default_factory=dict)
 
 
 class _Stone(NamedTuple):
@@ -568,7 +595,7 @@ def _name(value: object, numbers: Mapping[str, int], where: str) -> int:
     return numbers[value]
 
 
-def _read(certificate: object, data: bytes = b"") -> _Sheet:
+def _read(certificate: object, data: bytes, memory: Memory) -> _Sheet:
     """Check schema, kind, keys, types, names, counts and the seal."""
     if not isinstance(certificate, Mapping):
         _refuse("the certificate is not an object")
@@ -585,8 +612,7 @@ def _read(certificate: object, data: bytes = b"") -> _Sheet:
     optional = ("component",) if kind == "cra-tree" else ()
     top = _fields(certificate, COMMON_FIELDS | PROOF_FIELDS[kind] | _limit_sides(certificate, kind), "", *optional)
 
-    known: dict[tuple[tuple[int, ...], ...], _Surface] = {}
-    stones = [_read_stone(value, i, known) for i, value in enumerate(_items(top["blocks"], "blocks"))]
+    stones = [_read_stone(value, i, memory.surfaces) for i, value in enumerate(_items(top["blocks"], "blocks"))]
     numbers = {stone.name: i for i, stone in enumerate(stones)}
     if len(numbers) != len(stones):
         _refuse("two blocks have the same id")
@@ -1320,11 +1346,11 @@ class _Model:
                 yield i, stone, solid
 
 
-def _weigh(sheet: _Sheet) -> _Model:
+def _weigh(sheet: _Sheet, memory: Memory) -> _Model:
     """Check the geometry and turn the model into integers."""
     k = max(_fineness(_lengths(sheet)), (_fineness(chain(*(joint.facing for joint in sheet.joints))) + 1) // 2)
     component = _components(sheet)
-    solids, patches, misfit = _fitted(sheet, component, k)
+    solids, patches, misfit = _fitted(sheet, component, k, memory)
     per_density = _fineness(stone.density for stone in sheet.stones)
     masses6 = [
         0 if stone.fixed else _integer(stone.density, per_density) * solid.volume6
@@ -1477,11 +1503,13 @@ def _is_flat(ring: Sequence[Vec], normal: Vec, normal2: int, tolerance2: Ratio2)
     return all((count * h - total) ** 2 * u <= limit for h in heights)
 
 
-def _fitted(sheet: _Sheet, component: Sequence[int], k: int) -> tuple[list[_Solid], list[_Patch], _Misfit]:
+def _fitted(
+    sheet: _Sheet, component: Sequence[int], k: int, memory: Memory
+) -> tuple[list[_Solid], list[_Patch], _Misfit]:
     """Check every block, and that every contact lies on faces of both of its blocks."""
     tn, td = sheet.tolerance.as_integer_ratio()
     stated2: Ratio2 = (tn << k) ** 2, td * td
-    solids = [_solid(stone, k, stated2) for stone in sheet.stones]
+    solids = [_solid(stone, k, stated2, memory.most) for stone in sheet.stones]
     misfit = _Misfit(
         bent=sum(joint.bent for joint in sheet.joints), pointlike=sum(joint.pointlike for joint in sheet.joints)
     )
@@ -1492,13 +1520,12 @@ def _fitted(sheet: _Sheet, component: Sequence[int], k: int) -> tuple[list[_Soli
         "too many faces under its contacts to look at",
     )
     patches: list[_Patch] = []
-    known: dict[object, tuple[Vec, int]] = {}
     first = 0
     for i, joint in enumerate(sheet.joints):
         a, b = solids[joint.a], solids[joint.b]
         box2 = min(a.box2, b.box2)
         tolerance2 = _capped(stated2, box2, ROUGH_SHARE if joint.bent else TOLERANCE_SHARE)
-        patch = _patch(sheet, i, max(component[joint.a], component[joint.b]), first, tolerance2, known, k)
+        patch = _patch(sheet, i, max(component[joint.a], component[joint.b]), first, tolerance2, memory, k)
         one, two = _on_solid(sheet, a, patch, 1, k, looks), _on_solid(sheet, b, patch, -1, k, looks)
         patch.normals.extend(zip(one.normals, two.normals, strict=True))
         if joint.pointlike:
@@ -1509,18 +1536,19 @@ def _fitted(sheet: _Sheet, component: Sequence[int], k: int) -> tuple[list[_Soli
     return solids, patches, misfit
 
 
-def _solid(stone: _Stone, k: int, stated2: Ratio2) -> _Solid:
+def _solid(stone: _Stone, k: int, stated2: Ratio2, most: int) -> _Solid:
     """Check that a block bounds a solid, and measure it: once for all blocks of the same shape."""
     surface, vertices = stone.surface, _vectors(stone.vertices, k)
     if not surface.faces:
         _refuse(f"block {_short(stone.name)} has no faces")
     ox, oy, oz = origin = vertices[surface.faces[0][0]]
     local = tuple([(x - ox, y - oy, z - oz) for x, y, z in vertices])
-    shape = surface.shapes.get(local)
+    place = k, stated2, local
+    shape = surface.shapes.get(place)
     if shape is None:
         shape = _shape(stone, local, stated2)
-        if len(local) <= MAX_KEPT and len(surface.shapes) < MAX_KEPT:
-            surface.shapes[local] = shape
+        if len(local) <= MAX_KEPT and len(surface.shapes) < most:
+            surface.shapes[place] = shape
     moment24 = _plus(shape.moment24, _times(4 * shape.volume6, origin))
     return _Solid(origin, shape, shape.volume6, moment24, shape.box2)
 
@@ -1613,20 +1641,19 @@ def _capped(tolerance2: Ratio2, box2: int, share: Fraction) -> Ratio2:
     return tolerance2 if tolerance2[0] * cap[1] <= cap[0] * tolerance2[1] else cap
 
 
-def _patch(
-    sheet: _Sheet, i: int, part: int, first: int, tolerance2: Ratio2, known: dict[object, tuple[Vec, int]], k: int
-) -> _Patch:
+def _patch(sheet: _Sheet, i: int, part: int, first: int, tolerance2: Ratio2, memory: Memory, k: int) -> _Patch:
     """Turn a contact polygon into integers; it must have an area, be flat, and wider than a few tolerances.
 
-    That is looked at once for all that are `known` to be alike.
+    That is looked at once for all that are alike.
     """
     joint = sheet.joints[i]
     points = _vectors(joint.polygon, k)
     ox, oy, oz = points[0]
-    outline = (joint.bent, joint.facing, tolerance2, *[(x - ox, y - oy, z - oz) for x, y, z in points])
-    normal, normal2 = known.get(outline) or _area_checked(sheet, i, points, tolerance2, k)
-    if len(points) <= MAX_KEPT and len(known) < MAX_KEPT:
-        known[outline] = normal, normal2
+    local = [(x - ox, y - oy, z - oz) for x, y, z in points]
+    outline = (joint.bent, joint.facing, k if joint.facing else 0, tolerance2, *local)
+    normal, normal2 = memory.outlines.get(outline) or _area_checked(sheet, i, points, tolerance2, k)
+    if len(points) <= MAX_KEPT and len(memory.outlines) < memory.most:
+        memory.outlines[outline] = normal, normal2
     rows, (p, q) = slice(first, first + len(points)), joint.mu.as_integer_ratio()
     return _Patch(i, joint, part, rows, joint.a, joint.b, p, q, points, normal, normal2, tolerance2, [])
 
@@ -3323,7 +3350,7 @@ class _Case:
 def _tree(model: _Model) -> tuple[dict[str, float], str, str]:
     """Check that the branches of a tree cover all coupled states of the model or a component, and no leaf holds one."""
     if model.sheet.part is not None:
-        model = _weigh(model.sheet.part)
+        model = _weigh(model.sheet.part, Memory(MAX_KEPT))
     case, tree = _case(model), model.sheet.tree
     figures = {"nodes": float(len(tree)), "leaves": 0.0, "depth": 0.0, "least_margin": 1.0}
     whole = _Zone(False, False, None, 0, case.eta)

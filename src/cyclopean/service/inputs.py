@@ -30,7 +30,6 @@ NAMED = {
     "penalty": ("Penalty", "Py"),
     "pushover": ("Pushover", "Po"),
     "polar": ("Polar", "Pr"),
-    "most_props": ("Props", "Pp"),
     "bearing": ("Bearing", "Be"),
     "corner": ("Corner", "Cr"),
     "coursed": ("Coursed", "Cd"),

@@ -32,6 +32,7 @@ LIMIT = 1_500  # stones, beyond which nothing moves: the page would be too heavy
 BENT = 0.1  # of a unit normal: facets that differ by less than this are one face that is bent
 NUMBERED = 400  # stones up to which each shows its number
 ROWS = 1_000  # of the table
+NAMED = 3  # props that the headline names
 BEAT, SHORTEST, LONGEST = 0.7, 6.0, 60.0  # s: for each stone, and for all
 # Light and warm, far enough apart to be told by anyone; stones seldom need more than five.
 STONES = ("#d9c9a3", "#b7c4c9", "#c99f7c", "#a9b78f", "#e6dfd0", "#b9a7bd", "#d3b3a5", "#94a8a0")
@@ -77,9 +78,12 @@ def _headline(sequence: BuildSequence) -> str:
     title, reason, _ = outcome(sequence)
     if first is not None:
         step = steps[first]
-        if step.props:
-            least = "The fewest props that help there: hold" if step.smallest else "Props that help there: hold"
-            reason += f" {least} {', '.join(names[i] for i in step.props)}."
+        if step.how:
+            reason += f" {names[step.moving[0]]} {step.how}."
+        if sequence.props:
+            told = "".join(f" {prop.said(names).capitalize()}." for prop in sequence.props[:NAMED])
+            more = f" And {len(sequence.props) - NAMED} more props." if len(sequence.props) > NAMED else ""
+            reason += told + more
         if steps[-1].verdict == "stable":
             reason += " Finished, it stands by itself."
     if trapped := [names[s.block] for s in steps if s.free is None]:
@@ -312,7 +316,7 @@ def _stages(sequence: BuildSequence) -> str:
 def _row(k: int, step: Step, names: list[str], sequence: BuildSequence) -> tuple[str, ...]:
     props = ", ".join(names[i] for i in step.props)
     if step.props:
-        props += f" ({'fewest; ' if step.smallest else ''}{step.propped} with them)"
+        props += f" ({step.propped} with them)"
     elif step.verdict != "stable":
         props = "none found"
     return (

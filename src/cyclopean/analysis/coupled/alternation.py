@@ -36,6 +36,7 @@ ROUNDS, PROGRESS = 60, 0.997  # of a descent: at most so many rounds, each of wh
 LEVEL, UPHILL = 1.02, 0.02  # how far up a restart may lead, and how often one is kept wherever it leads
 PATIENCE = 40  # restarts without progress after which the walk begins anew
 BUDGET = 200  # programmes
+OVERDRAFT = 4  # budgets that descents from the starts may take: most take one
 
 Pair = tuple[float, Floats, Floats]  # merit, (q, 3) forces, (6 m,) motion
 
@@ -59,19 +60,19 @@ def alternation(
     starts : iterable of (q, 3)
         Forces to start from, beside those of programme A.
     budget : int
-        Convex programmes after which no other descent begins.
+        Convex programmes after which no other descent begins; after `OVERDRAFT` times that also the first ones end.
     deadline : float
         Of `time.perf_counter`: stops the search wherever it is.
     seed : int
         Of the restarts.
     """
     halves = Halves(system, bounds.unit(), deadline)
-    walk = Walk(halves, seed)
+    walk = Walk(halves, seed, OVERDRAFT * budget)
     for f in _first(halves, starts):
         walk.descend(f)
-        if walk.best.found or time.perf_counter() > deadline:
+        if walk.best.found or walk.over:
             break
-    while not walk.best.found and halves.solves < budget and time.perf_counter() <= deadline:
+    while not walk.best.found and halves.solves < budget and not walk.over:
         walk.restart()
     return replace(walk.best, solves=halves.solves, rounds=walk.rounds, iterations=halves.iterations)
 
@@ -96,13 +97,20 @@ class Walk:
         The programmes of a system.
     seed : int
         Of the restarts.
+    limit : float
+        Programmes after which a descent ends.
     """
 
-    def __init__(self, halves: Halves, seed: int = 0) -> None:
-        self.halves, self.random, self.rounds = halves, np.random.default_rng(seed), 0
+    def __init__(self, halves: Halves, seed: int = 0, limit: float = np.inf) -> None:
+        self.halves, self.random, self.rounds, self.limit = halves, np.random.default_rng(seed), 0, limit
         self.best = nothing(halves.system, halves.bounds)
         self.kept: Pair = (np.inf, self.best.f, self.best.dq)
         self.idle = 0  # restarts since the last progress
+
+    @property
+    def over(self) -> bool:
+        """Whether the programmes or the time are spent."""
+        return self.halves.solves >= self.limit or time.perf_counter() > self.halves.deadline
 
     def restart(self) -> None:
         """One descent from a random start, or from the pair kept last, disturbed."""
@@ -126,7 +134,7 @@ class Walk:
             if value < polished:
                 polished = 0.5 * value  # no second polish before this much is gained
                 self.polish(near, dq)
-            if self.best.found or not (value < PROGRESS * last) or time.perf_counter() > self.halves.deadline:
+            if self.best.found or not (value < PROGRESS * last) or self.over:
                 break
         if np.isfinite(pair[0]):
             self.best = better(self.best, attempt(system, bounds, *pair[1:]))

@@ -6,6 +6,7 @@ also prove that no state exists. Whatever a route claims is measured here at eve
 factorisations, programmes and nodes, so that the same question has the same answer on any machine; time only stops.
 """
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -62,6 +63,7 @@ class _Asked:
     deadline: float  # of `time.perf_counter`
     nodes: int  # of the tree
     factorisations: int  # of the continuation
+    effort: float  # share of the usual work on the alternation and the tree of a larger model
     progress: Callable[[str], None]
 
 
@@ -74,6 +76,7 @@ def solve_cra(
     progress: Callable[[str], None] = lambda _: None,
     rigid: Outcome | None = None,
     factorisations: int = FACTORISATIONS,
+    effort: float = 1.0,
 ) -> CoupledOutcome:
     """Find forces and a displacement that make a coupled state, or prove that none exists.
 
@@ -98,6 +101,8 @@ def solve_cra(
         What rigid-block equilibrium says of the same system; found here if not given.
     factorisations : int
         Budget of the continuation.
+    effort : float
+        Share of the usual work that the alternation and the tree of a larger model may do.
 
     Returns
     -------
@@ -112,7 +117,7 @@ def solve_cra(
     if system.pull.any():  # its cones are shifted, and (10) of the coupled conditions is not made for that
         raise InputError("joints that pull: coupled analysis has none; use `method` rbe")
     began = time.perf_counter()
-    asked = _Asked(bounds.unit(), solver, began + seconds, nodes, factorisations, progress)
+    asked = _Asked(bounds.unit(), solver, began + seconds, nodes, factorisations, effort, progress)
     rigid = solve_rbe(system, solver) if rigid is None else rigid
     spent = int(rigid.provenance.get("factorisations", 0))
     tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=spent)]
@@ -189,7 +194,8 @@ def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats], folds
         return found.attempt
 
     def alternated() -> Attempt:
-        most = PROGRAMMES if system.points <= TREE_POINTS else WORK // (system.points * system.blocks)
+        large = system.points > TREE_POINTS
+        most = int(asked.effort * WORK) // (system.points * system.blocks) if large else PROGRAMMES
         return alternation(system, asked.bounds, given, min(most, 2 * asked.nodes), asked.deadline)
 
     if asked.solver not in ("clarabel", "osqp"):
@@ -208,7 +214,9 @@ def _branched(
         return _undecided(best, tried, folds, 0.0, "the time was up before the refuting search began")
     small = system.points <= TREE_POINTS
     asked.progress("refuting by branching")
-    answer = refute(system, bounds, asked.nodes if small else min(asked.nodes, GLANCE), asked.deadline)
+    answer = refute(
+        system, bounds, asked.nodes if small else min(asked.nodes, math.ceil(asked.effort * GLANCE)), asked.deadline
+    )
     tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
     if answer.word == "refuted":
         provenance = _provenance("tree", tried) | {"leaves": answer.leaves}

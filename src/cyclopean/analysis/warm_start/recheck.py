@@ -3,12 +3,11 @@
 Every verdict is proved anew: the certificate of the whole model passes the independent checker. By coupled analysis
 the known state is the first guess. What is new is seated on what was there (see `seating`), and steps that stay inside
 all inequalities lead from there to a state of the whole (see `inward`). At first only what is near a shortest way down
-from what is new to a support may move: its weight has to go down, but not far to the sides. Where the steps jam all
-may move; then the neighbours are seated anew as well, then theirs; where that fails too, the search begins from
+from what is new to a support may move: its weight has to go down, but not far to the sides. Where the steps jam the
+neighbours are seated anew as well, then theirs; then all may move; where that fails too, the search begins from
 nothing.
 """
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +38,6 @@ RADII = (0, 1, 2, 3)  # joints from what is new within which blocks are seated a
 AISLE = 3  # joints to each side of a way down, within which the weight of what is new goes down first
 MOST = 0.7  # share of the blocks from which all of them are as good
 MANY = 4  # new blocks beyond which what is known is no guess
-BUDGET = 0.3  # of the seconds of a search that may be spent on the known state
 SLOW = 1e-6  # of the speed of the fastest block
 
 
@@ -64,8 +62,7 @@ def recheck(model: PreparedModel, settings: Settings, known: Known | None = None
     known : Known, optional
         The result of a smaller model, to begin from; what it says is a guess, nothing is taken on trust.
     judge : callable
-        The independent checker. With a `Deferred` in its place, nothing may be told of the result before that has
-        been asked whether it is proved.
+        The independent checker.
 
     Returns
     -------
@@ -130,20 +127,23 @@ def _continued(model: PreparedModel, settings: Settings, system: EquilibriumSyst
     fresh = np.flatnonzero(~old_block)
     if len(fresh) > MANY:
         return None
-    until = time.perf_counter() + BUDGET * settings.seconds
-    down, rooms = way_down(system, fresh), _Rooms(system)
+    down, rooms, starts = way_down(system, fresh), _Rooms(system), []
     for radius in RADII:
         blocks = around(system, fresh, radius)
         start = _seat(system, bounds, blocks, old_point, f, dq)
         if start is not None:
             if attempt(system, bounds, *start).found:
                 return _claim(*start, radius + 1)
-            for room in rooms.about(np.union1d(down, blocks)):
-                near, moved, residuals = inward(system, *rooms.of(room), bounds, *start)
-                if residuals.accepted:
-                    return _claim(near, moved, radius + 1)
-        if not len(fresh) or len(blocks) == system.blocks or time.perf_counter() > until:
+            starts.append(start)
+            near, moved, residuals = inward(system, *rooms.of(rooms.near(np.union1d(down, blocks))), bounds, *start)
+            if residuals.accepted:
+                return _claim(near, moved, radius + 1)
+        if not len(fresh) or len(blocks) == system.blocks:
             break
+    for k, start in enumerate(starts if rooms.cut else []):
+        near, moved, residuals = inward(system, *rooms.of(np.arange(system.blocks)), bounds, *start)
+        if residuals.accepted:
+            return _claim(near, moved, len(RADII) + k + 1)
     return None
 
 
@@ -153,11 +153,15 @@ class _Rooms:
     def __init__(self, system: EquilibriumSystem) -> None:
         self.system = system
         self.known: dict[bytes, tuple[Region, Doubled]] = {}
+        self.cut = False  # whether any of them was less than all
 
-    def about(self, blocks: Ints) -> list[Ints]:
-        """What is near these blocks, then all; only that where it is most of them."""
+    def near(self, blocks: Ints) -> Ints:
+        """What is near these blocks; all where it is most of them."""
         near, everything = around(self.system, blocks, AISLE), np.arange(self.system.blocks)
-        return [everything] if len(near) > MOST * len(everything) else [near, everything]
+        if len(near) > MOST * len(everything):
+            return everything
+        self.cut = True
+        return near
 
     def of(self, blocks: Ints) -> tuple[Region, Doubled]:
         """The region of these blocks, and its matrix."""

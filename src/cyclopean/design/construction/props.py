@@ -1,226 +1,233 @@
-"""The fewest stones to hold while the structure does not stand by itself.
+"""Which stones to hold, and until when, while a structure does not stand by itself.
 
-A prop is a block that is held fixed for the time being, as by centring under an arch. Which blocks to hold is a
-hitting-set problem: a mechanism in which no held block moves goes on as before, so a set of props holds at least one
-block of every mechanism. Mechanisms are first made small: all that need not move is held, block by block, until what
-is left moves only as a whole; with those blocks held the next mechanism is looked for, and so on. As many mechanisms as
-share no block, so many props are needed at least. From that number on sets are tried by size; each one that fails
-leaves another mechanism behind, which rules out more. A set found so is a smallest one. The mechanisms that say so are
-recomputed, in floating point, but not certified; the verdict with the props is. A mechanism is one of rigid-block
-equilibrium, without which there is no coupled state; where coupled analysis refuses a set that balances, only that set
-is ruled out.
+A prop is a block that is held fixed for the time being. It stays until the stones that have come since make do without
+it. Stages that do not stand follow on each other in *episodes*, before and after which nothing is held, so each is
+looked at by itself.
 
-Before that the props of the stage before are tried, alone and with the stone laid last: its state with them is known,
-so that costs next to nothing, and no larger set need be looked at then. Rigid-block equilibrium is asked first of every
-set, which takes hundredths of a second; a set that it lets pass and coupled analysis does not costs a search, so after
-a few of those, too, the budget is spent. Then the set that works is taken; or, where there is none, blocks are held one
-by one, the likeliest of each mechanism, beside the props of the stage before, and some of those that turn out to be
-idle are let go again: a set that helps, not proved to be a smallest.
+How few stones have to be held in an episode is a hitting-set problem: a mechanism of any of its stages in which no held
+block moves goes on as before, so the held blocks are at least one of every mechanism. Mechanisms are made small first:
+all that need not move is held, block by block, until what is left moves only as a whole. A smallest set that holds one
+of each is found (by branch and bound), the stages are asked for mechanisms that it leaves, and so on, until none is
+left (implicit hitting set, [Karp]_). What is held at a stage then is what of that set has been laid. No set is smaller:
+that rests on mechanisms recomputed in floating point, but not certified, and is a lower bound even where the search was
+cut short. A mechanism is one of rigid-block equilibrium, without which there is no coupled state.
+
+Then every stage is certified with what is held. Where coupled analysis finds no state although nothing moves, the
+stone laid last is held as well, then all that hang over, then everything. At last, from the end back, what a stage is
+proved to stand without is let go there: struts one by one, a centring as a whole.
+
+References
+----------
+.. [Karp] Moreno-Centeno, Karp: The implicit hitting set approach to solve combinatorial optimization problems with an
+   application to multigenome alignment. Operations Research 61 (2013).
 """
 
-import time
-from collections.abc import Collection, Iterator, Sequence
+import math
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
-from cyclopean.analysis import Result, Settings, mobile
-from cyclopean.design.construction.stages import Stage, verdict, with_props
+import numpy as np
 
-__all__ = ["Props", "smallest_props"]
+from cyclopean.analysis import PreparedModel, Result, Settings, Word, mobile
+from cyclopean.design.construction.stages import Stage, stage_at, verdict, with_props
+from cyclopean.proof import Memory, verify
 
-EXHAUSTIVE = 4  # blocks beyond the least number possible, up to which all sets are gone through
-TRIALS = 60  # sets looked at for one stage
-SHARE = 0.1  # of the seconds for one stage that the verdict on one set may take
-BOUNDED = 0.2  # of those seconds for sets smaller than one that works
-REFUSALS = 2  # sets that rigid-block equilibrium lets pass and coupled analysis does not: each takes a search
-NODES = 20_000  # of the search for a set that hits all mechanisms
+__all__ = ["Held", "fewest", "held_through"]
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Props:
-    """Blocks of the whole to hold at one stage, and the verdict with them."""
-
-    blocks: tuple[int, ...]
-    result: Result
-    smallest: bool  # no smaller set would do; else only that none of these blocks can be left out
+EFFORT = 0.2  # of a stage's search: for a set that leaves no mechanism, but leads to no coupled state at once
+CASES = 40  # of the refuting search that a set gets one
+LOOKS = 120_000  # contact points of all stages that are asked for mechanisms: some seconds
+BRANCHES = 10_000  # of the search for a smallest set
 
 
-def smallest_props(
-    stage: Stage,
-    alone: Result,
-    settings: Settings,
-    preferred: Sequence[int],
-    most: int = EXHAUSTIVE,
-    before: tuple[Stage, Props] | None = None,
-) -> Props | None:
-    """Find the fewest blocks that, held fixed, make a stage stand.
+@dataclass(frozen=True, slots=True)
+class Held:
+    """What is held in an episode."""
+
+    first: int  # number of its first stage, from 0
+    blocks: tuple[tuple[int, ...], ...]  # of the whole, at each of its stages
+    words: tuple[Word, ...]  # verdicts with them
+    least: int  # so many stones have to be held at some time, at least
+
+    @property
+    def count(self) -> int:
+        """How many stones are held; one that is held a second time counts twice."""
+        pairs = zip(((), *self.blocks), self.blocks, strict=False)
+        return sum(len(set(now) - set(before)) for before, now in pairs)
+
+
+def held_through(
+    whole: PreparedModel, settings: Settings, order: Sequence[int], run: range, hanging: Collection[int]
+) -> Held:
+    """Find the fewest blocks that, held fixed, make every stage of an episode stand.
 
     Parameters
     ----------
-    stage : Stage
-        One that does not stand by itself.
-    alone : Result
-        Its verdict without props.
+    whole : PreparedModel
+        The finished structure.
     settings : Settings
         Of the verdicts.
-    preferred : sequence of int
-        Free blocks of the stage; of several smallest sets the one with the earliest of these is taken.
-    most : int
-        How many blocks beyond the least number possible all sets are gone through for.
-    before : Stage and Props, optional
-        The stage before, as it was with its props held.
-
-    Returns
-    -------
-    Props or None
-        None where not even holding every block was proved to help.
+    order : sequence of int
+        Blocks, the first to be laid first.
+    run : range
+        Numbers of the stages, from 0; none of them stands by itself.
+    hanging : collection of int
+        Blocks that a centring would carry.
     """
-    search = _Search(stage, alone, settings, preferred, before)
-    least = search.seeded()
-    usual = search.usual(before[1].blocks) if before is not None else None
-    largest = min(least + most, len(preferred)) if usual is None else min(least + most, len(usual.blocks) - 1)
-    for size in range(max(1, least), largest + 1):
-        if found := search.of_size(size):
-            return found
-        if search.spent:
-            break
-    if usual is None:
-        return search.greedy(() if before is None else before[1].blocks)
-    return replace(usual, smallest=search.proved and largest == len(usual.blocks) - 1 and not search.spent)
+    return _Episode(whole, settings, order, run, hanging).found()
 
 
-class _Search:
-    """Mechanisms met so far, and how much has been spent."""
+def fewest(
+    mechanisms: Sequence[Collection[int]], chosen: Collection[int], age: Sequence[int]
+) -> tuple[frozenset[int], int]:
+    """A smallest set with one block at least of every mechanism, and how many any such set has at least.
+
+    Of several smallest ones that which has most of the blocks `chosen` before, then that of the latest: `age` says of
+    every block how long ago it was laid.
+    """
+    from scipy.optimize import Bounds, LinearConstraint, milp
+
+    blocks = sorted(set().union(*mechanisms))
+    if not blocks:
+        return frozenset(), 0
+    place, n = {block: k for k, block in enumerate(blocks)}, len(blocks)
+    rows = np.zeros((len(mechanisms), n))
+    for row, mechanism in zip(rows, mechanisms, strict=True):
+        row[[place[block] for block in mechanism]] = 1.0
+    oldest = max(1, *(age[block] for block in blocks))
+    new = np.array([block not in chosen for block in blocks])
+    late = np.array([age[block] / oldest for block in blocks])
+    cost = 1.0 + (new + late / (2.0 * n)) / (4.0 * n)  # all that is added comes to less than one block
+    answer = milp(
+        cost,
+        integrality=np.ones(n),
+        bounds=Bounds(0, 1),
+        constraints=LinearConstraint(rows, lb=1.0),
+        options={"node_limit": BRANCHES, "mip_rel_gap": 0.0},
+    )
+    if answer.x is None:
+        return frozenset(next(iter(m)) for m in mechanisms) | frozenset(chosen), 1
+    found = frozenset(block for block, x in zip(blocks, answer.x, strict=True) if x > 0.5)
+    bound = len(found) if answer.status == 0 else math.ceil(answer.mip_dual_bound - 0.5)
+    return found, max(1, bound)
+
+
+class _Episode:
+    """Stages that do not stand, the mechanisms met, and how much has been looked at."""
 
     def __init__(
         self,
-        stage: Stage,
-        alone: Result,
+        whole: PreparedModel,
         settings: Settings,
-        preferred: Sequence[int],
-        before: tuple[Stage, Props] | None = None,
+        order: Sequence[int],
+        run: range,
+        hanging: Collection[int],
     ) -> None:
-        self.stage, self.settings = stage, replace(settings, seconds=SHARE * settings.seconds)
-        self.known = None if before is None else (with_props(before[0], before[1].blocks), before[1].result)
-        self.place = {block: k for k, block in enumerate(preferred)}
+        self.whole, self.order, self.run, self.hanging = whole, order, run, hanging
+        self.settings = replace(settings, effort=EFFORT * settings.effort, nodes=min(settings.nodes, CASES))
+        self.judge = partial(verify, memory=Memory())
+        self.age = [len(order)] * len(whole.assembly)
+        for number, block in enumerate(order):
+            self.age[block] = len(order) - number
+        self.beside: list[set[int]] = [set() for _ in whole.assembly.blocks]
+        for a, b in zip(whole.contacts.a.tolist(), whole.contacts.b.tolist(), strict=True):
+            self.beside[a].add(b)
+            self.beside[b].add(a)
         self.mechanisms: list[list[int]] = []
-        self.tried: set[frozenset[int]] = set()
-        self.trials, self.nodes, self.refusals = 0, 0, 0
-        self.began = time.perf_counter()
-        self.until = self.began + settings.seconds
-        self.proved = alone.verdict == "unstable"
+        self.looks = 0
+        self.known: tuple[Stage, Result] | None = None
 
-    @property
-    def spent(self) -> bool:
-        """Whether sets are no longer gone through."""
-        over = self.trials >= TRIALS or self.nodes >= NODES or self.refusals >= REFUSALS
-        return over or time.perf_counter() > self.until
+    def found(self) -> Held:
+        """Every stage with what is held at it."""
+        chosen, least = self.bounded()
+        held = chosen & set(self.order[: self.run.start])
+        rows: dict[int, frozenset[int]] = {}
+        words: list[Word] = []
+        for number in self.run:
+            held, word = self.certified(number, held | (chosen & {self.order[number]}))
+            rows[number] = held
+            words.append(word)
+        self.let_go(rows)
+        blocks = (tuple(block for block in self.order if block in rows[number]) for number in self.run)
+        return Held(self.run.start, tuple(blocks), tuple(words), least)
 
-    def seeded(self) -> int:
-        """Find mechanisms that share no block, and count them."""
-        held: set[int] = set()
-        while (mobile := self.mechanism(held)) is not None:
-            held.update(mobile)
-        return len(self.mechanisms)
+    def bounded(self) -> tuple[frozenset[int], int]:
+        """Blocks that leave no mechanism in any stage, if the search ends; and how few there can be."""
+        chosen, least = frozenset[int](), 1
+        again = True
+        while again:
+            again = False
+            for number in self.run:
+                while (mechanism := self.mechanism(number, chosen)) is not None:
+                    self.mechanisms.append(mechanism)
+                    found, least = fewest(self.mechanisms, chosen, self.age)
+                    again = again or not found >= chosen
+                    chosen = found
+                    if self.looks > LOOKS:
+                        return chosen, least
+        return chosen, least
 
-    def usual(self, held: Sequence[int]) -> Props | None:
-        """The props of the stage before, or these and the stone laid last, less those that can be let go."""
-        latest = [block for block in self.place if block not in held][:1]
-        for props in ([*held], [*held, *latest]):
-            if result := self.works(props):
-                self.until = time.perf_counter() + BOUNDED * (self.until - self.began)
-                return self.lean(props, result)
-        return None
-
-    def of_size(self, size: int) -> Props | None:
-        """The first set of so many blocks that works."""
-        for props in self.hitting((), size):
-            if result := self.works(props):
-                return Props(tuple(sorted(props)), result, self.proved)
-            if self.spent:
-                break
-        return None
-
-    def hitting(self, props: tuple[int, ...], room: int) -> Iterator[tuple[int, ...]]:
-        """Sets of `room` more blocks, each once, that hold one of every mechanism known when they are asked for."""
-        self.nodes += 1
-        missed = sorted((m for m in self.mechanisms if not set(m) & set(props)), key=len)
-        if not room:
-            if not missed and frozenset(props) not in self.tried:
-                self.tried.add(frozenset(props))
-                yield props
-            return
-        if _apart(missed) > room:
-            return
-        for block in missed[0] if missed else list(self.place):
-            if self.nodes >= NODES:
-                return
-            if block not in props:
-                yield from self.hitting((*props, block), room - 1)
-
-    def works(self, props: Sequence[int]) -> Result | None:
-        """The verdict with these props, if it is that the stage stands."""
-        self.trials += 1
-        if self.mechanism(props) is not None:
+    def mechanism(self, number: int, held: Collection[int]) -> list[int] | None:
+        """A least set of blocks that moves at a stage with these held; None where nothing moves."""
+        stage = stage_at(self.whole, self.order, number)
+        moving = self.moving(stage, held)
+        if moving is None:
             return None
-        propped = with_props(self.stage, props)
-        result = verdict(propped, self.settings, self.known)
-        if result.verdict == "stable":
-            if self.known is None:
-                self.known = propped, result
-            return result
-        self.refusals += 1
-        self.proved = self.proved and result.verdict == "unstable"
-        return None
+        laid = self.order[: number + 1]
+        if laid[-1] in moving and len(moving) > 1 and self.moving(stage, set(laid) - {laid[-1]}):
+            return [laid[-1]]
+        for block in sorted(moving, key=self.age.__getitem__, reverse=True):  # the oldest is held first
+            if block in moving and len(moving) > 1 and self.looks <= LOOKS:
+                moving = self.moving(stage, set(laid) - moving | {block}) or moving
+        return sorted(moving)
 
-    def mechanism(self, props: Collection[int]) -> list[int] | None:
-        """A least set of blocks that moves with these props, which is remembered; None where nothing moves."""
-        mobile = self.mobile(props)
-        if mobile is None:
-            return None
-        for block in sorted(mobile, key=self.place.__getitem__, reverse=True):
-            if block in mobile and len(mobile) > 1:
-                mobile = self.mobile(self.place.keys() - mobile | {block}) or mobile
-        self.mechanisms.append(sorted(mobile, key=self.place.__getitem__))
-        return self.mechanisms[-1]
-
-    def mobile(self, props: Collection[int]) -> set[int] | None:
+    def moving(self, stage: Stage, held: Collection[int]) -> set[int] | None:
         """Blocks that a mechanism moves while these are held; None where there is none."""
-        stage = with_props(self.stage, tuple(props))
-        found = mobile(stage.model, self.settings)
+        propped = with_props(stage, tuple(held))
+        self.looks += len(stage.point) + 1
+        found = mobile(propped.model, self.settings)
         return None if found is None else set(stage.block[found].tolist())
 
-    def greedy(self, begun: Sequence[int] = ()) -> Props | None:
-        """Hold one block of each mechanism more until the rest stands, then let go what need not be held."""
-        held = list(begun)
-        result = None
-        self.until = late = self.until + (self.until - self.began)
-        while result is None and len(held) < len(self.place):
-            if time.perf_counter() > late:
-                held = list(self.place)
-            else:
-                mobile = self.mechanism(held)
-                held.append(next(b for b in mobile or self.place if b not in held))
-            result = self.works(held)
-        if result is None:
-            return None
-        self.refusals = 0
-        return self.lean(held, result)
+    def certified(self, number: int, held: frozenset[int]) -> tuple[frozenset[int], Word]:
+        """What is held at a stage, and the verdict with it: as it is, or with more."""
+        laid = self.order[: number + 1]
+        stage = stage_at(self.whole, self.order, number)
+        hang = frozenset(self.hanging) & set(laid)
+        for more in dict.fromkeys((held, held | {laid[-1]}, held | hang | {laid[-1]}, frozenset(laid))):
+            if more and self.stands(stage, more):
+                return more, "stable"
+        return frozenset(laid), "undecided"
 
-    def lean(self, held: list[int], result: Result) -> Props:
-        """Let go, one after the other, what need not be held."""
-        for block in list(held):
-            fewer = [other for other in held if other != block]
-            if fewer and not self.spent and (less := self.works(fewer)):
-                held, result = fewer, less
-        return Props(tuple(sorted(held)), result, False)
+    def let_go(self, rows: dict[int, frozenset[int]]) -> None:
+        """From the last stage back, what a stage is proved to stand without: struts one by one, centrings whole."""
+        left = frozenset[int]().union(*rows.values())
+        while left:
+            prop = self.together(max(left, key=lambda block: (self.age[block], block)), left)
+            left -= prop
+            for number in reversed(self.run):
+                held, less = rows[number], rows[number] - prop
+                if held == less:
+                    continue
+                stage = stage_at(self.whole, self.order, number)
+                if not less or self.moving(stage, less) is not None or not self.stands(stage, less):
+                    break
+                rows[number] = less
 
+    def together(self, block: int, held: frozenset[int]) -> set[int]:
+        """A held stone, with those of the same centring that it hangs together with."""
+        found, pending = {block}, [block] if block in self.hanging else []
+        while pending:
+            for other in self.beside[pending.pop()] & held - found:
+                if other in self.hanging:
+                    found.add(other)
+                    pending.append(other)
+        return found
 
-def _apart(mechanisms: Sequence[Sequence[int]]) -> int:
-    """At least how many blocks it takes to hold one of each: sets that share no block, picked one after the other."""
-    used: set[int] = set()
-    count = 0
-    for mechanism in mechanisms:
-        if not used & set(mechanism):
-            used.update(mechanism)
-            count += 1
-    return count
+    def stands(self, stage: Stage, held: Collection[int]) -> bool:
+        """Whether a stage is proved to stand while these are held."""
+        propped = with_props(stage, tuple(held))
+        result = verdict(propped, self.settings, self.known, self.judge)
+        if result.verdict == "stable":
+            self.known = propped, result
+        return result.verdict == "stable"

@@ -1,23 +1,27 @@
 """How a structure is built: the order, what each stone rests on, how it comes in, and whether every stage stands.
 
 One sequencer for walls and for anything else: all of it follows from the joints. See `ordering` for the dependency
-graph, its layers and its cycles, `blocking` for the way in, `stages` and `props` for the verdicts, `yard` for frames.
+graph, its layers and its cycles, `blocking` for the way in, `given` for an order that somebody gives, `stages` for the
+verdicts, `props` and `centring` for what is held meanwhile, `yard` for frames.
 """
 
 import time
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import CONTINUED, Deferred, PreparedModel, Result, Settings, Word, prepare
+from cyclopean.analysis import PreparedModel, Result, Settings, Word, prepare
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, Contacts
-from cyclopean.design.construction.blocking import blockers, insertion, neighbours
+from cyclopean.design.construction.blocking import Neighbours, blockers, insertion, neighbours
+from cyclopean.design.construction.centring import Prop, hanging, named_props
 from cyclopean.design.construction.colouring import colouring
+from cyclopean.design.construction.given import Fault, Nearest, faults_of, nearest_order, numbers_of
 from cyclopean.design.construction.ordering import (
     LEAN,
     SupportGraph,
@@ -27,17 +31,15 @@ from cyclopean.design.construction.ordering import (
     take_apart,
     upwards,
 )
-from cyclopean.design.construction.props import EXHAUSTIVE, Props, smallest_props
-from cyclopean.design.construction.stages import Stage, stage_of, verdict
+from cyclopean.design.construction.props import Held, held_through
+from cyclopean.design.construction.stages import RUN, Judged, judged_run
 from cyclopean.design.construction.yard import Frames, frames_of, yard_places
-from cyclopean.errors import InputError
-from cyclopean.proof import verify
 
-__all__ = ["BuildSequence", "Step", "build_sequence", "dot_text"]
+__all__ = ["BuildSequence", "GivenOrder", "Step", "build_sequence", "dot_text"]
 
-SECONDS = 10.0  # for the coupled search of one stage
+SECONDS = 30.0  # for the coupled search of one stage: it stops by the work it has done, long before
+EFFORT = 0.08  # of a usual search: there are many stages
 CLEARANCE = 0.1  # m, of approach and retreat
-LAG = 32  # stages whose certificates may wait for the checker: they are kept meanwhile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,10 +57,21 @@ class Step:
     seal: str = ""  # of the certificate
     reason: str = ""
     warm: bool = False  # the state of the stage before led to this one
+    moving: tuple[int, ...] = ()  # where it falls: the blocks that move, the fastest first
+    how: str = ""  # what the fastest of them does: topples, slides or drops
     props: tuple[int, ...] = ()  # to be held at this stage
     propped: Word | None = None  # the verdict with them; None = no props needed or none found
-    smallest: bool = False  # no smaller set of props would do
+    smallest: bool = False  # no fewer stones would do while nothing stands without props
     seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class GivenOrder:
+    """What became of an order that was given."""
+
+    faults: tuple[Fault, ...]  # () = it is valid
+    nearest: Nearest
+    words: tuple[Word, ...]  # verdicts of the stages of the nearest order, without props
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +85,9 @@ class BuildSequence:
     graph: SupportGraph
     layer: Ints  # (n,) 0 = support
     steps: tuple[Step, ...]
+    props: tuple[Prop, ...]  # what is put up, in the order of building
+    least_props: int  # so many stones have to be held at some time, at least
+    given: GivenOrder | None  # None = the order was found here
     colour: Ints  # (n,) no two blocks that touch share one
     yard: Floats  # (n, 3) m, from its place to the yard
     along: Floats  # (3,) unit, along the wall
@@ -97,33 +113,33 @@ def build_sequence(
     assembly: Assembly,
     settings: Settings | None = None,
     *,
+    order: Sequence[str | int] | None = None,
     lean: float = LEAN,
     clearance: float = CLEARANCE,
-    most_props: int = EXHAUSTIVE,
     progress: Callable[[str], None] = lambda _: None,
-    watch: Callable[[int, Result], None] = lambda _, __: None,
+    watch: Callable[[int, Result], None] | None = None,
     executor: Executor | None = None,
 ) -> BuildSequence:
-    """Find the order in which a structure is built, and check every stage of it.
+    """Find the order in which a structure is built, or take one that is given, and check every stage of it.
 
     Parameters
     ----------
     assembly : Assembly
         The finished structure; contacts are detected where it gives none.
     settings : Settings
-        As for a check; the defaults where not given, with 10 s for the coupled search of one stage.
+        As for a check; the defaults where not given. Searches do a share of the usual work (`effort`).
+    order : sequence of str or int, optional
+        Ids or numbers of all blocks that are laid, the first to be laid first; found here where not given.
     lean : float
         Least share of a joint's normal along gravity from which one stone rests on the other.
     clearance : float
         m, of approach and retreat.
-    most_props : int
-        Size up to which all sets of props are gone through.
     progress : callable
         Is told what begins.
-    watch : callable
+    watch : callable, optional
         Is given the number of each stage (from 0) and its verdict without props, certificate included.
     executor : Executor, optional
-        Checks the certificates of stages while the next ones are looked at; this process where not given.
+        Does runs of stages side by side, with the same answers; this process where not given.
 
     Returns
     -------
@@ -133,34 +149,37 @@ def build_sequence(
     Raises
     ------
     InputError
-        As `check`, and where gravity is zero or `lean` or `clearance` are out of range.
+        As `check`, and where gravity is zero, `lean` or `clearance` are out of range, or the order names blocks that
+        are not there, names one twice or leaves one out.
     """
     began = time.perf_counter()
     settings = Settings(seconds=SECONDS) if settings is None else settings
-    if not (most_props >= 0):
-        raise InputError.of("props", most_props, "expected a whole number >= 0")
+    settings = replace(settings, effort=EFFORT * settings.effort)
     whole = prepare(assembly, settings, progress)
     progress("ordering")
-    plan = _planned(whole, lean, clearance)
+    site = _site(whole, lean)
+    steps, yard, nearest = _planned(whole, site, clearance, order)
     ordered = time.perf_counter()
-    steps = []
-    stages = _Stages(whole, settings, [step.block for step in plan.steps], most_props, progress)
-    for number, (alone, props) in enumerate(stages.run(executor)):
-        watch(number, alone)
-        steps.append(_judged(plan.steps[number], alone, props))
+    work = _Work(whole, settings, progress, watch, executor)
+    found = work.verdicts([step.block for step in steps])
+    steps, props, least = _held(whole, site, work, [_judged(*pair) for pair in zip(steps, found, strict=True)])
+    given = None if nearest is None else _compared(site, work, steps, nearest)
     done = time.perf_counter()
     return BuildSequence(
         assembly,
         whole.contacts,
         whole.fixed,
         settings.chosen_method(),
-        plan.graph,
-        plan.layer,
+        site.graph,
+        site.layer,
         tuple(steps),
+        props,
+        least,
+        given,
         colouring(whole.contacts, len(assembly)),
-        plan.yard,
-        plan.along,
-        plan.up,
+        yard,
+        site.along,
+        site.up,
         whole.gravity,
         lean,
         whole.assumed,
@@ -170,111 +189,158 @@ def build_sequence(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Plan:
-    """What follows from geometry alone."""
+class _Site:
+    """What follows from geometry alone, whatever the order."""
 
+    fixed: frozenset[int]
     graph: SupportGraph
     layer: Ints
-    steps: list[Step]  # in order, without their verdicts
-    yard: Floats
+    around: list[Neighbours]
     along: Floats
     up: Floats
+    place: Floats  # (n, 2) along the wall and across, by its size
+
+    def trap(self, block: int, standing: Collection[int]) -> tuple[int, ...]:
+        """Standing blocks that leave a block no way in."""
+        return blockers(self.around[block], standing, self.up)
+
+    @property
+    def below(self) -> list[set[int]]:
+        """What each block rests on, rings broken."""
+        found: list[set[int]] = [set() for _ in self.around]
+        for edge in self.graph.kept:
+            found[edge.upper].add(edge.lower)
+        return found
+
+    def taken_apart(self, first: Sequence[int] = ()) -> list[int]:
+        """An order by layer and along the wall, or as near to another one as taking the structure apart comes."""
+        turn = {block: float(k) for k, block in enumerate(first)}
+        rows = np.round(self.place, 9).tolist()
+        rank = [(turn.get(i, float(self.layer[i])), *rows[i], float(i)) for i in range(len(rows))]
+        fixed = np.isin(np.arange(len(rows)), list(self.fixed))
+        return take_apart(self.graph, fixed, rank, lambda i, there: insertion(self.around[i], there, self.up) is None)
 
 
-def _planned(whole: PreparedModel, lean: float, clearance: float) -> _Plan:
+def _site(whole: PreparedModel, lean: float) -> _Site:
     assembly, up = whole.assembly, upwards(whole.gravity)
     graph = support_graph(whole.contacts, whole.fixed, up, lean)
-    layer = layers(graph, whole.fixed)
     along, across = along_and_across(assembly.mass.centroid[~whole.fixed], up)
-    around = neighbours(whole.contacts, len(assembly))
     place = assembly.mass.centroid @ np.stack([along, across], 1) / max(assembly.size, 1e-300)
-    rank = [(float(layer[i]), *np.round(place[i], 9).tolist(), float(i)) for i in range(len(assembly))]
-    order = take_apart(graph, whole.fixed, rank, lambda i, there: insertion(around[i], there, up) is None)
-    yard = yard_places(assembly, order, along, up)
-    standing = set(np.flatnonzero(whole.fixed).tolist())
+    fixed = frozenset(np.flatnonzero(whole.fixed).tolist())
+    around = neighbours(whole.contacts, len(assembly))
+    return _Site(fixed, graph, layers(graph, whole.fixed), around, along, up, place)
+
+
+def _planned(
+    whole: PreparedModel, site: _Site, clearance: float, given: Sequence[str | int] | None
+) -> tuple[list[Step], Floats, Nearest | None]:
+    """Steps in order, without their verdicts, and the yard; the nearest valid order where one was given."""
+    assembly, up, nearest = whole.assembly, site.up, None
+    if given is None:
+        order = site.taken_apart()
+    else:
+        order = list(numbers_of(given, [block.id for block in assembly.blocks], whole.fixed.tolist()))
+        nearest = nearest_order(order, site.below, site.fixed, site.trap, lambda: site.taken_apart(order))
+    yard = yard_places(assembly, order, site.along, up)
+    standing = set(site.fixed)
     below: list[tuple[int, ...]] = [()] * len(assembly)
-    for edge in graph.edges:
+    for edge in site.graph.edges:
         below[edge.upper] += (edge.lower,)
     free, trapping = [], []
     for block in order:
-        free.append(insertion(around[block], standing, up))
-        trapping.append(blockers(around[block], standing, up) if free[-1] is None else ())
+        free.append(insertion(site.around[block], standing, up))
+        trapping.append(site.trap(block, standing) if free[-1] is None else ())
         standing.add(block)
     frames = frames_of(assembly, order, yard, free, up, clearance)
-    told = zip(order, layer[order].tolist(), (below[i] for i in order), free, trapping, frames, strict=True)
-    return _Plan(graph, layer, [Step(*one) for one in told], yard, along, up)
+    told = zip(order, site.layer[order].tolist(), (below[i] for i in order), free, trapping, frames, strict=True)
+    return [Step(*one) for one in told], yard, nearest
 
 
-Judged = tuple[Result, Props | None]  # without props, and with them where it does not stand by itself
+@dataclass(frozen=True, slots=True, eq=False)
+class _Work:
+    """Runs of stages, done here or side by side elsewhere: each is the same work wherever it is done."""
+
+    whole: PreparedModel
+    settings: Settings
+    progress: Callable[[str], None]
+    watch: Callable[[int, Result], None] | None
+    executor: Executor | None
+
+    def mapped(self, do: Callable[..., Any], jobs: Sequence[Any]) -> Iterator[Any]:
+        """What a function of one job gives for each, in their order."""
+        return map(do, jobs) if self.executor is None or len(jobs) < 2 else self.executor.map(do, jobs)
+
+    def verdicts(self, order: Sequence[int], start: int = 0) -> list[Judged]:
+        """Verdicts of every stage of an order from a number on, without props."""
+        runs = [range(k, min(k + RUN, len(order))) for k in range(start, len(order), RUN)]
+        watch = self.watch if start == 0 else None
+        do = partial(_run, (self.whole, self.settings, tuple(order), watch is not None))
+        found: list[Judged] = []
+        self.progress(f"stages of {len(order)}")
+        for run, rows in zip(runs, self.mapped(do, runs), strict=True):
+            self.progress(f"stage {run.stop} of {len(order)}")
+            for number, (judged, result) in zip(run, rows, strict=True):
+                found.append(judged)
+                if watch is not None and result is not None:
+                    watch(number, result)
+        return found
+
+    def held(self, order: Sequence[int], episodes: Sequence[range], hang: Collection[int]) -> list[Held]:
+        """What is held in each episode."""
+        if episodes:
+            self.progress("props")
+        do = partial(_episode, (self.whole, self.settings, tuple(order), frozenset(hang)))
+        return list(self.mapped(do, episodes))
 
 
-class _Stages:
-    """The verdict of every stage, one after the other."""
-
-    def __init__(
-        self, whole: PreparedModel, settings: Settings, order: Sequence[int], most: int, progress: Callable[[str], None]
-    ) -> None:
-        self.whole, self.settings, self.order, self.most, self.progress = whole, settings, order, most, progress
-
-    def run(self, executor: Executor | None) -> Iterator[Judged]:
-        """Verdicts that have all passed the checker, in order."""
-        later = None if executor is None else Deferred(executor)
-        waiting: deque[tuple[int, Judged]] = deque()
-        for number, found in enumerate(self._found(later)):
-            waiting.append((number, found))
-            if len(waiting) > LAG:
-                yield self._proved(later, *waiting.popleft())
-        while waiting:
-            yield self._proved(later, *waiting.popleft())
-
-    def _found(self, later: Deferred | None) -> Iterator[Judged]:
-        before: tuple[Stage, Result] | None = None
-        propped: tuple[Stage, Props] | None = None
-        for number in range(len(self.order)):
-            self.progress(f"stage {number + 1} of {len(self.order)}")
-            stage = self._stage(number)
-            alone = verdict(stage, self.settings, before, verify if later is None else later)
-            props = self._props(stage, number, alone, propped)
-            propped = None if props is None else (stage, props)
-            before = (stage, alone) if alone.verdict == "stable" else None
-            yield alone, props
-
-    def _proved(self, later: Deferred | None, number: int, found: Judged) -> Judged:
-        """What was found, if the checker says so; else the stage is looked at again from nothing."""
-        if later is None or later.proved(found[0]):
-            return found
-        stage = self._stage(number)
-        alone = verdict(stage, self.settings)
-        return alone, self._props(stage, number, alone, None)
-
-    def _stage(self, number: int) -> Stage:
-        standing = self.whole.fixed.copy()
-        standing[list(self.order[: number + 1])] = True
-        return stage_of(self.whole, standing)
-
-    def _props(self, stage: Stage, number: int, alone: Result, propped: tuple[Stage, Props] | None) -> Props | None:
-        if alone.verdict == "stable":
-            return None
-        self.progress(f"stage {number + 1} of {len(self.order)}: props")
-        held = () if propped is None else propped[1].blocks
-        latest = [i for i in reversed(self.order[: number + 1]) if i not in held]
-        return smallest_props(stage, alone, self.settings, [*held, *latest], self.most, propped)
+def _run(given: tuple[PreparedModel, Settings, Sequence[int], bool], run: range) -> list[tuple[Judged, Result | None]]:
+    whole, settings, order, watched = given
+    return judged_run(whole, settings, order, run, watched)
 
 
-def _judged(step: Step, alone: Result, props: Props | None) -> Step:
-    """The step with its verdicts, without props and with them."""
-    certificate = alone.certificate or {}
-    if props is not None:
-        step = replace(step, props=props.blocks, propped=props.result.verdict, smallest=props.smallest)
+def _episode(given: tuple[PreparedModel, Settings, Sequence[int], Collection[int]], run: range) -> Held:
+    whole, settings, order, hang = given
+    return held_through(whole, settings, order, run, hang)
+
+
+def _judged(step: Step, found: Judged) -> Step:
+    """The step with its verdict, without props."""
     return replace(
         step,
-        verdict=alone.verdict,
-        proof=str(certificate.get("kind", "")),
-        seal=str(certificate.get("seal", "")),
-        reason=alone.reason,
-        warm=alone.provenance.get("route") == CONTINUED,
-        seconds=alone.seconds["total"],
+        verdict=found.word,
+        proof=found.proof,
+        seal=found.seal,
+        reason=found.reason,
+        warm=found.warm,
+        moving=found.moving,
+        how=found.how,
+        seconds=found.seconds,
     )
+
+
+def _held(
+    whole: PreparedModel, site: _Site, work: _Work, steps: list[Step]
+) -> tuple[list[Step], tuple[Prop, ...], int]:
+    """The steps with what is held at them; the props by name, and how many stones have to be held at least."""
+    order = [step.block for step in steps]
+    falls = groupby(range(len(steps)), lambda k: steps[k].verdict != "stable")
+    episodes = [range((numbers := list(group))[0], numbers[-1] + 1) for falling, group in falls if falling]
+    hang = hanging(whole, site.graph, site.up)
+    found = work.held(order, episodes, hang)
+    for held in found:
+        for k, (blocks, word) in enumerate(zip(held.blocks, held.words, strict=True), held.first):
+            steps[k] = replace(steps[k], props=blocks, propped=word, smallest=held.count == held.least)
+    props = tuple(prop for held in found for prop in named_props(whole, held, order, hang, site.up))
+    return steps, props, sum(held.least for held in found)
+
+
+def _compared(site: _Site, work: _Work, steps: Sequence[Step], nearest: Nearest) -> GivenOrder:
+    """A given order beside the nearest valid one, whose stages are certified from where they differ."""
+    order = [step.block for step in steps]
+    faults = tuple(faults_of(order, site.below, site.fixed, site.trap))
+    same = next((k for k, pair in enumerate(zip(order, nearest.order, strict=True)) if pair[0] != pair[1]), len(order))
+    words = [step.verdict for step in steps[:same]]
+    return GivenOrder(faults, nearest, (*words, *(one.word for one in work.verdicts(nearest.order, same))))
 
 
 def dot_text(sequence: BuildSequence) -> str:

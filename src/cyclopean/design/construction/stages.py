@@ -2,19 +2,29 @@
 
 A stage is the part of the structure that has been laid, with the supports, the joints between all these, and their
 loads. Its verdict is that of `analysis.recheck`, which begins from the state of another stage, mostly the one before.
+
+Stages come in runs: the first of a run begins from nothing, each other one from the one before. So runs do not need
+each other, and may be looked at side by side, here or anywhere, with the same answers. A run has one memory of what its
+certificates have in common, the shapes of the stones and how they lie on each other: that is checked once.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from cyclopean.analysis import Judge, Known, PreparedModel, Result, Settings, recheck
+from cyclopean.analysis import CONTINUED, Judge, Known, PreparedModel, Result, Settings, Word, recheck
 from cyclopean.arrays import Bools, Ints
 from cyclopean.assembly import Assembly, Contacts
-from cyclopean.proof import verify
+from cyclopean.proof import Memory, verify
 
-__all__ = ["Stage", "stage_of", "verdict", "with_props"]
+__all__ = ["RUN", "Judged", "Stage", "judged", "judged_run", "stage_at", "stage_of", "verdict", "with_props"]
+
+RUN = 25  # stages that follow on each other: the first costs a search, of a second or so for a large wall
+TURNING = 0.2  # of its speed that comes of turning, from which a stone topples; else it slides or drops
+PLUMB = 0.95  # cosine of the angle to the vertical, 18 degrees, within which it drops
+SLOW = 1e-3  # of the speed of the fastest stone: slower ones are not said to move
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,3 +116,85 @@ def _within(contacts: Contacts, place: Ints) -> tuple[Contacts, Ints]:
     point = np.flatnonzero(inside[contacts.patch])
     part = contacts.only(kept)
     return replace(part, a=place[part.a], b=place[part.b]), point
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What is kept of the verdict on a stage."""
+
+    word: Word
+    reason: str
+    proof: str = ""  # kind of the certificate; "" where nothing was proved
+    seal: str = ""  # of the certificate
+    warm: bool = False  # the state of the stage before led to this one
+    moving: tuple[int, ...] = ()  # blocks of the whole that a mechanism moves, the fastest first
+    how: str = ""  # what the fastest of them does: topples, slides or drops
+    seconds: float = 0.0
+
+
+def stage_at(whole: PreparedModel, order: Sequence[int], number: int) -> Stage:
+    """The stage at which so many stones (from 0), and one more, of an order are laid."""
+    standing = whole.fixed.copy()
+    standing[list(order[: number + 1])] = True
+    return stage_of(whole, standing)
+
+
+def judged(stage: Stage, result: Result) -> Judged:
+    """Keep of a verdict what is told of a stage."""
+    certificate = result.certificate or {}
+    moving, how = _falls(stage, result)
+    return Judged(
+        result.verdict,
+        result.reason,
+        str(certificate.get("kind", "")),
+        str(certificate.get("seal", "")),
+        result.provenance.get("route") == CONTINUED,
+        moving,
+        how,
+        result.seconds["total"],
+    )
+
+
+def judged_run(
+    whole: PreparedModel, settings: Settings, order: Sequence[int], run: range, watched: bool = False
+) -> list[tuple[Judged, Result | None]]:
+    """Decide a run of stages, each from the one before where that stands.
+
+    Parameters
+    ----------
+    whole : PreparedModel
+        The finished structure.
+    settings : Settings
+        Of the verdicts.
+    order : sequence of int
+        Blocks, the first to be laid first.
+    run : range
+        Numbers of the stages, from 0.
+    watched : bool
+        Whether results are wanted whole.
+    """
+    judge = partial(verify, memory=Memory())
+    before: tuple[Stage, Result] | None = None
+    found: list[tuple[Judged, Result | None]] = []
+    for number in run:
+        stage = stage_at(whole, order, number)
+        result = verdict(stage, settings, before, judge)
+        before = (stage, result) if result.verdict == "stable" else None
+        found.append((judged(stage, result), result if watched else None))
+    return found
+
+
+def _falls(stage: Stage, result: Result) -> tuple[tuple[int, ...], str]:
+    """Which blocks of the whole a mechanism moves, the fastest first, and what that one does."""
+    rows = result.mechanism
+    if rows is None:
+        return (), ""
+    model = stage.model
+    speed = np.linalg.norm(rows[:, :3], axis=1)
+    turning = np.linalg.norm(rows[:, 3:], axis=1) * np.cbrt(np.abs(model.assembly.mass.volume))
+    moving = np.flatnonzero(np.maximum(speed, turning) > SLOW * np.max(np.maximum(speed, turning)))
+    moving = moving[np.argsort(-speed[moving], kind="stable")]
+    k = int(moving[0])
+    down = float(rows[k, :3] @ model.gravity) / max(float(speed[k] * np.linalg.norm(model.gravity)), 1e-300)
+    how = "topples" if turning[k] > TURNING * speed[k] else "drops" if down > PLUMB else "slides"
+    return tuple(stage.block[moving].tolist()), how

@@ -24,7 +24,8 @@ def _sequence(given: Given, context: Context) -> Answer:
 
     settings = option_values(given, Settings(seconds=min(SECONDS, context.seconds / 2.0)))
     assembly, said = model_of(given)
-    found = sequenced(assembly, settings, Reading(), option_values(given, SequenceOptions()))
+    options = option_values(given, SequenceOptions(order=given["Given Order"] or None))
+    found = sequenced(assembly, settings, Reading(), options)
     top = max(found.layer.tolist(), default=0)
     values = {
         "Order": list(found.order),
@@ -33,6 +34,8 @@ def _sequence(given: Given, context: Context) -> Answer:
         "Way In": [[] if step.free is None else [-step.free] for step in found.steps],
         "Verdicts": [step.verdict for step in found.steps],
         "Props": [list(step.props) for step in found.steps],
+        "Put Up": [prop.said([block.id for block in assembly.blocks]) for prop in found.props],
+        "Nearest": [] if found.given is None else list(found.given.nearest.order),
         "Result": json_text(sequence_dict(found, dot_text(found))).strip(),
     }
     return Answer(values, (*said, *found.warnings))
@@ -46,7 +49,11 @@ SEQUENCE = Component(
     (
         *BLOCKS,
         *option_inputs(Settings, "mu density method supports gravity tolerance"),
-        *option_inputs(SequenceOptions),
+        *option_inputs(SequenceOptions, "bearing clearance"),
+        Input(
+            "Given Order", "Go", "Integer", "Blocks in an order of your own; found where not connected.", "list",
+            optional=True,
+        ),
     ),
     (
         Output("Order", "O", "Integer", "Blocks that are not held, the first to be laid first.", "list"),
@@ -55,6 +62,8 @@ SEQUENCE = Component(
         Output("Way In", "W", "Vector", "Which way each comes in, if it is not trapped; a branch a step.", "tree"),
         Output("Verdicts", "V", "Text", "Whether what stands after each step is stable.", "list"),
         Output("Props", "P", "Integer", "Blocks to be held after each step; a branch a step.", "tree"),
+        Output("Put Up", "U", "Text", "Centrings and struts, and until when each is needed.", "list"),
+        Output("Nearest", "N", "Integer", "The valid order nearest to the one given.", "list"),
         Output("Result", "J", "Text", "All that was found, as JSON."),
     ),
     _sequence,
