@@ -9,7 +9,7 @@ from cyclopean.analysis import Settings, check
 from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Assembly, Block, Load
 from cyclopean.design import arch, stack, wall
-from cyclopean.design.construction.props import _Episode, fewest
+from cyclopean.design.construction.props import _Episode
 from cyclopean.design.construction.sequence import BuildSequence, build_sequence, dot_text
 from cyclopean.errors import InputError
 from sequence_cases import box, diamond, four_legs, interlocked

@@ -115,7 +115,8 @@ def decide(
     settings : Settings
         Method, solver and budget.
     warm : callable
-        Gives a claim for the system of the model, or None: what the judge does not accept is solved from nothing.
+        Gives a claim for the system of the model, or None: what the judge does not accept is solved from nothing. A
+        claim of nothing says that the search is over.
     judge : callable
         The independent checker.
     progress : callable
@@ -133,7 +134,7 @@ def _decided(
     progress("solving")
     claim = warm(system)
     known = None if claim is None else prove(model, settings, system, claim, judge)
-    if claim is None or known is None or (known.verdict == "undecided" and model.settled is None):
+    if claim is None or known is None or (known.verdict == "undecided" and claim.kind and model.settled is None):
         claim, known = solved(model, settings, system, progress), None
     clock.append(time.perf_counter())
     progress("verifying")

@@ -5,18 +5,20 @@ the known state is the first guess. What is new is seated on what was there (see
 all inequalities lead from there to a state of the whole (see `inward`). At first only what is near a shortest way down
 from what is new to a support may move: its weight has to go down, but not far to the sides. Where the steps jam the
 neighbours are seated anew as well, then theirs; then all may move; where that fails too, the search begins from
-nothing.
+nothing. Components, blocks that contacts join, do not need each other: those that nothing new has come to keep their
+state, and only the others are searched.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cyclopean.analysis.checking import decide
 from cyclopean.analysis.coupled.kkt import Doubled
 from cyclopean.analysis.coupled.polish import attempt
-from cyclopean.analysis.coupled.search import CoupledOutcome
-from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.analysis.coupled.search import CoupledOutcome, solve_cra
+from cyclopean.analysis.coupled.states import Bounds, measure
+from cyclopean.analysis.equilibrium.components import components, in_own_units
 from cyclopean.analysis.equilibrium.newton import collapse_bound
 from cyclopean.analysis.equilibrium.rbe import COLLAPSE, solve_rbe
 from cyclopean.analysis.preparation import PreparedModel
@@ -34,7 +36,7 @@ from cyclopean.statics import EquilibriumSystem, Schur
 __all__ = ["CONTINUED", "Known", "mobile", "recheck"]
 
 CONTINUED = "known state"  # the route of a state that was continued
-RADII = (0, 1, 2, 3)  # joints from what is new within which blocks are seated anew, one after the other
+RADII = (0, 1, 2)  # joints from what is new within which blocks are seated anew, one after the other
 AISLE = 3  # joints to each side of a way down, within which the weight of what is new goes down first
 MOST = 0.7  # share of the blocks from which all of them are as good
 MANY = 4  # new blocks beyond which what is known is no guess
@@ -122,28 +124,52 @@ def _continued(model: PreparedModel, settings: Settings, system: EquilibriumSyst
     if result.force is None or result.displacement is None or not system.blocks or not system.points:
         return None
     f, motion, old_block, old_point = _placed(model, system, known)
-    f, dq = f / system.force_unit, motion.ravel() / settings.eps
-    bounds = settings.bounds().unit()
-    fresh = np.flatnonzero(~old_block)
-    if len(fresh) > MANY:
+    f, dq = f / system.force_unit, motion / settings.eps
+    bounds, rounds = settings.bounds().unit(), 0
+    if np.count_nonzero(~old_block) > MANY:
         return None
+    parts = components(system)
+    for part in parts:
+        k, b = part.points, part.blocks
+        if old_block[b].all() and old_point[k].all() and measure(part.system, bounds, f[k], dq[b].ravel()).accepted:
+            continue  # what is new does not touch it
+        state = _near(part.system, bounds, np.flatnonzero(~old_block[b]), old_point[k], f[k], dq[b].ravel())
+        if state is not None:
+            f[k], dq[b], rounds = state[0], state[1].reshape(-1, 6), max(rounds, state[2])
+            continue
+        if len(parts) == 1:
+            return None
+        own, force, length = in_own_units(part.system)
+        found = solve_cra(own, bounds, settings.solver, settings.seconds, settings.nodes, effort=settings.effort)
+        if found.f is None or found.dq is None or found.word != "coupled":
+            folds = tuple(k[list(found.folds)].tolist())
+            lost = coupled_claim(replace(found, f=None, dq=None, part=own, folds=folds))
+            return None if found.word == "collapse" else lost
+        f[k], dq[b] = found.f * force, found.dq.reshape(-1, 6) / np.repeat([1.0, length], 3)
+    return _claim(f, dq.ravel(), rounds)
+
+
+def _near(
+    system: EquilibriumSystem, bounds: Bounds, fresh: Ints, old_point: Bools, f: Floats, dq: Floats
+) -> tuple[Floats, Floats, int] | None:
+    """A coupled state near (f, dq) with some (k,) fresh blocks, and what it took; None where none is found."""
     down, rooms, starts = way_down(system, fresh), _Rooms(system), []
     for radius in RADII:
         blocks = around(system, fresh, radius)
         start = _seat(system, bounds, blocks, old_point, f, dq)
         if start is not None:
             if attempt(system, bounds, *start).found:
-                return _claim(*start, radius + 1)
+                return *start, radius + 1
             starts.append(start)
             near, moved, residuals = inward(system, *rooms.of(rooms.near(np.union1d(down, blocks))), bounds, *start)
             if residuals.accepted:
-                return _claim(near, moved, radius + 1)
+                return near, moved, radius + 1
         if not len(fresh) or len(blocks) == system.blocks:
             break
     for k, start in enumerate(starts if rooms.cut else []):
         near, moved, residuals = inward(system, *rooms.of(np.arange(system.blocks)), bounds, *start)
         if residuals.accepted:
-            return _claim(near, moved, len(RADII) + k + 1)
+            return near, moved, len(RADII) + k + 1
     return None
 
 
