@@ -44,6 +44,8 @@ def building_html(sequence: BuildSequence) -> str:
         _headline(sequence),
         section("How it is built", _pictures(sequence)),
         section("Stones that rest on each other", _cycles(sequence), _CYCLES),
+        section("What holds it meanwhile", _props(sequence), _PROPS),
+        section("The order that was given", _given(sequence), _GIVEN),
         section("Stage by stage", _stages(sequence), _STAGES),
     )
     return document(f"{sequence.assembly.name}: how it is built", body, word=outcome(sequence)[2], style=_STYLE)
@@ -52,6 +54,10 @@ def building_html(sequence: BuildSequence) -> str:
 _STYLE = "#building{cursor:pointer}.word{font-weight:600}"
 _CYCLES = (
     "Stones that rest on each other in a ring have no order of their own. The joint that carries least was set aside."
+)
+_PROPS = "Each stays from the step at which its first stone is laid until the stone that frees it is in."
+_GIVEN = (
+    "Stones that come before what they rest on, or when no way in is left. The nearest valid order moves the fewest."
 )
 _STAGES = (
     "The verdict is of everything that stands once the stone is laid, without props. Every one that says stable or"
@@ -81,7 +87,7 @@ def _headline(sequence: BuildSequence) -> str:
         if step.how:
             reason += f" {names[step.moving[0]]} {step.how}."
         if sequence.props:
-            told = "".join(f" {prop.said(names).capitalize()}." for prop in sequence.props[:NAMED])
+            told = "".join(f" {(said := prop.said(names))[0].upper()}{said[1:]}." for prop in sequence.props[:NAMED])
             more = f" And {len(sequence.props) - NAMED} more props." if len(sequence.props) > NAMED else ""
             reason += told + more
         if steps[-1].verdict == "stable":
@@ -304,6 +310,36 @@ def _cycles(sequence: BuildSequence) -> str:
         )
         rows.append((", ".join(names[i] for i in cycle.blocks), broken, other))
     return table(["Stones", "Set aside", "Instead, and the order then"], rows)
+
+
+def _props(sequence: BuildSequence) -> str:
+    names = [escape(block.id) for block in sequence.assembly.blocks]
+    rows = []
+    for prop in sequence.props:
+        until = "for good" if prop.until is None else f"{'keystone ' * prop.keystone}{names[prop.until]}"
+        rows.append(
+            (prop.kind, ", ".join(names[i] for i in prop.blocks), str(prop.first + 1), str(prop.last + 1), until)
+        )
+    return table(["Prop", "Stones", ">From step", ">To step", "Until"], rows, ROWS)
+
+
+def _given(sequence: BuildSequence) -> str:
+    if sequence.given is None or not sequence.given.faults:
+        return ""
+    names, nearest = [escape(block.id) for block in sequence.assembly.blocks], sequence.given.nearest
+    rows = [
+        (str(f.step + 1), names[f.block], _listed(names, f.missing), _listed(names, f.trapped_by))
+        for f in sequence.given.faults
+    ]
+    place = {block: k for k, block in enumerate(nearest.order, 1)}
+    moved = ", ".join(f"{names[block]} to step {place[block]}" for block in nearest.moved)
+    told = "" if len(nearest.moved) == nearest.least else f" At least {nearest.least} are needed."
+    said = f"<p>The nearest valid order moves {len(nearest.moved)}: {moved}.{told}</p>"
+    return table([">Step", "Stone", "Before", "Trapped by"], rows, ROWS) + said
+
+
+def _listed(names: list[str], blocks: tuple[int, ...]) -> str:
+    return ", ".join(names[i] for i in blocks)
 
 
 def _stages(sequence: BuildSequence) -> str:
