@@ -223,6 +223,19 @@ def test_sequence(server) -> None:
     assert outputs(answer)["Way In"]["{0;0}"][0]["Z"] == -1.0
 
 
+def test_a_given_order(server) -> None:
+    """The upper stone first: it hangs in the air, on a shore until the lower one is in."""
+    third = mesh(*box((0, 0, 2), (1, 1, 3)))
+    answer = server.done("sequence", {"Blocks": [third, *tower()], "Given Order": [0, 2]})
+    assert outputs(answer)["Order"]["{0}"] == [0, 2]
+    assert outputs(answer)["Nearest"]["{0}"] == [2, 0]
+    assert outputs(answer)["Verdicts"]["{0}"] == ["unstable", "stable"]
+    (said,) = outputs(answer)["Put Up"]["{0}"]
+    assert said.startswith("shore under ")
+    (line,) = server.solve("sequence", {"Blocks": [third, *tower()], "Given Order": [0, 7]})["errors"]
+    assert line == "Given Order: block '7' is not in the model; take out or correct"
+
+
 def test_settle(server) -> None:
     answer = server.done("settle", {"Stones": two_stones(), "Length": 1.3, "Thickness": 1.3})
     assert sorted(outputs(answer)["Stone"]["{0}"]) == [0, 1]

@@ -31,6 +31,7 @@ NAMED = {
     "pushover": ("Pushover", "Po"),
     "polar": ("Polar", "Pr"),
     "bearing": ("Bearing", "Be"),
+    "order": ("Given Order", "Go"),
     "corner": ("Corner", "Cr"),
     "coursed": ("Coursed", "Cd"),
     "copes": ("Copes", "Cp"),

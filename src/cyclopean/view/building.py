@@ -317,9 +317,7 @@ def _props(sequence: BuildSequence) -> str:
     rows = []
     for prop in sequence.props:
         until = "for good" if prop.until is None else f"{'keystone ' * prop.keystone}{names[prop.until]}"
-        rows.append(
-            (prop.kind, ", ".join(names[i] for i in prop.blocks), str(prop.first + 1), str(prop.last + 1), until)
-        )
+        rows.append((prop.kind, _listed(names, prop.blocks), str(prop.first + 1), str(prop.last + 1), until))
     return table(["Prop", "Stones", ">From step", ">To step", "Until"], rows, ROWS)
 
 

@@ -37,7 +37,7 @@ from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["inward"]
 
-STEPS = 16  # three to five are usual; beyond that it jams
+STEPS = 10  # three to five are usual; beyond that it jams
 PRESSED = 1e-9  # mean block weights: below that a point carries nothing
 TRACE = 1e-2  # of mu fn: friction that a point which slides is given to begin with
 SHARE = 0.9  # of a slack that one step may take

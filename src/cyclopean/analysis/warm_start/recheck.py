@@ -3,9 +3,9 @@
 Every verdict is proved anew: the certificate of the whole model passes the independent checker. By coupled analysis
 the known state is the first guess. What is new is seated on what was there (see `seating`), and steps that stay inside
 all inequalities lead from there to a state of the whole (see `inward`). At first only what is near a shortest way down
-from what is new to a support may move: its weight has to go down, but not far to the sides. Where the steps jam the
-neighbours are seated anew as well, then theirs; then all may move; where that fails too, the search begins from
-nothing. Components, blocks that contacts join, do not need each other: those that nothing new has come to keep their
+from what is new to a support may move: its weight has to go down, but not far to the sides. Where the steps jam all may
+move; then the neighbours are seated anew as well, then theirs; where that fails too, the search begins from nothing.
+Components, blocks that contacts join, do not need each other: those that nothing new has come to keep their
 state, and only the others are searched.
 """
 
@@ -153,23 +153,19 @@ def _near(
     system: EquilibriumSystem, bounds: Bounds, fresh: Ints, old_point: Bools, f: Floats, dq: Floats
 ) -> tuple[Floats, Floats, int] | None:
     """A coupled state near (f, dq) with some (k,) fresh blocks, and what it took; None where none is found."""
-    down, rooms, starts = way_down(system, fresh), _Rooms(system), []
+    down, rooms = way_down(system, fresh), _Rooms(system)
     for radius in RADII:
         blocks = around(system, fresh, radius)
         start = _seat(system, bounds, blocks, old_point, f, dq)
         if start is not None:
             if attempt(system, bounds, *start).found:
                 return *start, radius + 1
-            starts.append(start)
-            near, moved, residuals = inward(system, *rooms.of(rooms.near(np.union1d(down, blocks))), bounds, *start)
-            if residuals.accepted:
-                return near, moved, radius + 1
+            for room in rooms.about(np.union1d(down, blocks)):
+                near, moved, residuals = inward(system, *rooms.of(room), bounds, *start)
+                if residuals.accepted:
+                    return near, moved, radius + 1
         if not len(fresh) or len(blocks) == system.blocks:
             break
-    for k, start in enumerate(starts if rooms.cut else []):
-        near, moved, residuals = inward(system, *rooms.of(np.arange(system.blocks)), bounds, *start)
-        if residuals.accepted:
-            return near, moved, len(RADII) + k + 1
     return None
 
 
@@ -179,15 +175,11 @@ class _Rooms:
     def __init__(self, system: EquilibriumSystem) -> None:
         self.system = system
         self.known: dict[bytes, tuple[Region, Doubled]] = {}
-        self.cut = False  # whether any of them was less than all
 
-    def near(self, blocks: Ints) -> Ints:
-        """What is near these blocks; all where it is most of them."""
+    def about(self, blocks: Ints) -> list[Ints]:
+        """What is near these blocks, then all; only that where it is most of them."""
         near, everything = around(self.system, blocks, AISLE), np.arange(self.system.blocks)
-        if len(near) > MOST * len(everything):
-            return everything
-        self.cut = True
-        return near
+        return [everything] if len(near) > MOST * len(everything) else [near, everything]
 
     def of(self, blocks: Ints) -> tuple[Region, Doubled]:
         """The region of these blocks, and its matrix."""

@@ -87,9 +87,9 @@ def numbers_of(given: Sequence[str | int], ids: Sequence[str], fixed: Sequence[b
         raise InputError.of("order", None, f"{_named(unknown)} not in the model; take out or correct")
     found = [k for k in found if not fixed[k]]
     counts = np.bincount(found, minlength=len(ids)) if found else np.zeros(len(ids), int)
-    if twice := [ids[k] for k in np.flatnonzero(counts > 1)]:
+    if twice := [ids[k] for k in np.flatnonzero(counts > 1).tolist()]:
         raise InputError.of("order", None, f"{_named(twice)} named more than once; a stone is laid once")
-    if missing := [ids[k] for k in np.flatnonzero((counts == 0) & ~np.asarray(fixed, bool))]:
+    if missing := [ids[k] for k in np.flatnonzero((counts == 0) & ~np.asarray(fixed, bool)).tolist()]:
         raise InputError.of("order", None, f"{_named(missing)} missing; an order names every stone that is laid")
     return tuple(found)
 

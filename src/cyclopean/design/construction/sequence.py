@@ -267,8 +267,11 @@ class _Work:
     executor: Executor | None
 
     def mapped(self, do: Callable[..., Any], jobs: Sequence[Any]) -> Iterator[Any]:
-        """What a function of one job gives for each, in their order."""
-        return map(do, jobs) if self.executor is None or len(jobs) < 2 else self.executor.map(do, jobs)
+        """What a function of one job gives for each, in their order; the last, which are the largest, begin first."""
+        if self.executor is None:
+            return map(do, jobs)
+        begun = [self.executor.submit(do, job) for job in reversed(jobs)]
+        return (one.result() for one in reversed(begun))
 
     def verdicts(self, order: Sequence[int], start: int = 0) -> list[Judged]:
         """Verdicts of every stage of an order from a number on, without props."""

@@ -21,7 +21,7 @@ from cyclopean.proof import Memory, verify
 
 __all__ = ["RUN", "Judged", "Stage", "judged", "judged_run", "stage_at", "stage_of", "verdict", "with_props"]
 
-RUN = 25  # stages that follow on each other: the first costs a search, of a second or so for a large wall
+RUN = 50  # stages that follow on each other: the first costs a search, of a second or so for a large wall
 TURNING = 0.2  # of its speed that comes of turning, from which a stone topples; else it slides or drops
 PLUMB = 0.95  # cosine of the angle to the vertical, 18 degrees, within which it drops
 SLOW = 1e-3  # of the speed of the fastest stone: slower ones are not said to move
