@@ -66,7 +66,7 @@ ASKED = [
     "limit arch.json --push 1,0,0 --method cra", "limit wall.json --push 0,1,0 --tension 1000",
     "limit wall.json --tilt --polar 4", "limit poly.json --tilt 90",
     "limit ring.json --push 1,0,0 --pushover 0.05m --steps 3",
-    "sequence poly.json --out order.json", "sequence arch.json --out order.json --props 3",
+    "sequence poly.json --out order.json", "sequence arch.json --out order.json",
     "match stones.glb poly.json --out matched --negotiate 0",
     "match stones.glb poly.json --out moved --negotiate 1 --rounds 3",
     "carve matched --out carved", "settle stones.glb --ways 1 --out rubble.json",

@@ -20,7 +20,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "sequence": (
         "cyclopean sequence wall.json --out order.json --report building.html",
-        "cyclopean sequence arch.json --out order.json --props 3 --dot graph.dot",
+        "cyclopean sequence arch.json --out order.json --dot graph.dot",
     ),
     "match": (
         "cyclopean match scans wall.json --out matched --gap 0.2",
