@@ -1,6 +1,7 @@
 """Sequence: in which order is it built, and does every stage stand? Settle: a rubble wall of stones as found."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from cyclopean.analysis.settings import Settings
@@ -24,7 +25,7 @@ def _sequence(given: Given, context: Context) -> Answer:
 
     settings = option_values(given, Settings(seconds=min(SECONDS, context.seconds / 2.0)))
     assembly, said = model_of(given)
-    options = option_values(given, SequenceOptions(order=given["Given Order"] or None))
+    options = replace(option_values(given, SequenceOptions()), order=given["Given Order"] or None)
     found = sequenced(assembly, settings, Reading(), options)
     top = max(found.layer.tolist(), default=0)
     values = {
