@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.proof import verify
+from cyclopean.proof import Memory, verify
 from laws import examples
 from test_proof_checker import GROUND, RHO, G, box, contact, level, mechanism, sealed, state
 from test_proof_solids import extruded
@@ -67,6 +67,26 @@ def test_a_stool_stands_on_its_corners(rise):
     assert "4 of them at corners and edges" in report.claim
     assert verify(standing(rise, 0.3, 0.31)).proved
     assert "leaves the friction cone" in verify(standing(rise, 0.3, 0.29)).reason
+
+
+def test_a_memory_of_certificates_before_changes_no_answer():
+    """Lengths of these are counted in different units, so that the same normal is not the same integers."""
+    memory, proved = Memory(), []
+    for rise in (0.5, 0.02, 0.5, 0.3):
+        for mu in (0.31, 0.29):
+            certificate = standing(rise, 0.3, mu)
+            assert verify(certificate, memory) == verify(certificate)
+            proved.append(verify(certificate).proved)
+    assert proved == [True, False] * 4
+
+
+def test_the_length_of_a_normal_is_nothing_but_a_unit():
+    certificate = standing(0.2, 0.3, 0.31)
+    joints = [joint | {"normal": [0.0, 0.0, 1e-3]} for joint in certificate["contacts"]]
+    assert verify(sealed({**certificate, "contacts": joints})).proved
+    smooth = standing(0.2, 0.0, 0.0)
+    forces = [[force[2]] for force in smooth["forces"]]  # by unit vectors, which the normals are
+    assert verify(sealed({**smooth, "forces": forces})).proved
 
 
 def test_a_contact_has_to_say_that_it_is_a_point():

@@ -595,8 +595,9 @@ def _name(value: object, numbers: Mapping[str, int], where: str) -> int:
     return numbers[value]
 
 
-def _read(certificate: object, data: bytes, memory: Memory) -> _Sheet:
+def _read(certificate: object, data: bytes = b"", memory: Memory | None = None) -> _Sheet:
     """Check schema, kind, keys, types, names, counts and the seal."""
+    memory = Memory() if memory is None else memory
     if not isinstance(certificate, Mapping):
         _refuse("the certificate is not an object")
     schema, kind = certificate.get("schema"), certificate.get("kind")
@@ -1346,8 +1347,9 @@ class _Model:
                 yield i, stone, solid
 
 
-def _weigh(sheet: _Sheet, memory: Memory) -> _Model:
+def _weigh(sheet: _Sheet, memory: Memory | None = None) -> _Model:
     """Check the geometry and turn the model into integers."""
+    memory = Memory() if memory is None else memory
     k = max(_fineness(_lengths(sheet)), (_fineness(chain(*(joint.facing for joint in sheet.joints))) + 1) // 2)
     component = _components(sheet)
     solids, patches, misfit = _fitted(sheet, component, k, memory)
