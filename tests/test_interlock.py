@@ -271,6 +271,14 @@ def test_the_same_search_finds_the_same_wall_to_the_bit() -> None:
     assert again.subdivision.vertex.tobytes() == one.subdivision.vertex.tobytes()
 
 
+def test_the_search_ends_at_the_score_asked_for() -> None:
+    pattern = draw_pattern(PatternSettings(seed=2, lloyd=0))
+    least, best = interlock(pattern).score, interlock(improvements(pattern)[0]).score
+    wanted = 0.5 * (least + best)
+    assert wanted <= interlock(improvements(pattern, until=wanted)[0]).score < best
+    assert len(improvements(pattern, until=least)) == 1
+
+
 def test_many_places_are_mended_in_one_round() -> None:
     pattern = draw_pattern(PatternSettings(width=9.0, height=5.4, columns=24, rows=15, courses=15, lloyd=0))
     better = improve_interlock(pattern, rounds=12)

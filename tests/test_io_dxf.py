@@ -218,5 +218,5 @@ def test_inserts_that_grow_without_end_are_refused(monkeypatch):
 def test_nothing_is_written_as_dxf():
     made = drawing()
     mesh(made.modelspace(), CUBE)
-    with pytest.raises(InputError, match=r"^OUT b.dxf: unknown ending; use .json,"):
+    with pytest.raises(InputError, match=r"^b.dxf: unknown ending; use .json,"):
         write_exchange("b.dxf", read(made)[0])

@@ -96,7 +96,7 @@ def polygonal_wall(
     density: float | None = None,
     mu: float | None = None,
     warped: "Warped" = "auto",
-    improve: bool = False,
+    improve: bool | float = False,
     **options: Unpack[LineKeywords],
 ) -> "PolygonalWall":
     """Draw a wall of polygonal stones, with exact joints, on a fixed ground block.
@@ -133,8 +133,8 @@ def polygonal_wall(
         kg/m3 and friction coefficient, kept in the model; not said where not given.
     warped : {"auto", "triangles", "plane"}
         What a contact becomes whose corners lie in no plane.
-    improve : bool
-        Move and weight the seeds until the stones interlock better.
+    improve : bool or float
+        Move and weight the seeds until the stones interlock as well as they can be made to, or with this score J.
     **options
         How a drawing is read: `units`, `scale`, `snap`, `deviation`, `layer`, as `LineReading` says.
 

@@ -52,7 +52,7 @@ Strict: TypeAlias = Annotated[bool, Option("A stone that cannot be used is an er
 Written: TypeAlias = Annotated[
     Files,
     written(
-        models="out display",
+        models="out",
         out=("MODEL", "Required: Model file to write."),
         cutlist=("F", "Write the cut list (CSV)."),
         left=("F", "Write what is left in store (CSV)."),
@@ -231,7 +231,7 @@ def _end(wall: "AshlarWall", said: tuple[str, ...], files: Files, asked: dict[st
         "svg": lambda: _drawn(wall),
         "cutlist": lambda: ashlar_cutlist_csv(wall),
         "left": lambda: left_csv(wall),
-        "display": lambda: partial(io.write_model, assembly=_as_sawn(wall)),
+        "display": lambda: partial(io.write_exchange, assembly=_as_sawn(wall)),
         "json": lambda: data,
     })  # fmt: skip
     for note in (*said, *wall.notes):

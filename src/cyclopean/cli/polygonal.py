@@ -1,5 +1,6 @@
 """`make polygonal`: walls of polygonal stones, flat, curved, or round a corner."""
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -93,10 +94,23 @@ class Built:
     )
     improve: str | None = option(
         None,
-        "J: move stones until the score J of their interlock (0 to 1) is as high as it gets in a wall that stands.",
-        choices=("J",),
-        metavar="J",
+        "J: move stones until the score J of their interlock is as high as it gets in a wall that stands; a number:"
+        " until it is so high.",
+        metavar="J|SCORE",
     )
+
+    @property
+    def until(self) -> bool | float:
+        """The score to be reached; True = the highest, False = nothing is moved at all."""
+        if self.improve is None or self.improve == "J":
+            return self.improve == "J"
+        try:
+            score = float(self.improve)
+        except ValueError:
+            score = math.nan
+        if not 0.0 < score <= 1.0:
+            raise InputError.of("improve", self.improve, "expected J, or the score to be reached, up to 1")
+        return score
 
 
 @command(fields=FIELDS)
@@ -104,7 +118,7 @@ def polygonal(
     files: Annotated[
         Files,
         written(
-            models="out display",
+            models="out",
             out=("MODEL", "Required: Model file to write."),
             display=("MODEL", "Also write the stones with open joints, for pictures."),
             svg=("F", "Draw the face, with the joints that run through."),
@@ -128,7 +142,7 @@ def polygonal(
     if drawn.drawing is not None:
         _refuse_beside(drawn.drawing, built, files)
     chosen = chosen_pattern(replace(pattern, **dressing.of(deep)), drawn, courses, max_bed)
-    options = {"depth": built.depth, "improve": built.improve is not None, **asdict(material)}
+    options = {"depth": built.depth, "improve": built.until, **asdict(material)}
     if built.corner is None or not isinstance(chosen, PatternSettings):
         return _flat_or_curved(chosen, asdict(lying), options, files, asdict(apart))
     if lying != Lying():
@@ -207,9 +221,9 @@ def _write(made: "PolygonalWall | CornerWall", apart: "Callable[[], tuple[Block,
     model = made.assembly
     drawing = io.drawing_dict(made) if isinstance(made, PolygonalWall) else None
 
-    def shown() -> Callable[[Path], None]:
+    def shown() -> Callable[[Path], object]:
         stones = Assembly(apart(), Contacts.of([], []), name=f"{model.name}, open joints")
-        return lambda file: io.write_model(file, stones)
+        return lambda file: io.write_exchange(file, stones)
 
     def drawn() -> str:
         from cyclopean.design.walls.interlock import interlock

@@ -106,4 +106,4 @@ def exchange_format(path: PathLike) -> Format:
     for suffix in sorted(known, key=len, reverse=True):
         if name.endswith(suffix):
             return FORMATS[suffix]
-    raise InputError(f"OUT {one_line(path)}: unknown ending; use {', '.join(known)}")
+    raise InputError(f"{one_line(path)}: unknown ending; use {', '.join(known)}")

@@ -54,6 +54,8 @@ NEAR = 1.6  # spacings: seeds that step back together with one that lost its sto
 NUDGES, NUDGE = 5, 0.05  # times, and mean cells, by which a seed is made heavier that levelling kept from being lost
 BACK = (0.75, 0.5, 0.25, 0.0)  # shares of the way from the drawing that are tried when the wall does not stand
 COVERED = 1e-9  # of the wall: so much may be missing of its cells' area
+IDLE = 4  # rounds without a better one after which no other begins
+ENDS = 3  # of the best rounds, of which that is kept which carves least at the gap asked for
 MET = 0.002  # by which the total gap may miss what was asked
 HASTY = (6, 512)  # pairs a cell, and points of a stone, at most, in a match that a climb follows
 ROUNDS, WORK = (3, 12), 600  # rounds where their number is not given; cells times rounds
@@ -230,10 +232,11 @@ def _rounds(talk: _Talk, first: _Turn, base: _Turn, rounds: int) -> tuple[_Turn,
     Cells that move close some of the gap. Where a total gap is asked for, the weight of void falls from round to round
     until it is that again, with stones of which less is carved.
     """
-    best, told, weight = first, list[Round](), first.match.weight
+    best, told, weight, idle = first, list[Round](), first.match.weight, 0
+    turns = [first]
     tried: list[tuple[float, float]] = []  # weights, and the gaps that they led to
     for number in range(rounds):
-        began = perf_counter()
+        began, before = perf_counter(), best
         turn = base if best is first else best
         if number:
             yielding = YIELD[0] + (YIELD[1] - YIELD[0]) * (number * GOLDEN % 1.0)
@@ -241,16 +244,26 @@ def _rounds(talk: _Talk, first: _Turn, base: _Turn, rounds: int) -> tuple[_Turn,
         moved = _climbed(talk, turn)
         if moved is not None:
             best = min(best, moved, key=lambda one: one.cost(weight))
+            turns.append(moved)
             tried.append((weight, moved.match.gap_of_wall))
         told.append(best.told(began))
         weight = _reweighted(talk.settings.gap, tried, weight)
+        idle = 0 if best is not before else idle + 1
+        if idle == IDLE:
+            break
     began = perf_counter()
-    last = talk.matched(best.cells, None if talk.settings.gap is not None else weight, best.match)
-    best = min(best, replace(best, match=last), key=lambda one: (talk.missed(one), one.cost(weight)))
-    if talk.missed(best) and len(best.cells) <= SPARE // 2:
-        best = _trimmed(talk, best)
+    several = talk.settings.gap is not None and len(best.cells) <= SPARE // 2
+    near = sorted(turns, key=lambda one: one.cost(weight))[: ENDS if several else 1]
+    best = min((_ended(talk, turn, weight) for turn in near), key=lambda one: (talk.missed(one), one.cost(weight)))
     told[-1] = best.told(began - told[-1].seconds)
     return best, told
+
+
+def _ended(talk: _Talk, turn: _Turn, weight: float) -> _Turn:
+    """A turn, or the same cells matched once more, or some of their stones changed: what meets the gap asked for."""
+    last = talk.matched(turn.cells, None if talk.settings.gap is not None else weight, turn.match)
+    best = min(turn, replace(turn, match=last), key=lambda one: (talk.missed(one), one.cost(weight)))
+    return _trimmed(talk, best) if talk.missed(best) and len(best.cells) <= SPARE // 2 else best
 
 
 def _reweighted(asked: float | None, tried: Sequence[tuple[float, float]], weight: float) -> float:

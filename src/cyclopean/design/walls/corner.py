@@ -107,7 +107,7 @@ def corner_wall(
     depth: float = 0.2,
     density: float | None = None,
     mu: float | None = None,
-    improve: bool = False,
+    improve: bool | float = False,
 ) -> CornerWall:
     """Draw two walls of polygonal stones that meet at a right angle on a fixed ground block.
 
@@ -122,7 +122,7 @@ def corner_wall(
         Thickness of both (m).
     density, mu : float, optional
         kg/m3 of every block, and friction coefficient of every joint; None = not said.
-    improve : bool
+    improve : bool or float
         As for `polygonal_wall`; both patterns.
 
     Raises
@@ -135,7 +135,7 @@ def corner_wall(
     bed = Thickness(depth), Masonry(density, mu)
     if not improve:
         return _joined((draw_pattern(both[0]), draw_pattern(both[1])), *bed)
-    first, second = map(improvements, both)
+    first, second = (improvements(one, until=float(improve)) for one in both)
     count = max(len(first), len(second))
     pairs = [(first[min(k, len(first) - 1)], second[min(k, len(second) - 1)]) for k in range(count)]
     chosen = standing(pairs, lambda pair: verdict(_joined(pair, *bed).assembly))

@@ -126,6 +126,7 @@ def improvements(
     *,
     rounds: int | None = None,
     tolerance: float | None = None,
+    until: float = 1.0,
 ) -> tuple[Pattern, ...]:
     """Walls that the search came through on its way to the best one.
 
@@ -137,6 +138,8 @@ def improvements(
         At most; each draws the pattern once or twice. 300 where not given, fewer for walls of more than 200 stones.
     tolerance : float, optional
         m, as for `interlock`.
+    until : float
+        Score at which the search ends.
 
     Returns
     -------
@@ -162,7 +165,7 @@ def improvements(
     draw = np.random.Generator(np.random.PCG64([pattern.settings.seed, 1]))
     since = 0
     for k in range(rounds):
-        if not len(state.place) or since >= PATIENCE:
+        if not len(state.place) or since >= PATIENCE or (better[-1].found.score >= until and until < 1.0):
             break
         since += 1
         trial = _round(state, start, draw)

@@ -45,7 +45,7 @@ def polygonal_wall(
     density: float | None = None,
     mu: float | None = None,
     warped: Warped = "auto",
-    improve: bool = False,
+    improve: bool | float = False,
 ) -> PolygonalWall:
     """Draw a wall of polygonal stones that stands on a fixed ground block.
 
@@ -63,9 +63,9 @@ def polygonal_wall(
         kg/m3 of every block, and friction coefficient of every joint; None = not said.
     warped : {"auto", "triangles", "plane"}
         What a contact becomes whose corners lie in no plane, see `design.walls.joints`.
-    improve : bool
-        Move and weight the seeds until the stones interlock better, see `design.walls.improve`; a wall that stands is
-        not given up for one of which coupled analysis cannot say so.
+    improve : bool or float
+        Move and weight the seeds until the stones interlock with this score J, or as well as they can be made to, see
+        `design.walls.improve`; a wall that stands is not given up for one of which coupled analysis cannot say so.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def polygonal_wall(
     refuse_folds(*bed[:2], whole.width, whole.height)
     if not improve:
         return laid_wall(pattern if isinstance(pattern, Pattern) else draw_pattern(pattern), *bed)
-    patterns = improvements(pattern)
+    patterns = improvements(pattern, until=float(improve))
     chosen = standing(patterns, lambda pattern: verdict(laid_wall(pattern, *bed).assembly))
     return replace(laid_wall(patterns[chosen.place], *bed), chosen=chosen)
 
