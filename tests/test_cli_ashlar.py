@@ -69,6 +69,12 @@ def test_transforms_lead_from_the_slab_to_the_wall(run):
         assert moved.max(axis=0) == pytest.approx(p["high"], abs=1e-9)
 
 
+def test_a_stagger_that_the_bond_has_not_is_told(run):
+    said = "cyclopean: warning: --stagger: no effect, for stack bond has its own; only --bond running takes it"
+    assert said in run("ashlar", *BOXES, *WALL, "--stagger", 0.3, "--bond", "stack")[2]
+    assert "--stagger" not in run("ashlar", *BOXES, *WALL, "--stagger", 0.3)[2]
+
+
 def test_a_stock_list(run):
     Path("stock.csv").write_text(
         "id,count,depth,height,length,density\nbrick,40,0.1,0.1,0.2,1900\n\nlong,1,0.2,0.1,0.9,\n", encoding="utf-8"
@@ -218,11 +224,19 @@ def test_the_input_is_not_overwritten(run):
 
 
 def test_models_are_no_meshes_and_nothing_is_written_before_that_is_said(run, tmp_path):
-    for extra in (("--out", "w.obj"), ("--out", "w.json", "--display", "d.STL")):
+    for extra, said in (
+        (("--out", "w.obj"), "a model file ends in .json"),
+        (("--out", "w.json", "--display", "d.xyz"), "d.xyz: unknown ending; use .json"),
+    ):
         status, out, err = run("ashlar", *BOXES, *WALL, *extra)
         assert (status, out, err.count("\n")) == (2, "", 1)
-        assert "a model file ends in .json" in err
+        assert said in err
     assert not list(tmp_path.iterdir())
+
+
+def test_stones_with_open_joints_in_another_format(run):
+    assert run("ashlar", *BOXES, *WALL, "--out", "w.json", "--display", "d.stl")[0] == 0
+    assert len(read_model("d.stl")[0]) == len(read_model("w.json")[0])
 
 
 def test_units_of_a_table_are_not_asked_for(run):

@@ -24,7 +24,7 @@ from cyclopean.assembly.patches import Patch, rough_contacts
 from cyclopean.assembly.precision import length_tolerance
 from cyclopean.assembly.slips import slips
 from cyclopean.assembly.steep_beds import SteepBed, steep_beds
-from cyclopean.assembly.survey import Survey, Volumes, survey
+from cyclopean.assembly.survey import Survey, Volumes, size_classes, survey
 
 __all__ = [
     "DEAD",
@@ -65,6 +65,7 @@ __all__ = [
     "part",
     "resolved_loads",
     "rough_contacts",
+    "size_classes",
     "slips",
     "steep_beds",
     "supports",

@@ -124,6 +124,22 @@ def _volumes(volume: Floats) -> Volumes | None:
     return Volumes(len(volume), low, first, middle, third, high, float(volume.sum()))
 
 
+def size_classes(volume: Floats) -> tuple[tuple[float, float, int], ...]:
+    """Volumes (n,) in classes of equal width: from, to (m3), and how many; as many as Sturges' rule has, at most eight.
+
+    Stones of one size make none.
+
+    Examples
+    --------
+    >>> size_classes(np.array([1.0, 1.5, 3.0]))
+    ((1.0, 1.6666666666666665, 2), (1.6666666666666665, 2.333333333333333, 0), (2.333333333333333, 3.0, 1))
+    """
+    if not len(volume) or not np.ptp(volume) > 1e-3 * float(np.median(volume)):
+        return ()
+    count, edge = np.histogram(volume, min(8, len(np.histogram_bin_edges(volume, "sturges")) - 1))
+    return tuple(zip(edge[:-1].tolist(), edge[1:].tolist(), count.tolist(), strict=True))
+
+
 def _outliers(assembly: Assembly, sound: Bools) -> tuple[str, ...]:
     """Ids of sound blocks beyond Tukey's fence, 1.5 interquartile ranges from the quartiles.
 

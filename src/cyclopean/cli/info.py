@@ -1,5 +1,6 @@
 """`info`: what is in a model file, and what a check of it would assume; or what stones are in a folder."""
 
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -13,11 +14,13 @@ from cyclopean.errors import InputError
 from cyclopean.options import Option
 
 if TYPE_CHECKING:
+    from cyclopean.arrays import Floats
     from cyclopean.assembly import Assembly, Contacts, MendedAssembly, SteepBed
 
 __all__ = ["info"]
 
 NAMED = 5  # faults, outliers and warnings named one by one; the rest are counted
+BAR = 30  # signs for the class of sizes with most stones
 
 
 @command()
@@ -65,6 +68,7 @@ def _stone_lines(data: dict[str, Any]) -> list[str]:
         f"  stones      {data['count']}",
         f"  volume      {volume['total']:.4g} m3, stones {volume['least']:.4g} to {volume['most']:.4g} m3,"
         f" quartiles {quartiles}",
+        *_histogram(volume["classes"], "  sizes       "),
     ]
     shown = {"elongation": "b/a", "thinness": "c/a", "solidity": "V/hull", "sphericity": "sphericity"}
     lines += [f"  {shown[name]:12}{data['shape'][name][0]:.3f} +- {data['shape'][name][1]:.3f}" for name in shown]
@@ -76,7 +80,7 @@ def _stone_lines(data: dict[str, Any]) -> list[str]:
 def _contents(found: "MendedAssembly") -> dict[str, Any]:
     """Count and measure a model; contacts are detected where it gives none and its meshes are sound."""
     from cyclopean.analysis import DENSITY, MU
-    from cyclopean.assembly import detect, survey
+    from cyclopean.assembly import detect, size_classes, survey
 
     assembly = found.assembly
     contacts = assembly.contacts
@@ -109,6 +113,7 @@ def _contents(found: "MendedAssembly") -> dict[str, Any]:
             "least": volumes.minimum if volumes else 0.0,
             "quartiles": [volumes.lower_quartile, volumes.median, volumes.upper_quartile] if volumes else None,
             "most": volumes.maximum if volumes else 0.0,
+            "classes": [list(row) for row in size_classes(_of_stones(found))],
         },
         "outliers": list(facts.outliers),
         "density": [min(density), max(density)] if density else None,
@@ -121,6 +126,15 @@ def _contents(found: "MendedAssembly") -> dict[str, Any]:
         "assumed": assumed,
         "warnings": list(notes),
     }
+
+
+def _of_stones(found: "MendedAssembly") -> "Floats":
+    """Volumes (n,) m3 of the blocks that are sound and no supports."""
+    import numpy as np
+
+    wrong, assembly = {block for block, _ in found.faults}, found.assembly
+    stone = [block.fixed is not True and block.id not in wrong for block in assembly.blocks]
+    return np.asarray(assembly.mass.volume[np.array(stone, bool)])
 
 
 def _steep_beds(assembly: "Assembly", contacts: "Contacts | None") -> "Sequence[SteepBed]":
@@ -220,7 +234,18 @@ def _sizes(data: dict[str, Any]) -> list[str]:
     lines = [f"  volume    {volume['total']:.4g} m3, blocks {volume['least']:.4g} to {volume['most']:.4g} m3"]
     if volume["quartiles"] is not None:
         lines[0] += f", quartiles {', '.join(f'{q:.4g}' for q in volume['quartiles'])}"
+    lines += _histogram(volume["classes"], "  sizes     ")
     return lines + _some("outlier   ", [f"block '{name}' is far from the usual size" for name in data["outliers"]])
+
+
+def _histogram(classes: list[list[float]], label: str) -> list[str]:
+    """A line for each class of sizes, with a bar as long as it has stones."""
+    most = max((row[2] for row in classes), default=0)
+    spans = [f"{low:.3g} to {high:.3g} m3" for low, high, _ in classes]
+    wide, digits = max(map(len, spans), default=0), len(str(most))
+    rows = zip(spans, [row[2] for row in classes], [label, *[" " * len(label)] * len(classes)], strict=False)
+    bars = [(f"{first}{span:>{wide}}  {n:>{digits}}", math.ceil(BAR * n / most)) for span, n, first in rows]
+    return [f"{told}  {'#' * long}".rstrip() for told, long in bars]
 
 
 def _some(label: str, texts: list[str]) -> list[str]:

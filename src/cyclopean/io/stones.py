@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.assembly import Assembly, Block
+from cyclopean.assembly import Assembly, Block, size_classes
 from cyclopean.design.stones.inventory import CLASSES, Inventory, Shape, flat_faces, shape_of, size_of
 from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.errors import InputError
@@ -361,6 +361,7 @@ def inventory_dict(inventory: Inventory, warnings: Sequence[str] = (), every: bo
             "total": float(volume.sum()),
             "least": float(volume.min(initial=np.inf)) if len(volume) else 0.0,
             "quartiles": np.quantile(volume, (0.25, 0.5, 0.75)).tolist() if len(volume) else None,
+            "classes": [list(row) for row in size_classes(volume)],
             "most": float(volume.max(initial=0.0)),
         },
         "shape": {name: [float(x.mean()), float(x.std())] for name, x in ratios.items() if len(x)},

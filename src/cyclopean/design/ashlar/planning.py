@@ -77,6 +77,12 @@ class AshlarSettings:
     )
     mu: float | None = option(None, "Friction coefficient of every contact.", "number", metavar="M", least=0.0)
 
+    def without_effect(self) -> tuple[str, ...]:
+        """A line on an option that was given and that the bond has not."""
+        if self.stagger == 0.5 or self.bond == "running":
+            return ()
+        return (f"`stagger`: no effect, for {self.bond} bond has its own; only `bond` running takes it",)
+
     def __post_init__(self) -> None:
         for name in ("length", "height", "depth", "course", "tolerance", "unit", "bed", "head", "kerf", "least"):
             if (value := getattr(self, name)) is not None:

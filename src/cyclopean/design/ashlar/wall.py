@@ -109,7 +109,7 @@ def ashlar(
     store = stock_of(slabs, settings.kerf, settings.least)
     plan = planned(settings, store, first_fit if rule is None else rule, found)
     laid, left, gaps, notes = lay(plan, store)
-    return built(settings, laid, left, gaps, notes, plan.unit)
+    return built(settings, laid, left, gaps, (*settings.without_effect(), *notes), plan.unit)
 
 
 def built(
