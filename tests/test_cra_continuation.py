@@ -200,7 +200,7 @@ def started(system: EquilibriumSystem) -> tuple[np.ndarray, np.ndarray]:
 def polygonal(columns: int, rows: int, coursing: float, seed: int, curved: bool) -> EquilibriumSystem:
     width = 0.375 * columns
     settings = PatternSettings(
-        columns=columns, rows=rows, courses=rows, width=width, height=0.36 * rows, coursing=coursing, seed=seed
+        columns=columns, rows=rows, courses=rows, width=width, height=0.36 * rows, coursing=coursing, seed=seed, lloyd=0
     )
     made = polygonal_wall(settings, surface=Cylinder(1.5 * width, width / 2.0) if curved else None)
     return posed(made.assembly, 0.84, np.array([0.0, 0.0, -G]))

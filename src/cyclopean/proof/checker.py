@@ -287,6 +287,8 @@ def verify(certificate: Mapping[str, object], memory: Memory | None = None) -> R
     memory : Memory, optional
         Of certificates before; it spares work, and changes no answer.
 
+    Examples
+    --------
     >>> verify({"schema": "cyclopean.certificate/2", "kind": "rbe-state"}).reason
     'fields missing: blocks, contacts, forces, gravity, loads, seal, tolerance'
     """
