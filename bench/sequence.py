@@ -52,7 +52,7 @@ def cases() -> Iterator[tuple[str, Callable[[], Assembly]]]:
     curved = Cylinder(1.5 * WIDTH, WIDTH / 2.0)
     yield "polygonal, curved", lambda: polygonal_wall(SIZE, surface=curved).assembly
     yield "arch of four legs", four_legs
-    yield "vault(8, 3)", lambda: vault(8, 3)
+    yield "vault(8, 5)", lambda: vault(8, 5)
 
 
 def main() -> None:
