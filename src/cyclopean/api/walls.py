@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, Unpack
 
 from cyclopean.api.inputs import Path, said
@@ -90,7 +90,7 @@ def polygonal_wall(
     base: "Foot" = None,
     base_radius: float | None = None,
     drawing: Path | None = None,
-    surface: "Surface | None" = None,
+    surface: "Surface | Path | None" = None,
     depth: float = 0.2,
     batter: float = 0.0,
     density: float | None = None,
@@ -123,8 +123,9 @@ def polygonal_wall(
     drawing : path, optional
         DXF or SVG of the joints, instead of a pattern: its faces are the stones. Of the pattern only `courses` and
         `max_bed` may then be said. What was mended or passed over is in `pattern.notes` of the wall.
-    surface : Surface, optional
-        The face of the wall; an upright plane where not given.
+    surface : Surface or path, optional
+        The face of the wall; an upright plane where not given. A file holds one open mesh, or a 3DM one face: it is
+        laid flat, and then the pattern is as large as it is; how far that stretches lengths is in `pattern.notes`.
     depth : float
         Thickness along the normal (m), at the foot.
     batter : float
@@ -136,7 +137,7 @@ def polygonal_wall(
     improve : bool or float
         Move and weight the seeds until the stones interlock as well as they can be made to, or with this score J.
     **options
-        How a drawing is read: `units`, `scale`, `snap`, `deviation`, `layer`, as `LineReading` says.
+        How a drawing or a surface's file is read: `units`; a drawing only: `scale`, `snap`, `deviation`, `layer`, as `LineReading` says.
 
     Returns
     -------
@@ -159,6 +160,12 @@ def polygonal_wall(
     from cyclopean.design.walls.pattern import PatternSettings
 
     (reading,) = given_to(polygonal_wall, options, LineReading(None if drawing is None else os.fspath(drawing)))
+    notes: tuple[str, ...] = ()
+    if isinstance(surface, str | os.PathLike):
+        from cyclopean.io.surfaces import read_surface
+
+        surface, notes = read_surface(surface, reading.units)
+        reading = reading if reading.drawing is not None else replace(reading, units=None)
     pattern = said(
         PatternSettings() if settings is None else settings,
         width=width,
@@ -177,7 +184,7 @@ def polygonal_wall(
         base=base,
         base_radius=base_radius,
     )
-    return polygonal.polygonal_wall(
+    made = polygonal.polygonal_wall(
         chosen_pattern(pattern, reading, courses, max_bed),
         surface=surface,
         depth=depth,
@@ -187,3 +194,4 @@ def polygonal_wall(
         warped=warped,
         improve=improve,
     )
+    return replace(made, pattern=replace(made.pattern, notes=(*notes, *made.pattern.notes)))

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.joints import JointReadout
     from cyclopean.design.walls.pattern import Pattern
     from cyclopean.design.walls.polygonal import PolygonalWall
+    from cyclopean.design.walls.surfaces import Surface
 
 __all__ = ["polygonal"]
 
@@ -69,8 +70,9 @@ class Lying:
 
     surface: str = option(
         "plane",
-        "What the wall lies on; R < 0 is hollow. DEG: lean of a cone, latitude of a sphere's foot.",
-        metavar="plane|cylinder:R|cone:R[,DEG]|sphere:R[,DEG]|twist:DEG",
+        "What the wall lies on; R < 0 is hollow. DEG: lean of a cone, latitude of a sphere's foot. F: an open mesh, or "
+        "a 3DM with one face.",
+        metavar="plane|cylinder:R|cone:R[,DEG]|sphere:R[,DEG]|twist:DEG|F",
     )
     batter: float = option(0.0, "How far the front recedes, m a metre.", "number", metavar="B")
     warped: str = option("auto", "What becomes of joints that are not flat.", choices=("auto", "triangles", "plane"))
@@ -141,10 +143,15 @@ def polygonal(
     courses = pattern.rows if courses is None and drawn.drawing is None else courses
     if drawn.drawing is not None:
         _refuse_beside(drawn.drawing, built, files)
-    chosen = chosen_pattern(replace(pattern, **dressing.of(deep)), drawn, courses, max_bed)
+    sheet = wall_options.surface_file(lying.surface)
+    if sheet is not None:
+        planned({as_option(name): str(path) for name, path in files.to.items()}, keep=sheet)
+    reading = drawn if sheet is None or drawn.drawing is not None else replace(drawn, units=None)
+    chosen = chosen_pattern(replace(pattern, **dressing.of(deep)), reading, courses, max_bed)
     options = {"depth": built.depth, "improve": built.until, **asdict(material)}
     if built.corner is None or not isinstance(chosen, PatternSettings):
-        return _flat_or_curved(chosen, asdict(lying), options, files, asdict(apart))
+        how = {"batter": lying.batter, "warped": lying.warped, **options}
+        return _flat_or_curved(chosen, _surface(lying.surface, chosen, drawn.units), how, files, asdict(apart))
     if lying != Lying():
         name = next(name for name in asdict(lying) if getattr(lying, name) != getattr(Lying(), name))
         raise InputError.of(name, None, "walls that meet at a corner are flat and upright; leave it out, or `corner`")
@@ -162,9 +169,23 @@ def _refuse_beside(drawing: str, built: Built, files: Files) -> None:
     planned({as_option(name): str(path) for name, path in files.to.items()}, keep=drawing)
 
 
+def _surface(text: str, pattern: "PatternSettings | Pattern", units: str | None) -> "Surface":
+    """The surface that a text says, or the file that it names holds."""
+    file = wall_options.surface_file(text)
+    if file is None:
+        whole = pattern if isinstance(pattern, PatternSettings) else pattern.settings
+        return wall_options.surface("`surface`", text, whole.width, whole.height)
+    from cyclopean.io.surfaces import read_surface
+
+    surface, notes = read_surface(file, units)
+    for note in notes:
+        warn(note)
+    return surface
+
+
 def _flat_or_curved(
     pattern: "PatternSettings | Pattern",
-    lying: dict[str, Any],
+    surface: "Surface",
     options: dict[str, Any],
     files: Files,
     apart: dict[str, float],
@@ -174,9 +195,7 @@ def _flat_or_curved(
     from cyclopean.design.walls.joints import with_open_joints
     from cyclopean.design.walls.polygonal import polygonal_wall
 
-    whole = pattern if isinstance(pattern, PatternSettings) else pattern.settings
-    lying["surface"] = wall_options.surface("`surface`", lying["surface"], whole.width, whole.height)
-    made = polygonal_wall(pattern, **lying, **options)
+    made = polygonal_wall(pattern, surface=surface, **options)
     _write(made, lambda: with_open_joints(made.pattern, made.surface, made.thickness, **apart), files)
     for note in made.pattern.notes:
         warn(note)

@@ -10,14 +10,21 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.openings import Opening
     from cyclopean.design.walls.surfaces import Surface
 
-__all__ = ["base", "coping", "opening", "quoins", "surface"]
+__all__ = ["base", "coping", "opening", "quoins", "surface", "surface_file"]
 
 AUTO = "auto"
 LEAN = 10.0  # degrees, of a cone
 
 
+def surface_file(text: str) -> str | None:
+    """The text, if it names a file of a surface."""
+    from cyclopean.io.surfaces import SURFACE_SUFFIXES
+
+    return text if text.lower().endswith(SURFACE_SUFFIXES) else None
+
+
 def surface(option: str, text: str, width: float, height: float) -> "Surface":
-    """Read plane, cylinder:R, cone:R[,LEAN], sphere:R[,LATITUDE] or twist:DEG.
+    """Read plane, cylinder:R, cone:R[,LEAN], sphere:R[,LATITUDE] or twist:DEG; files are read by `io.surfaces`.
 
     Raises
     ------

@@ -51,6 +51,7 @@ __all__ = [
     "place_text",
     "sewn",
     "shaped",
+    "turned_alike",
     "welded",
 ]
 
@@ -394,10 +395,10 @@ def _inserted(work: Work, side: Ints, vertex: Ints) -> Work:
 
 def shaped(work: Work, reach: Reach, turn: bool = True) -> Work:
     """Orient faces alike, close holes, and turn the whole outward; with `turn` False faces stay as they run."""
-    return _outward(_closed(_turned_alike(work), reach)) if turn else _closed(work, reach)
+    return _outward(_closed(turned_alike(work), reach)) if turn else _closed(work, reach)
 
 
-def _turned_alike(work: Work) -> Work:
+def turned_alike(work: Work) -> Work:
     """Let neighbours agree about which side is out, as most of them do already.
 
     Each face stands twice in a graph, as it is and turned over; neighbours that run along their edge the same way are

@@ -6,7 +6,7 @@ that are not flat were treated. Lengths in it are metres, whatever the units of 
 
     {"schema": "cyclopean.drawing/1",
      "settings": {"width": 3.0, "height": 1.8, ..., "openings": [{...}], "quoins": {...}, "coping": {...},
-                  "base": [[u, v], ...]},
+                  "base": [[u, v], ...], "outline": [[u, v], ...]},
      "seeds": {"point": [[i, j], ...], "weight": [...]},              // in spacings of the grid, and mean cells
      "surface": {"kind": "cylinder", "radius": 5.0, "middle": 1.5},
      "depth": 0.2, "batter": 0.0, "density": null, "mu": null, "warped": "auto"}
@@ -17,6 +17,11 @@ A wall that was read from a drawing of its joints has no seeds but
 
 with the corners of each stone, counter-clockwise, and the line of the ground where that is not level; of its settings
 the courses count, and stones lie as they are drawn.
+
+A surface that was read from a file is the mesh that was laid flat, with the place of each corner in the plane:
+
+     "surface": {"kind": "mesh", "vertex": [[x, y, z], ...], "normal": [[x, y, z], ...], "triangle": [[0, 1, 2], ...],
+                 "uv": [[u, v], ...], "boundary": [0, 1, ...]}
 
 A key that is absent has its default. Ground that is a function of u is written as the points of its line. Surfaces made
 of functions cannot be written; such a wall has no drawing.
@@ -36,6 +41,7 @@ from cyclopean.assembly import Assembly
 from cyclopean.design.walls.dressing import Coping, Quoins, foot_line
 from cyclopean.design.walls.joints import Masonry
 from cyclopean.design.walls.line_work import pattern_of_cells
+from cyclopean.design.walls.mapped import Mapped
 from cyclopean.design.walls.openings import Opening
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, Seeds, draw_from
 from cyclopean.design.walls.polygonal import PolygonalWall, laid_wall
@@ -68,6 +74,7 @@ _SURFACES: dict[str, Callable[..., Surface]] = {
     "cone": Cone,
     "cylinder": Cylinder,
     "heights": HeightGrid,
+    "mesh": Mapped,
     "plane": Plane,
     "sphere": Sphere,
     "twist": Twist,
@@ -216,8 +223,9 @@ def _settings(value: Any, where: str) -> PatternSettings:
     for key, made in (("quoins", Quoins), ("coping", Coping)):
         if row.get(key) is not None:
             row[key] = _built(made, mapping(row[key], f"{where}: {key}"), f"{where}: {key}")
-    if row.get("base") is not None:
-        row["base"] = tuple((u, v) for u, v in _numbers(row["base"], f"{where}: base", 2))
+    for key in ("base", "outline"):
+        if row.get(key) is not None:
+            row[key] = tuple((u, v) for u, v in _numbers(row[key], f"{where}: {key}", 2))
     return _built(PatternSettings, row, where)
 
 
@@ -256,6 +264,11 @@ def _surface(value: Any, where: str) -> Surface:
     if kind == "heights":
         relief = array(row.get("relief"), f"{where}: relief")
         row["relief"] = np.array(_numbers(relief, f"{where}: relief", len(relief[0]) if relief else 0))
+    if kind == "mesh":
+        for key, width in (("vertex", 3), ("normal", 3), ("uv", 2), ("triangle", 3)):
+            row[key] = np.array(_numbers(row.get(key), f"{where}: {key}", width)).reshape(-1, width)
+        ring = array(row.get("boundary"), f"{where}: boundary")
+        row["boundary"] = [number(x, f"{where}: boundary[{k}]") for k, x in enumerate(ring)]
     return _built(_SURFACES[kind], row, where)
 
 

@@ -12,6 +12,7 @@ import tempfile
 import uuid
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from cyclopean.io.bodies import Body, assembly_of, placed
 from cyclopean.io.fields import array, label, parsed, refuse_unfolded
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import stone_colours
+from cyclopean.io.rhino_faces import face_bodies
 from cyclopean.io.rhino_json import mesh_shape, rhino_mesh
 from cyclopean.io.round_trip import (
     TOLD,
@@ -43,7 +45,7 @@ from cyclopean.io.round_trip import (
 )
 from cyclopean.io.units import metres, stated_units
 
-__all__ = ["read_rhino", "rhino_bytes"]
+__all__ = ["read_rhino", "read_rhino_faces", "rhino_bytes"]
 
 KIND = "cyclopean"  # user text: stone, contact, load or force
 STONES, CONTACTS, LOADS, FORCES = "Stones", "Contacts", "Loads", "Forces"
@@ -234,18 +236,9 @@ def read_rhino(path: str, stem: str, data: bytes, units: str | None) -> tuple[As
     InputError
         It is damaged, holds no solid, is in a unit that is not known, or says something that a model file may not say.
     """
-    rhino = _library(f"{path}: ")
-    refuse_damaged(path, data)
-    try:
-        file = rhino.File3dm.FromByteArray(data)
-        if file is None:
-            raise InputError(f"{path}: is a damaged 3DM file, or is cut off; save it again in Rhino")
-        said = str(file.Settings.ModelUnitSystem).rpartition(".")[2]
-        unit, warnings = stated_units(path, "" if said in _UNSAID else _UNITS.get(said, said), units)
+    with _opened(path, data, units) as (file, unit, warnings):
         found = _found(path, file, unit, len(data))
         rest = file.Strings[KIND]
-    except (RuntimeError, ValueError, TypeError, IndexError) as error:
-        raise InputError(f"{path}: is a damaged 3DM file ({type(error).__name__}); save it again in Rhino") from None
     if not found.stones:
         raise InputError(f"{path}: {_no_meshes(found)}")
     warnings += _passed_over(path, found)
@@ -259,6 +252,38 @@ def read_rhino(path: str, stem: str, data: bytes, units: str | None) -> tuple[As
     if found.contacts or found.loads:
         warnings.append(f"{path}: some meshes have no id of their own; contacts and loads in it are left out")
     return assembly, (*warnings, *made)
+
+
+def read_rhino_faces(path: str, data: bytes, units: str | None) -> tuple[list[Body], list[str]]:
+    """Read every mesh and every face of a surface or polysurface, in metres: those of surfaces as they are sampled.
+
+    Raises
+    ------
+    InputError
+        It is damaged, in a unit that is not known, or a face can neither be sampled nor has it a render mesh.
+    """
+    bodies: list[Body] = []
+    with _opened(path, data, units) as (file, unit, warnings):
+        for geometry, _, called, matrix in _placed(path, file, len(data)):
+            for body in face_bodies(f"{path}: {label(called)}" if called else path, geometry):
+                vertices, faces = placed(matrix, body.vertices, body.faces)
+                bodies.append(Body(called or None, metres(vertices, unit), list(faces)))
+    return bodies, warnings
+
+
+@contextmanager
+def _opened(path: str, data: bytes, units: str | None) -> Iterator[tuple[Any, str, list[str]]]:
+    """The archive, its unit, and what was assumed; what the library cannot read in it is damage."""
+    rhino = _library(f"{path}: ")
+    refuse_damaged(path, data)
+    try:
+        file = rhino.File3dm.FromByteArray(data)
+        if file is None:
+            raise InputError(f"{path}: is a damaged 3DM file, or is cut off; save it again in Rhino")
+        said = str(file.Settings.ModelUnitSystem).rpartition(".")[2]
+        yield file, *stated_units(path, "" if said in _UNSAID else _UNITS.get(said, said), units)
+    except (RuntimeError, ValueError, TypeError, IndexError) as error:
+        raise InputError(f"{path}: is a damaged 3DM file ({type(error).__name__}); save it again in Rhino") from None
 
 
 def _counted(kinds: Counter[str]) -> str:

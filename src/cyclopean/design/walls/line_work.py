@@ -55,7 +55,9 @@ class LineReading:
         None, "DXF or SVG of the joints, whose faces are the stones; instead of a pattern from seeds.", metavar="F"
     )
     units: str | None = option(
-        None, "Unit of the lengths in `drawing`, such as mm, where it does not say it.", metavar="U"
+        None,
+        "Unit of the lengths in `drawing` or in the file of `surface`, such as mm, where that does not say it.",
+        metavar="U",
     )
     scale: float = option(1.0, "Of `drawing`: N where it is drawn at 1 : N.", "number", metavar="N", above=0.0)
     snap: float | None = option(

@@ -20,6 +20,7 @@ True
 True
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -44,11 +45,13 @@ from cyclopean.geometry import Subdivision, arrangement, dissolved, merged, powe
 from cyclopean.options import option
 
 __all__ = [
+    "AreaRatio",
     "Kind",
     "Pattern",
     "PatternSettings",
     "Readout",
     "Seeds",
+    "beyond_outline",
     "draw_from",
     "draw_pattern",
     "drawing_seeds",
@@ -58,8 +61,12 @@ __all__ = [
 
 LEAST_SEEDS = 3  # fewer make no pattern
 PASSES = 12  # of culling; a cull makes its neighbours larger, so few are needed
-EVENING = 0.4  # weight for each mean cell that an area lacks; a weight of 1 adds two in a grid of squares
+EVENING = 0.4  # weight for each mean cell that an area lacks
+WEIGHED = 2.0  # mean cells that a weight of 1 adds in a grid of squares
+LEAST_VOID = 1e-9  # of the rectangle: what is smaller between it and an outline is rounding
 RIM = 0.15  # of the spacing: no seed starts nearer to the end of a row than this
+
+AreaRatio = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +93,7 @@ class PatternSettings:
     coping: Coping | None = None
     base: Foot = None  # heights of the ground: a function of u, or points from end to end
     base_radius: float | None = None  # of circular ground: positive = highest in the middle
+    outline: tuple[tuple[float, float], ...] | None = None  # m, counter-clockwise; None = the whole rectangle
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -98,6 +106,7 @@ class PatternSettings:
         within("max_bed", self.max_bed, 0.0, 90.0)
         not_negative("size_grade", self.size_grade)
         object.__setattr__(self, "openings", tuple(self.openings))
+        _check_outline(self.outline)
         if self.columns * self.rows < LEAST_SEEDS:
             raise InputError(
                 f"columns: {self.columns} x {self.rows} rows makes {self.columns * self.rows} seeds; "
@@ -172,13 +181,15 @@ class _Frame:
     field: float  # of that, without dressed stones (m2)
 
 
-def draw_pattern(settings: PatternSettings | None = None) -> Pattern:
+def draw_pattern(settings: PatternSettings | None = None, area_ratio: AreaRatio | None = None) -> Pattern:
     """Draw the pattern of a polygonal wall; the same settings give the same pattern to the bit.
 
     Parameters
     ----------
     settings : PatternSettings, optional
         The defaults of `PatternSettings` otherwise.
+    area_ratio : callable, optional
+        As of `drawing_seeds`.
 
     Returns
     -------
@@ -191,11 +202,19 @@ def draw_pattern(settings: PatternSettings | None = None) -> Pattern:
         Openings that do not fit, no field left for seeds, or more slivers than stones.
     """
     settings = settings or PatternSettings()
-    return draw_from(drawing_seeds(settings), settings)
+    return draw_from(drawing_seeds(settings, area_ratio), settings)
 
 
-def drawing_seeds(settings: PatternSettings) -> Seeds:
+def drawing_seeds(settings: PatternSettings, area_ratio: AreaRatio | None = None) -> Seeds:
     """Seeds as `draw_pattern` uses them: on the jittered grid, clear of openings and dressed stones, and relaxed.
+
+    Parameters
+    ----------
+    settings : PatternSettings
+        All of it.
+    area_ratio : callable, optional
+        Of points (n, 2) m: area (n,) of the stone's face there for a square metre of the pattern. Seeds are weighted
+        so that stones are as large as they would be where it is 1 throughout.
 
     Raises
     ------
@@ -205,6 +224,11 @@ def drawing_seeds(settings: PatternSettings) -> Seeds:
     frame = _frame(settings)
     site, weight = _seeds(settings, frame)
     target = np.exp(weight)
+    if area_ratio is not None:
+        share = 1.0 / area_ratio(frame.origin + site * frame.spacing)
+        share /= share.mean()
+        target *= share
+        weight = weight + (share - 1.0) / WEIGHED
     for _ in range(settings.lloyd):
         site, weight = _relaxed(settings, frame, site, weight, target)
     return Seeds(site, weight)
@@ -301,6 +325,7 @@ def _frame(settings: PatternSettings) -> _Frame:
     fitting(settings.openings, width, peak, top)
     clear = tuple(clear_shape(opening) for opening in settings.openings)
     ground = () if foot is None else (np.concatenate([[[0.0, -height], [width, -height]], foot[::-1]]),)
+    beyond = beyond_outline(settings, ground)
     heads = [stone for opening in settings.openings for stone in head_stones(opening)]
     named = list(heads)
     if settings.coping:
@@ -318,13 +343,50 @@ def _frame(settings: PatternSettings) -> _Frame:
         named += [("quoin", stone) for stone in quoin_stones(settings.quoins, lines, width, foot, taken)]
     start = np.array([low, 0.0 if foot is None else float(foot[:, 1].min())])
     spacing = (np.array([high, top]) - start) / np.array([settings.columns, settings.rows])
-    dressed, void = tuple(stone for _, stone in named), (*clear, *ground)
+    dressed, void = tuple(stone for _, stone in named), (*clear, *ground, *beyond)
     polygons = [shapely.polygons(shape) for shape in (*void, *dressed)]
     wall, hole, cover = shapely.box(0.0, 0.0, width, height), *map(shapely.union_all, (polygons[: len(void)], polygons))
     shapely.prepare(cover)
     area = width * height - float(shapely.area(shapely.intersection(hole, wall)))
     left = area - float(sum(shapely.area(polygons[len(void) :])))
     return _Frame(lines, start, spacing, foot, clear, dressed, tuple(k for k, _ in named), void, cover, area, left)
+
+
+def beyond_outline(settings: PatternSettings, ground: Sequence[Floats] = ()) -> tuple[Floats, ...]:
+    """Rings (k, 2) m about what of the rectangle is neither in the wall's outline nor in the ground.
+
+    Raises
+    ------
+    InputError
+        An opening that leaves the outline, but for its sill.
+    """
+    import shapely
+
+    if settings.outline is None:
+        return ()
+    whole = shapely.box(0.0, 0.0, settings.width, settings.height)
+    wall, earth = shapely.polygons(settings.outline), shapely.union_all([shapely.polygons(ring) for ring in ground])
+    part = shapely.get_parts(shapely.difference(shapely.difference(whole, wall), earth))
+    part = part[shapely.area(part) > LEAST_VOID * settings.width * settings.height]
+    beyond = shapely.union_all(part)
+    for k, one in enumerate(settings.openings, 1):
+        shape = shapely.multipolygons(
+            [shapely.polygons(p) for p in (clear_shape(one), *(s for _, s in head_stones(one)))]
+        )
+        if len(part) and not shapely.distance(shape, beyond) > 1e-6 * settings.width:
+            raise InputError(f"openings: number {k} with its head leaves the outline of the wall; move it")
+    return tuple(shapely.get_coordinates(one)[:-1] for one in part)
+
+
+def _check_outline(outline: tuple[tuple[float, float], ...] | None) -> None:
+    """Refuse an outline that is no simple ring."""
+    import shapely
+
+    if outline is None:
+        return
+    ring = sealed("outline", outline, None, 2)
+    if not (len(ring) >= 3 and shapely.is_valid(shapely.polygons(ring)) and shapely.is_ccw(shapely.linearrings(ring))):
+        raise InputError("outline: is no ring that runs counter-clockwise and does not cross itself")
 
 
 def _seeds(settings: PatternSettings, frame: _Frame) -> tuple[Floats, Floats]:

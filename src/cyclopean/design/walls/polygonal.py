@@ -11,6 +11,7 @@ from cyclopean.assembly import Assembly, SteepBed
 from cyclopean.design.walls.beds import bedded, without_bed
 from cyclopean.design.walls.improve import Chosen, improvements, standing
 from cyclopean.design.walls.joints import JointReadout, Masonry, Warped, jointed
+from cyclopean.design.walls.mapped import Mapped
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.design.walls.surfaces import Plane, Surface, Thickness, refuse_folds
 
@@ -73,6 +74,8 @@ def polygonal_wall(
         An option that cannot be built, a pattern that cannot be drawn, a surface that bends more than the depth allows.
     """
     pattern = settings or PatternSettings()
+    if isinstance(surface, Mapped):
+        pattern = _on_sheet(pattern, surface)
     whole = pattern.settings if isinstance(pattern, Pattern) else pattern
     bed = surface if surface is not None else Plane(), Thickness(depth, batter), Masonry(density, mu, warped)
     refuse_folds(*bed[:2], whole.width, whole.height)
@@ -81,6 +84,14 @@ def polygonal_wall(
     patterns = improvements(pattern, until=float(improve))
     chosen = standing(patterns, lambda pattern: verdict(laid_wall(pattern, *bed).assembly))
     return replace(laid_wall(patterns[chosen.place], *bed), chosen=chosen)
+
+
+def _on_sheet(pattern: PatternSettings | Pattern, surface: Mapped) -> Pattern:
+    """The pattern on a surface that has an end: drawn to cover it, or as it was drawn if it lies within."""
+    if isinstance(pattern, PatternSettings):
+        return draw_pattern(surface.fitted(pattern), surface.area_ratio)
+    surface.refuse_outside(pattern.subdivision)
+    return pattern
 
 
 def laid_wall(pattern: Pattern, surface: Surface, thickness: Thickness, masonry: Masonry) -> PolygonalWall:

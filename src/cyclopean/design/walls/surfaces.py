@@ -17,7 +17,7 @@ By hand: on a cylinder of radius 2 the far side of a quarter turn lies at (2, 2)
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +34,7 @@ __all__ = [
     "Plane",
     "ReturnPlane",
     "Ruled",
+    "Sheet",
     "Sphere",
     "Surface",
     "Thickness",
@@ -51,6 +52,14 @@ class Surface(Protocol):
 
     def at(self, uv: Floats) -> tuple[Floats, Floats]:
         """Points (m) and outward unit normals."""
+
+
+@runtime_checkable
+class Sheet(Surface, Protocol):
+    """A surface that has an end, and knows itself where its offsets fold."""
+
+    def refuse_folds(self, thickness: "Thickness") -> None:
+        """Refuse a wall whose back would fold into itself, with the place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,6 +311,11 @@ def tightest_radius(surface: Surface, width: float, height: float) -> float:
 
     By differences of points and normals on a grid: the largest eigenvalue of I^-1 II, II = S_i . n_j.
     """
+    return _tightest(surface, width, height)[0]
+
+
+def _tightest(surface: Surface, width: float, height: float) -> tuple[float, Floats]:
+    """That radius, and (2,) u and v (m) where it is."""
     size = float(np.hypot(width, height))
     step = STEP * min(width, height)
     u, v = (np.linspace(step, s - step, SAMPLES) for s in (width, height))
@@ -312,8 +326,9 @@ def tightest_radius(surface: Surface, width: float, height: float) -> float:
     turn = [(a[1] - b[1]) / (2.0 * step) for a, b in zip(ahead, behind, strict=True)]
     first = np.array([[(a * b).sum(1) for b in face] for a in face]).transpose(2, 0, 1)
     second = np.array([[(a * b).sum(1) for b in turn] for a in face]).transpose(2, 0, 1)
-    bend = float(np.linalg.eigvals(np.linalg.solve(first, second)).real.max())
-    return 1.0 / bend if bend > 1e-7 / size else np.inf
+    bends = np.linalg.eigvals(np.linalg.solve(first, second)).real.max(axis=1)
+    bend, place = float(bends.max()), grid[int(bends.argmax())]
+    return 1.0 / bend if bend > 1e-7 / size else np.inf, place
 
 
 def refuse_folds(surface: Surface, thickness: Thickness, width: float, height: float) -> None:
@@ -324,11 +339,13 @@ def refuse_folds(surface: Surface, thickness: Thickness, width: float, height: f
     InputError
         The surface bulges with a radius that does not exceed the depth.
     """
-    radius = tightest_radius(surface, width, height)
+    if isinstance(surface, Sheet):
+        return surface.refuse_folds(thickness)
+    radius, (u, v) = _tightest(surface, width, height)
     if not radius > thickness.depth * (1.0 + 1e-6):
         raise InputError(
-            f"surface: it bends with a radius of {radius:.3g} m, not more than the wall's depth {thickness.depth:g} m; "
-            "bend it less or make the wall thinner"
+            f"surface: it bends with a radius of {radius:.3g} m at u = {u:.3g}, v = {v:.3g} m, not more than the "
+            f"wall's depth {thickness.depth:g} m; bend it less or make the wall thinner"
         )
 
 
