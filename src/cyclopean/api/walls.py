@@ -137,7 +137,8 @@ def polygonal_wall(
     improve : bool or float
         Move and weight the seeds until the stones interlock as well as they can be made to, or with this score J.
     **options
-        How a drawing or a surface's file is read: `units`; a drawing only: `scale`, `snap`, `deviation`, `layer`, as `LineReading` says.
+        How a drawing or the file of a surface is read: `units`; and how a drawing is: `scale`, `snap`, `deviation`,
+        `layer`, as `LineReading` says.
 
     Returns
     -------

@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
 
-from cyclopean.cli import wall_options
+from cyclopean.api import wall_options
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import long_work, warn

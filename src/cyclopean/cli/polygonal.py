@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopean.api import wall_options
 from cyclopean.api.walls import chosen_pattern
-from cyclopean.cli import wall_options
 from cyclopean.cli.command import command, some, written
 from cyclopean.cli.make import Material
 from cyclopean.cli.outputs import Files, planned

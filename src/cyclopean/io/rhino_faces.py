@@ -11,9 +11,9 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import Body
-from cyclopean.io.rhino_json import mesh_shape
+from cyclopean.io.rhino_json import Units, decoded, in_metres, mesh_shape
 
-__all__ = ["DEVIATION", "face_bodies"]
+__all__ = ["DEVIATION", "face_bodies", "surface_bodies"]
 
 DEVIATION = 1e-4  # of the face's diagonal, 0.3 mm of a wall of 3 m: how far the mesh may lie off the surface
 FIRST = 8  # cells along the longer side to begin with: fewer see no wave
@@ -44,6 +44,12 @@ def face_bodies(where: str, geometry: Any) -> list[Body]:
         turned = _fills(brep, face) and face.OrientationIsReversed
         found.append(Body(None, body.vertices, [ring[::-1] for ring in body.faces]) if turned else body)
     return found
+
+
+def surface_bodies(where: str, data: object, units: Units) -> list[Body]:
+    """Read every face of a surface or polysurface that is JSON, in m; errors as `rhino_json.mesh_body`."""
+    found = face_bodies(where, decoded(where, data, "GeometryBase"))
+    return [Body(None, in_metres(where, one.vertices, units), one.faces) for one in found]
 
 
 def _points(face: Any, s: Floats, t: Floats) -> Floats:

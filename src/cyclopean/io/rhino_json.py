@@ -26,6 +26,8 @@ __all__ = [
     "Pose",
     "Units",
     "curve_pieces",
+    "decoded",
+    "in_metres",
     "mesh_body",
     "mesh_json",
     "mesh_shape",
@@ -96,15 +98,15 @@ def mesh_body(where: str, data: object, units: Units) -> Body:
     InputError
         It is no mesh, or the archive is cut off.
     """
-    corner, faces = mesh_shape(_decoded(where, data, "Mesh"))
+    corner, faces = mesh_shape(decoded(where, data, "Mesh"))
     if not faces:
         raise InputError(f"{where}: has no faces; a stone is a closed mesh")
-    return Body(None, _metres(where, corner, units), faces)
+    return Body(None, in_metres(where, corner, units), faces)
 
 
 def curve_pieces(where: str, data: object, units: Units) -> tuple[Curve, ...]:
     """Read a curve, in m, as pieces end to end; errors as `mesh_body`."""
-    return tuple(_piece(where, part, units) for part in _simple(_decoded(where, data, "Curve")))
+    return tuple(_piece(where, part, units) for part in _simple(decoded(where, data, "Curve")))
 
 
 def _simple(curve: Any) -> list[Any]:
@@ -117,16 +119,16 @@ def _simple(curve: Any) -> list[Any]:
 def _piece(where: str, curve: Any, units: Units) -> Curve:
     corners = curve.TryGetPolyline()
     if corners is not None:
-        return straight(_metres(where, _rows(corners[k] for k in range(corners.Count)), units))
+        return straight(in_metres(where, _rows(corners[k] for k in range(corners.Count)), units))
     ends = curve.Domain.T0, curve.Domain.T1
-    return sampled(lambda t: _metres(where, _rows(map(curve.PointAt, t.tolist())), units), *ends)
+    return sampled(lambda t: in_metres(where, _rows(map(curve.PointAt, t.tolist())), units), *ends)
 
 
 def _rows(points: Iterable[Any]) -> Floats:
     return np.array([(p.X, p.Y, p.Z) for p in points], np.float64).reshape(-1, 3)
 
 
-def _decoded(where: str, data: object, kind: str) -> Any:
+def decoded(where: str, data: object, kind: str) -> Any:
     """The object of a kind that JSON holds.
 
     Raises
@@ -183,7 +185,8 @@ def rhino_mesh(vertices: Floats, rings: Iterable[Sequence[int]]) -> Any:
     return mesh
 
 
-def _metres(where: str, values: Floats, units: Units) -> Floats:
+def in_metres(where: str, values: Floats, units: Units) -> Floats:
+    """Coordinates (n, 3) of the document in m; what is not finite or far too large is refused."""
     found = metres(values, units)
     if not (np.abs(found) <= REACH).all():
         raise InputError(f"{where}: a coordinate is not a finite number below 1e12 m; check the units")
@@ -238,7 +241,7 @@ def polyline_json(points: Floats, units: Units, *, closed: bool = True) -> dict[
 
 def point_of(where: str, data: object, units: Units) -> Floats:
     """Read a point (3,), in m; errors as `vector_of`."""
-    return _metres(where, vector_of(where, data), units)
+    return in_metres(where, vector_of(where, data), units)
 
 
 def vector_of(where: str, data: object) -> Floats:
@@ -282,7 +285,7 @@ def plane_of(where: str, data: object, units: Units) -> Pose:
     if not (np.abs(turn @ turn.T - np.eye(3)).max() <= STRAIGHT and np.linalg.det(turn) > 0.0):
         raise InputError(f"{where}: its axes are not of length one and square to each other: a stone keeps its shape")
     left, _, right = np.linalg.svd(turn)  # the nearest rotation: the digits of a document are not all there are
-    return left @ right, _metres(where, shift, units)
+    return left @ right, in_metres(where, shift, units)
 
 
 def plane_json(pose: Pose, units: Units) -> dict[str, dict[str, float]]:

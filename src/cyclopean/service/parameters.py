@@ -7,6 +7,7 @@ Values are of these types, lengths of geometry in m:
     Text     str              Line    (2, 3) from and to, out only
     Boolean  bool             Point, Vector  (3,)
                               Plane   Pose
+                              Surface list of Body, one a face, in only
 
 A function is given one value for an input of access "item" (None where it is optional and nothing is connected), a
 list for "list", and a dict from path to list for "tree". It gives the same, where "tree" is a list of branches.
@@ -19,7 +20,7 @@ from typing import Any, Literal
 
 __all__ = ["Access", "Answer", "Component", "Context", "Input", "Kind", "Output"]
 
-Kind = Literal["Number", "Integer", "Text", "Boolean", "Mesh", "Curve", "Line", "Point", "Vector", "Plane"]
+Kind = Literal["Number", "Integer", "Text", "Boolean", "Mesh", "Curve", "Line", "Point", "Vector", "Plane", "Surface"]
 Access = Literal["item", "list", "tree"]
 
 

@@ -23,6 +23,7 @@ from typing import Any
 from cyclopean.errors import InputError, spelt
 from cyclopean.io.fields import array, mapping, parsed, text
 from cyclopean.io.files import one_line
+from cyclopean.io.rhino_faces import surface_bodies
 from cyclopean.io.rhino_json import (
     Units,
     curve_pieces,
@@ -49,6 +50,7 @@ TYPES: dict[Kind, str] = {
     "Number": "System.Double", "Integer": "System.Int32", "Text": "System.String", "Boolean": "System.Boolean",
     "Mesh": "Rhino.Geometry.Mesh", "Curve": "Rhino.Geometry.PolylineCurve", "Line": "Rhino.Geometry.Line",
     "Point": "Rhino.Geometry.Point3d", "Vector": "Rhino.Geometry.Vector3d", "Plane": "Rhino.Geometry.Plane",
+    "Surface": "Rhino.Geometry.Brep",  # so Grasshopper sends what flows through its parameter of surfaces
 }  # fmt: skip
 Request = Mapping[str, Any]
 
@@ -220,6 +222,7 @@ READERS: dict[Kind, Callable[[str, object, Units], Any]] = {
     "Point": point_of,
     "Vector": lambda where, value, _: vector_of(where, value),
     "Plane": plane_of,
+    "Surface": surface_bodies,
 }
 
 

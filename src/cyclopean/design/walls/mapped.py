@@ -1,14 +1,15 @@
 """A designer's surface: an open mesh laid flat, so that a pattern in metres can be laid on it.
 
 The mesh is a sheet with one boundary (`geometry.unfolding.sheet`); laid flat as rigidly as possible, a metre of the
-pattern is a metre on the surface but for a stretch that is told. The plane is turned so that v runs up, which is the way
-in which the height grows on the whole; of a rectangle that is not upright, along the side that is nearest to that. The
-pattern lies within the flat boundary. Where that is a rectangle, to within `FACETS`, everything is as on the surfaces
-of formulas; else it is the outline of the wall, whose lower edge, as far as it is no steeper than `STEEP`, stands on
-the ground.
+pattern is a metre on the surface but for a stretch that is told. The plane is turned so that v runs up, the way in
+which the height grows on the whole; of a rectangle that is not upright, along the side that is nearest to that. The pattern
+lies within the flat boundary. Where that is a rectangle, to within `FACETS`, everything is as on the surfaces of
+formulas; else it is the outline of the wall, whose lower edge, as far as it is no steeper than `STEEP`, stands on the
+ground.
 
 Between the corners of a triangle point and normal are linear, so that the mesh itself is the face of the wall; normals
-of corners are those of paraboloids fitted to the corners near them (Cazals & Pouget 2005). A point a little beyond the boundary lies on the plane of the nearest triangle.
+of corners are those of paraboloids fitted to the corners near them (Cazals & Pouget 2005). A point a little beyond the
+boundary lies on the plane of the nearest triangle.
 
 The wall lies behind the mesh, against its normals. Offsets along them fold where a triangle of the mesh, offset by t
 with its normals n, is turned over: (e1 - t dn1) x (e2 - t dn2) . n = 0 for a t up to the depth, e = sides, dn =
@@ -183,8 +184,9 @@ class Mapped:
         first = int(folds.argmin())
         if not folds[first] > thickness.depth * (1.0 + 1e-6):
             raise InputError(
-                f"surface: it bends with a radius of {folds[first]:.3g} m near {place_text(corner[first].mean(axis=0))} m, "
-                f"not more than the wall's depth {thickness.depth:g} m; bend it less there or make the wall thinner"
+                f"surface: it bends with a radius of {folds[first]:.3g} m near "
+                f"{place_text(corner[first].mean(axis=0))} m, not more than the wall's depth {thickness.depth:g} m; "
+                "bend it less there or make the wall thinner"
             )
 
 

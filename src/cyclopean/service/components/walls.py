@@ -1,8 +1,9 @@
 """Polygonal Wall: a wall of polygonal stones with exact joints, flat or round in plan."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from cyclopean.api import wall_options
 from cyclopean.api.walls import chosen_pattern
 from cyclopean.design.walls.line_work import LineReading
 from cyclopean.errors import InputError
@@ -10,37 +11,39 @@ from cyclopean.service.inputs import option_inputs, option_values
 from cyclopean.service.meshes import block_meshes, contact_curves, model_text
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
+if TYPE_CHECKING:
+    from cyclopean.design.walls.pattern import Pattern, PatternSettings
+    from cyclopean.design.walls.surfaces import Surface
+
 __all__ = ["POLYGONAL_WALL"]
 
 MOST_STONES = 3000  # in a wall that is drawn while somebody waits
 
 PATTERN = {
     "Width": "width", "Height": "height", "Columns": "columns", "Rows": "rows", "Seed": "seed", "Jitter": "jitter",
-    "Relaxation": "lloyd", "Coursing": "coursing", "Size Grade": "size_grade",
+    "Relaxation": "lloyd", "Coursing": "coursing", "Size Grade": "size_grade", "Sliver": "sliver",
 }  # fmt: skip
 
 
 def _polygonal_wall(given: Mapping[str, Any], _: Context) -> Answer:
     """Draw the wall."""
     from cyclopean.design.walls.interlock import interlock
-    from cyclopean.design.walls.pattern import PatternSettings
     from cyclopean.design.walls.polygonal import polygonal_wall
-    from cyclopean.design.walls.surfaces import Cylinder
 
-    if not abs(given["Columns"] * given["Rows"]) <= MOST_STONES:
-        raise InputError(f"Columns: more than {MOST_STONES:,} stones; ask for fewer")
-    wanted = {field: given[name] for name, field in PATTERN.items()}
-    settings = PatternSettings(
-        **wanted, courses=max(given["Rows"], 1), openings=tuple(_opening(text) for text in given["Openings"])
+    surface, said = _designed(given)
+    pattern = _pattern(given)
+    if surface is None:
+        surface = _formed(given, pattern)
+    made = polygonal_wall(
+        pattern,
+        surface=surface,
+        depth=given["Depth"],
+        batter=given["Batter"],
+        density=given["Density"],
+        mu=given["Friction"],
+        warped=given["Warped"],
+        improve=given["Improve"],
     )
-    reading = option_values({name: given[name] for name in ("Snap", "Deviation")}, LineReading())
-    pattern = chosen_pattern(settings, reading, max_bed=given["Max Bed"], sheet=_sheet(given))
-    whole = pattern if isinstance(pattern, PatternSettings) else pattern.settings
-    if not isinstance(pattern, PatternSettings) and not len(pattern.subdivision) <= MOST_STONES:
-        raise InputError(f"Drawing: shows more than {MOST_STONES:,} stones; draw a part of them")
-    radius = given["Radius"]
-    surface = Cylinder(radius, whole.width / 2.0) if radius else None
-    made = polygonal_wall(pattern, surface=surface, depth=given["Depth"], batter=given["Batter"])
     ground, *stones = made.assembly.blocks
     contacts = made.assembly.contacts
     values = {
@@ -49,9 +52,58 @@ def _polygonal_wall(given: Mapping[str, Any], _: Context) -> Answer:
         "Ground": block_meshes([ground])[0],
         "Joints": [] if contacts is None else contact_curves(contacts),
         "Interlock": interlock(made.pattern, depth=given["Depth"]).score,
+        "Coverage": made.pattern.readout.coverage,
+        "Crossings": made.pattern.readout.crossings,
         "Model": model_text(made.assembly),
     }
-    return Answer(values, made.pattern.notes)
+    return Answer(values, (*said, *made.pattern.notes))
+
+
+def _pattern(given: Mapping[str, Any]) -> "PatternSettings | Pattern":
+    """The pattern, or what to draw one from."""
+    from cyclopean.design.walls.pattern import PatternSettings
+
+    if not abs(given["Columns"] * given["Rows"]) <= MOST_STONES:
+        raise InputError(f"Columns: more than {MOST_STONES:,} stones; ask for fewer")
+    wanted = {field: given[name] for name, field in PATTERN.items() if given[name] is not None}
+    line, radius = wall_options.base("Base", given["Base"])
+    settings = PatternSettings(
+        **wanted,
+        courses=max(given["Rows"], 1),
+        openings=tuple(wall_options.opening("Openings", text) for text in given["Openings"]),
+        quoins=wall_options.quoins("Quoins", given["Quoins"]),
+        coping=wall_options.coping("Coping", given["Coping"]),
+        base=line,
+        base_radius=radius,
+    )
+    reading = option_values({name: given[name] for name in ("Snap", "Deviation")}, LineReading())
+    pattern = chosen_pattern(settings, reading, given["Courses"], given["Max Bed"], _sheet(given))
+    if not isinstance(pattern, PatternSettings) and not len(pattern.subdivision) <= MOST_STONES:
+        raise InputError(f"Drawing: shows more than {MOST_STONES:,} stones; draw a part of them")
+    return pattern
+
+
+def _designed(given: Mapping[str, Any]) -> "tuple[Surface | None, tuple[str, ...]]":
+    """The surface that is connected, laid flat, and what that costs; None where none is."""
+    from cyclopean.io.surfaces import surface_of
+
+    bodies, mesh = given["Surface"], given["Surface Mesh"]
+    said = [name for name in ("Surface", "Surface Mesh", "Form", "Radius") if given[name]]
+    if len(said) > 1:
+        raise InputError(f"{said[1]}: connect either {said[0]} or {said[1]}")
+    if bodies is None and mesh is None:
+        return None, ()
+    return surface_of(said[0], [mesh] if bodies is None else bodies)
+
+
+def _formed(given: Mapping[str, Any], pattern: "PatternSettings | Pattern") -> "Surface | None":
+    """The surface that a formula gives; None for a plane."""
+    from cyclopean.design.walls.surfaces import Cylinder
+
+    whole = getattr(pattern, "settings", pattern)
+    if given["Form"]:
+        return wall_options.surface("Form", given["Form"], whole.width, whole.height)
+    return Cylinder(given["Radius"], whole.width / 2.0) if given["Radius"] else None
 
 
 def _sheet(given: Mapping[str, Any]) -> Any:
@@ -61,21 +113,6 @@ def _sheet(given: Mapping[str, Any]) -> Any:
     layers = {"Drawing": "joints", "Clear Outlines": "opening", "Ground Line": "ground"}
     lines = [DrawnLine(pieces, layer) for name, layer in layers.items() for pieces in given[name]]
     return Sheet(tuple(lines), "m") if lines else None
-
-
-def _opening(text: str) -> Any:
-    """Read X,Z,W,H[,lintel|arch]: left jamb, sill, clear width and height in m."""
-    from cyclopean.design.walls.openings import Opening
-
-    *numbers, last = text.split(",")
-    head = last.strip().lower()
-    if head not in ("lintel", "arch"):
-        numbers, head = [*numbers, last], "lintel"
-    try:
-        left, sill, width, height = (float(number) for number in numbers)
-    except ValueError:
-        raise InputError(f"Openings: '{text[:40]}' should be X,Z,W,H or X,Z,W,H,arch, in metres") from None
-    return Opening(left, width, height, sill, "arch" if head == "arch" else "lintel")
 
 
 POLYGONAL_WALL = Component(
@@ -107,6 +144,23 @@ POLYGONAL_WALL = Component(
         Input("Ground Line", "GL", "Curve", "What the drawn wall stands on; its level edges at the lowest height where"
               " not given.", "list", optional=True),
         *option_inputs(LineReading, "snap deviation"),
+        Input("Surface", "Sf", "Surface", "What the wall lies on: one face, laid flat; Width and Height are then its"
+              " own.", optional=True),
+        Input("Surface Mesh", "SM", "Mesh", "The same as an open mesh with one boundary.", optional=True),
+        Input("Form", "Fo", "Text", "The same by a formula: cylinder:R, cone:R,DEG, sphere:R,DEG or twist:DEG.",
+              optional=True),
+        Input("Courses", "Cs", "Integer", "Number of courses [as many as Rows].", optional=True),
+        Input("Sliver", "Sl", "Number", "Stones thinner than this share are culled [0.18].", optional=True),
+        Input("Quoins", "Q", "Text", "Corner stones at both ends (m): LONG,SHORT, LONG,SHORT,HEIGHT or auto.",
+              optional=True),
+        Input("Coping", "Cp", "Text", "A row of stones on top (m): HEIGHT, HEIGHT,LENGTH or auto.", optional=True),
+        Input("Base", "Ba", "Text", "Line of the ground (m): U:V,U:V,... or radius:R.", optional=True),
+        Input("Warped", "Wa", "Text", "What becomes of joints that are not flat: auto, triangles or plane.",
+              default="auto"),
+        Input("Improve", "Im", "Boolean", "Move stones until they interlock better and the wall stands.",
+              default=False),
+        Input("Density", "rho", "Number", "Of every block (kg/m3); not said where not given.", optional=True),
+        Input("Friction", "mu", "Number", "Coefficient of every joint; not said where not given.", optional=True),
     ),
     (
         Output("Stones", "S", "Mesh", "The stones.", "list"),
@@ -114,6 +168,8 @@ POLYGONAL_WALL = Component(
         Output("Ground", "G", "Mesh", "The block that they stand on; it is held."),
         Output("Joints", "J", "Curve", "Outlines of the joints.", "list"),
         Output("Interlock", "I", "Number", "Score of the interlock, 0 to 1."),
+        Output("Coverage", "Cv", "Number", "Area of the stones over that of the wall less its openings."),
+        Output("Crossings", "X", "Integer", "Corners at which four or more stones meet."),
         Output("Model", "M", "Text", "The wall with its exact joints, for Check and Sequence."),
     ),
     _polygonal_wall,

@@ -1,4 +1,4 @@
-"""Options of `make polygonal` whose text says more than one number."""
+"""Options of polygonal walls whose text says more than one number."""
 
 from typing import TYPE_CHECKING
 
