@@ -195,6 +195,34 @@ def test_a_wall_is_drawn_by_curves(server) -> None:
     assert refused["errors"] == ["columns: is of a pattern from seeds; leave it out, or Drawing"]
 
 
+def test_a_wall_lies_on_a_surface_or_on_a_mesh(server) -> None:
+    """A tilted rectangle of 2 x 1 m as a surface and as a mesh, in mm: the same stones, but for rounding."""
+    import rhino3dm
+
+    corner = [(0, 0, 0), (2, 0, 0), (2, 0.6, 0.8), (0, 0.6, 0.8)]
+    rails = [
+        rhino3dm.LineCurve(*(rhino3dm.Point3d(*(1000 * x for x in corner[k])) for k in ends))
+        for ends in ((0, 1), (3, 2))
+    ]
+    brep = rhino3dm.Brep.CreateFromSurface(
+        rhino3dm.NurbsSurface.CreateRuledSurface(*(rail.ToNurbsCurve() for rail in rails))
+    )
+    face = Geometry("Brep", brep.Encode())
+    options = {"Columns": 4, "Rows": 2, "Density": 2400.0, "Quoins": "auto"}
+    answers = [
+        server.done("polygonal-wall", {**options, **way}, "Millimeters")
+        for way in ({"Surface": face}, {"Surface Mesh": mesh(corner, [(0, 1, 2, 3)])})
+    ]
+    for answer in answers:
+        assert one(answer, "Coverage") == pytest.approx(1.0, abs=1e-9)
+        assert one(answer, "Crossings") >= 0
+        assert "2 x 1 m laid flat" in answer["warnings"][0]
+    stones = [[points(made) for made in outputs(answer)["Stones"]["{0}"]] for answer in answers]
+    assert max(np.abs(a - b).max() for a, b in zip(*stones, strict=True)) < 0.01
+    both = server.solve("polygonal-wall", {"Surface": face, "Radius": 3.0})
+    assert both["errors"] == ["Radius: connect either Surface or Radius"]
+
+
 def test_stones_are_matched_carved_and_checked(server) -> None:
     """The chain that a definition has: what one component gives, the next one takes."""
     match = server.done("match", {"Stones": two_stones(), "Cells": tower(), "Points": 256})
@@ -277,7 +305,7 @@ def test_a_folder_is_read_only_where_it_is_allowed(server, folder) -> None:
         ("limit", {"Blocks": tower(), "Push": vector(0.0, 0, 0)}, "push: is zero"),
         ("polygonal-wall", {"Width": -1.0}, "width"),
         ("polygonal-wall", {"Columns": 10**6}, "Columns: more than"),
-        ("polygonal-wall", {"Openings": ["door"]}, "Openings: 'door' should be"),
+        ("polygonal-wall", {"Openings": ["door"]}, "Openings: 'door' is not a number"),
         ("polygonal-wall", {"Radius": 0.01}, ""),
         ("match", {"Stones": tower(), "Cells": []}, r"Cells (C): nothing is connected"),
         ("match", {"Cells": tower()}, "Stones: nothing is connected"),

@@ -12,7 +12,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.design.matching.ascent import FAR, FlatWall, Obstacles
-from cyclopean.design.walls.pattern import Pattern, seed_grid
+from cyclopean.design.walls.pattern import Pattern, beyond_outline, seed_grid
 from cyclopean.design.walls.polygonal import PolygonalWall
 from cyclopean.design.walls.surfaces import Surface
 from cyclopean.geometry.polygon import convex_pieces
@@ -73,7 +73,7 @@ def _obstacles(pattern: Pattern) -> Obstacles:
     """Openings, dressed stones and ground, in convex pieces."""
     cells = pattern.subdivision
     rings = [cells.ring(k) for k, kind in enumerate(pattern.kind) if kind != "stone"]
-    rings += list(pattern.openings)
+    rings += [*pattern.openings, *beyond_outline(pattern.settings)]
     corners = [ring[piece] for ring in rings for piece in convex_pieces(ring)]
     if pattern.foot is not None:
         below = np.array([0.0, pattern.settings.height])

@@ -2,10 +2,10 @@
 
 The mesh is a sheet with one boundary (`geometry.unfolding.sheet`); laid flat as rigidly as possible, a metre of the
 pattern is a metre on the surface but for a stretch that is told. The plane is turned so that v runs up, the way in
-which the height grows on the whole; of a rectangle that is not upright, along the side that is nearest to that. The pattern
-lies within the flat boundary. Where that is a rectangle, to within `FACETS`, everything is as on the surfaces of
-formulas; else it is the outline of the wall, whose lower edge, as far as it is no steeper than `STEEP`, stands on the
-ground.
+which the height grows on the whole; of a rectangle that is not upright, along the side that is nearest to that. The
+pattern lies within the flat boundary. Where that is a rectangle, to within `FACETS`, everything is as on the surfaces
+of formulas; else it is the outline of the wall, whose lower edge, as far as it is no steeper than `STEEP`, stands on
+the ground.
 
 Between the corners of a triangle point and normal are linear, so that the mesh itself is the face of the wall; normals
 of corners are those of paraboloids fitted to the corners near them (Cazals & Pouget 2005). A point a little beyond the

@@ -223,15 +223,19 @@ def drawing_seeds(settings: PatternSettings, area_ratio: AreaRatio | None = None
     """
     frame = _frame(settings)
     site, weight = _seeds(settings, frame)
-    target = np.exp(weight)
-    if area_ratio is not None:
-        share = 1.0 / area_ratio(frame.origin + site * frame.spacing)
-        share /= share.mean()
-        target *= share
-        weight = weight + (share - 1.0) / WEIGHED
+    size = np.exp(weight)
+    weight = weight + (_shares(area_ratio, frame, site) - 1.0) / WEIGHED
     for _ in range(settings.lloyd):
-        site, weight = _relaxed(settings, frame, site, weight, target)
+        site, weight = _relaxed(settings, frame, site, weight, size * _shares(area_ratio, frame, site))
     return Seeds(site, weight)
+
+
+def _shares(area_ratio: AreaRatio | None, frame: _Frame, site: Floats) -> Floats:
+    """(n,) areas in the pattern that are equal on the surface, 1 in the mean."""
+    if area_ratio is None:
+        return np.ones(len(site))
+    share = 1.0 / area_ratio(frame.origin + site * frame.spacing)
+    return np.asarray(share / share.mean())
 
 
 def seed_grid(settings: PatternSettings) -> tuple[Floats, Floats]:
@@ -326,6 +330,7 @@ def _frame(settings: PatternSettings) -> _Frame:
     clear = tuple(clear_shape(opening) for opening in settings.openings)
     ground = () if foot is None else (np.concatenate([[[0.0, -height], [width, -height]], foot[::-1]]),)
     beyond = beyond_outline(settings, ground)
+    _refuse_leaving(settings.openings if beyond else (), beyond, width)
     heads = [stone for opening in settings.openings for stone in head_stones(opening)]
     named = list(heads)
     if settings.coping:
@@ -353,29 +358,27 @@ def _frame(settings: PatternSettings) -> _Frame:
 
 
 def beyond_outline(settings: PatternSettings, ground: Sequence[Floats] = ()) -> tuple[Floats, ...]:
-    """Rings (k, 2) m about what of the rectangle is neither in the wall's outline nor in the ground.
-
-    Raises
-    ------
-    InputError
-        An opening that leaves the outline, but for its sill.
-    """
+    """Rings (k, 2) m about what of the rectangle is neither in the wall's outline nor in the ground."""
     import shapely
 
     if settings.outline is None:
         return ()
     whole = shapely.box(0.0, 0.0, settings.width, settings.height)
-    wall, earth = shapely.polygons(settings.outline), shapely.union_all([shapely.polygons(ring) for ring in ground])
-    part = shapely.get_parts(shapely.difference(shapely.difference(whole, wall), earth))
+    wall = shapely.union_all([shapely.polygons(ring) for ring in (settings.outline, *ground)])
+    part = shapely.get_parts(shapely.difference(whole, wall))
     part = part[shapely.area(part) > LEAST_VOID * settings.width * settings.height]
-    beyond = shapely.union_all(part)
-    for k, one in enumerate(settings.openings, 1):
-        shape = shapely.multipolygons(
-            [shapely.polygons(p) for p in (clear_shape(one), *(s for _, s in head_stones(one)))]
-        )
-        if len(part) and not shapely.distance(shape, beyond) > 1e-6 * settings.width:
-            raise InputError(f"openings: number {k} with its head leaves the outline of the wall; move it")
     return tuple(shapely.get_coordinates(one)[:-1] for one in part)
+
+
+def _refuse_leaving(openings: Sequence[Opening], beyond: Sequence[Floats], width: float) -> None:
+    """Refuse openings that, with their heads, leave the outline of the wall but for their sills."""
+    import shapely
+
+    for k, one in enumerate(openings, 1):
+        parts = [clear_shape(one), *(stone for _, stone in head_stones(one))]
+        far = shapely.distance(*(shapely.union_all([shapely.polygons(p) for p in x]) for x in (parts, beyond)))
+        if not far > 1e-6 * width:
+            raise InputError(f"openings: number {k} with its head leaves the outline of the wall; move it")
 
 
 def _check_outline(outline: tuple[tuple[float, float], ...] | None) -> None:
