@@ -89,8 +89,8 @@ def every_joint_is_shared(wall: Any) -> bool:
     return True
 
 
-def main(folder: Path) -> None:
-    """Make the surfaces, lay walls on them, and check those."""
+def surfaces(folder: Path) -> list[tuple[str, dict[str, Any]]]:
+    """Write the surfaces: the name of each file, and the options of the wall on it."""
     write_obj(folder / "dome.obj", grid(dome))
     write_ply(folder / "wavy.ply", grid(wavy))
     door = (Opening(2.1, 0.9, 1.7, head="arch"),)
@@ -100,8 +100,13 @@ def main(folder: Path) -> None:
     ]
     if importlib.util.find_spec("rhino3dm") is not None:
         write_3dm(folder / "saddle.3dm")
-        walls.append(("saddle.3dm", {"columns": 8, "rows": 6, "depth": 0.3}))
-    for name, options in walls:
+        walls.insert(0, ("saddle.3dm", {"columns": 8, "rows": 6, "depth": 0.3}))
+    return walls
+
+
+def main(folder: Path) -> None:
+    """Make the surfaces, lay walls on them, and check those."""
+    for name, options in surfaces(folder):
         made = cyclopean.polygonal_wall(surface=folder / name, **options)
         print(made.pattern.notes[0].replace(str(folder), "").lstrip("/"))
         result = cyclopean.check(made)

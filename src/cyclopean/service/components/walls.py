@@ -98,9 +98,10 @@ def _designed(given: Mapping[str, Any]) -> "tuple[Surface | None, tuple[str, ...
 
 def _formed(given: Mapping[str, Any], pattern: "PatternSettings | Pattern") -> "Surface | None":
     """The surface that a formula gives; None for a plane."""
+    from cyclopean.design.walls.pattern import PatternSettings
     from cyclopean.design.walls.surfaces import Cylinder
 
-    whole = getattr(pattern, "settings", pattern)
+    whole = pattern if isinstance(pattern, PatternSettings) else pattern.settings
     if given["Form"]:
         return wall_options.surface("Form", given["Form"], whole.width, whole.height)
     return Cylinder(given["Radius"], whole.width / 2.0) if given["Radius"] else None
