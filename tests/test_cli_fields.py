@@ -69,7 +69,7 @@ TYPED = [
     (["--display", "d.json", "--chamfer", "-1"], "--chamfer: must not be negative"),
     (["--display", "d.json", "--chamfer", "0.2"], "--chamfer: 0.2 m is not less than"),
     (["--warped", "flat"], "--warped: 'flat' is not one of"),
-    (["--improve", "K"], "--improve: 'K' is not one of"),
+    (["--improve", "K"], "--improve K: expected J"),
 ]
 
 

@@ -275,7 +275,7 @@ def test_improve_raises_the_interlock_score(run):
     assert scores[1] >= max(0.9, scores[0])
     assert run("check", "wall.json")[0] == 0
     status, _, err = run("make", "polygonal", "--out", "other.json", "--improve", "K")
-    assert (status, err) == (2, "cyclopean: error: --improve: 'K' is not one of J\n")
+    assert (status, err) == (2, "cyclopean: error: --improve K: expected J, or the score to be reached, up to 1\n")
 
 
 def test_a_wall_is_drawn_where_that_is_asked_for(run):
