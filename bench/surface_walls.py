@@ -34,14 +34,19 @@ def shorter(svg: str) -> str:
         first, *rest = ([float(x) for x in pair.split(",")] for pair in found[1].split())
         steps, (x, y) = [], first
         for u, v in rest:
-            steps.append(f"{u - x:.1f},{v - y:.1f}".replace(".0", "").replace(",-", "-"))
+            step = f"{u - x:.1f},{v - y:.1f}".replace(".0", "").replace(",-", "-")
+            steps.append(re.sub(r"(?<!\d)0\.", ".", step))
             x, y = u, v
-        name = names.setdefault(found[2], f"c{len(names)}")
+        tint = "#" + "".join(f"{min(255, (int(found[2][k : k + 2], 16) + 2) // 4 * 4):02x}" for k in (1, 3, 5))
+        name = names.setdefault(tint, f"c{len(names)}")  # shades nearer than 4 of 255 are one
         return f'<path class="{name}" d="M{first[0]:g},{first[1]:g}l{" ".join(steps)}z"/>'
 
     drawn = re.sub(r'<polygon points="([^"]*)" fill="([^"]*)" stroke="[^"]*"/>', way, svg)
-    style = "".join(f".{name}{{fill:{colour};stroke:{colour}}}" for colour, name in names.items())
-    return drawn.replace("</title>", f"</title><style>{style}</style>", 1)
+    same = re.compile(r'(<path class="(c\d+)" d="[^"]*)"/><path class="\2" d="')
+    while same.search(drawn):
+        drawn = same.sub(r"\1", drawn)
+    style = "".join(f".{name}{{color:{colour}}}" for colour, name in names.items())
+    return drawn.replace("</title>", f"</title><style>path{{fill:currentColor;stroke:currentColor}}{style}</style>", 1)
 
 
 def main(given: Sequence[str] | None = None) -> None:

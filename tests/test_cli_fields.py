@@ -21,7 +21,14 @@ ONLY_PYTHON = {  # what no option says
     "rounds", "seconds", "tolerance", "lines", "wall", "middle", "ruled width", "ruled height", "surface width",
     "surface height", "return plane x", "improve",
 }  # fmt: skip
-NOT_SAID = {"settings", "length", "left", "right", "corner"}  # of dataclasses and functions; no refusal begins so
+NOT_SAID = {
+    "settings",
+    "length",
+    "left",
+    "right",
+    "corner",
+    "outline",
+}  # of dataclasses and functions; no refusal begins so
 
 TYPED = [
     (["--width", "0"], "--width: must be more than 0"),
