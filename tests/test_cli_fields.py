@@ -18,6 +18,7 @@ from cyclopean.design.walls.pattern import PatternSettings
 
 WALLS = Path(polygonal.__file__).parent
 ONLY_PYTHON = {  # what no option says
+    "outline",
     "rounds", "seconds", "tolerance", "lines", "wall", "middle", "ruled width", "ruled height", "surface width",
     "surface height", "return plane x", "improve",
 }  # fmt: skip

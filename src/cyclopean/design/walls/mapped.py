@@ -80,6 +80,9 @@ class Mapped:
             raise InputError("surface: as many normals and places in the plane as corners are needed")
         if not all(0 <= x.min(initial=0) and x.max(initial=0) < len(self.uv) for x in (self.triangle, self.boundary)):
             raise InputError("surface: a triangle names a corner that is not there")
+        ring = self.uv[self.boundary]
+        if not (len(ring) >= 3 and shapely.is_valid(shapely.polygons(ring)) and np.all(self._stretch() > 0.0)):
+            raise InputError("surface: its boundary crosses itself in the plane, or a triangle is turned over there")
         outline, (width, height) = _outline(self.uv[self.boundary])
         for name, value in (("outline", outline), ("width", width), ("height", height)):
             object.__setattr__(self, name, value)
@@ -109,8 +112,11 @@ class Mapped:
     @property
     def stretch(self) -> tuple[float, float]:
         """Least and greatest length on the surface of a metre in the pattern."""
-        each = stretch(self.vertex, self.uv, self.triangle)
+        each = self._stretch()
         return float(each.min()), float(each.max())
+
+    def _stretch(self) -> Floats:
+        return stretch(self.vertex, self.uv, self.triangle)
 
     @property
     def told(self) -> str:
