@@ -24,6 +24,7 @@ ONLY_PYTHON = {  # what no option says
 }  # fmt: skip
 NOT_SAID = {
     "settings",
+    "outline",  # of a surface
     "length",
     "left",
     "right",

@@ -171,6 +171,7 @@ def test_a_description_is_what_hops_understands(component) -> None:
         assert all(map(len, names))
         assert {p["ParamType"] for p in told[side]} <= {
             "Number", "Integer", "Text", "Boolean", "Mesh", "Curve", "Line", "Point", "Vector", "Plane",
+            "Surface",
         }  # fmt: skip
     kinds = {"Number": float, "Integer": int, "Text": str, "Boolean": bool}
     for p, given_ in zip(told["Inputs"], component.inputs, strict=True):
