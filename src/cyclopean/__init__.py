@@ -19,6 +19,7 @@ if typing.TYPE_CHECKING:
         card,
         carve,
         check,
+        interlock,
         limit,
         match,
         polygonal_wall,
@@ -54,6 +55,7 @@ __all__ = [
     "check",
     "detect",
     "dome",
+    "interlock",
     "limit",
     "match",
     "polygonal_wall",
@@ -79,8 +81,8 @@ __getattr__, __dir__ = _lazy_exports(
     __name__,
     {
         "analysis": "LimitResult Result Settings",
-        "api": "StoneCarving StoneMatch build_sequence card carve check limit match polygonal_wall save settle verify"
-        " verify_file",
+        "api": "StoneCarving StoneMatch build_sequence card carve check interlock limit match polygonal_wall save"
+        " settle verify verify_file",
         "api.notebook": "load_ipython_extension",
         "assembly": "Assembly Block Contacts Load detect",
         "design": "arch dome stack vault wall",

@@ -16,7 +16,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.api.saving import save
     from cyclopean.api.stones import StoneCarving, StoneMatch, carve, match, settle
     from cyclopean.api.verifying import verify, verify_file
-    from cyclopean.api.walls import chosen_pattern, polygonal_wall
+    from cyclopean.api.walls import chosen_pattern, interlock, polygonal_wall
 
 __all__ = [
     "HasAssembly",
@@ -29,6 +29,7 @@ __all__ = [
     "carve",
     "check",
     "chosen_pattern",
+    "interlock",
     "limit",
     "load_ipython_extension",
     "match",
@@ -50,6 +51,6 @@ __getattr__, __dir__ = _lazy_exports(
         "saving": "save",
         "stones": "StoneCarving StoneMatch carve match settle",
         "verifying": "verify verify_file",
-        "walls": "chosen_pattern polygonal_wall",
+        "walls": "chosen_pattern interlock polygonal_wall",
     },
 )

@@ -1,16 +1,18 @@
-"""A wall of polygonal stones in one call."""
+"""A wall of polygonal stones in one call, and the interlock of any wall."""
 
 import os
+import warnings
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, Unpack
 
-from cyclopean.api.inputs import Path, said
+from cyclopean.api.inputs import Model, Path, Reading, assembly_of, said
 from cyclopean.api.keywords import LineKeywords, given_to
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
     from cyclopean.design.walls.dressing import Coping, Foot, Quoins
+    from cyclopean.design.walls.front import WallInterlock
     from cyclopean.design.walls.joints import Warped
     from cyclopean.design.walls.line_work import LineReading
     from cyclopean.design.walls.openings import Opening
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.surfaces import Surface
     from cyclopean.io.line_work import Sheet
 
-__all__ = ["chosen_pattern", "polygonal_wall"]
+__all__ = ["chosen_pattern", "interlock", "interlocked", "polygonal_wall"]
 
 
 def chosen_pattern(
@@ -196,3 +198,66 @@ def polygonal_wall(
         improve=improve,
     )
     return replace(made, pattern=replace(made.pattern, notes=(*notes, *made.pattern.notes)))
+
+
+def interlock(
+    wall: Model,
+    *,
+    courses: int | None = None,
+    tolerance: float | None = None,
+    units: str | None = None,
+    strict: bool = False,
+) -> "WallInterlock":
+    """How well the stones of a wall interlock: the score J, the line of minimum trace, the rules of masons.
+
+    Parameters
+    ----------
+    wall : path, Assembly, anything with an `assembly`, or bodies
+        A wall that was drawn, negotiated, carved, settled, or read from any file; it is plane, or says how it was
+        drawn.
+    courses : int, optional
+        By which J is judged; those of the drawing, or as many as stones of that size make, where not given.
+    tolerance : float, optional
+        Distance along the wall (m) within which midpoints of head joints coincide; a tenth of their mean spacing where
+        not given.
+    units, strict : optional
+        As of `read_model`.
+
+    Returns
+    -------
+    WallInterlock
+        What was assumed in reading files is a `UserWarning`.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is no wall: an arch, a dome, a single course.
+
+    Examples
+    --------
+    >>> import cyclopean
+    >>> cyclopean.interlock(cyclopean.wall(5, 8, length=0.2, height=0.15)).minimum_trace.__round__()
+    1583
+    """
+    found, said = interlocked(wall, courses, tolerance, Reading(units, strict))
+    for line in said:
+        warnings.warn(line, stacklevel=2)
+    return found
+
+
+def interlocked(
+    wall: Model, courses: int | None, tolerance: float | None, reading: Reading
+) -> "tuple[WallInterlock, tuple[str, ...]]":
+    """`interlock`, and what was assumed in reading the wall."""
+    from cyclopean.design.walls.front import interlock_of_stones, interlock_of_wall
+    from cyclopean.design.walls.polygonal import PolygonalWall
+    from cyclopean.io import read_drawing
+    from cyclopean.io.files import one_line
+
+    drawn, stale = read_drawing(wall) if isinstance(wall, str | os.PathLike) else (getattr(wall, "drawn", wall), ())
+    if isinstance(drawn, PolygonalWall):
+        return interlock_of_wall(drawn, courses=courses, tolerance=tolerance), ()
+    assembly, said = assembly_of(wall, reading)
+    if isinstance(wall, str | os.PathLike):
+        assembly = replace(assembly, name=one_line(wall))  # what is refused is refused by the name of the file
+    return interlock_of_stones(assembly, courses=courses, tolerance=tolerance), (*said, *stale)

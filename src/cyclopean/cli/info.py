@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.api.inputs import Reading
+from cyclopean.api.walls import interlocked
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import long_work, warn
@@ -27,22 +28,39 @@ BAR = 30  # signs for the class of sizes with most stones
 def info(
     model: Annotated[str, argument("MODEL", "Model file, or a folder of scanned stones.", source=True)],
     stones: Annotated[bool, Option("The file holds found stones, not a structure.", "flag")] = False,
+    interlock: Annotated[bool, Option("Also J, the line of minimum trace and the rules of masons.", "flag")] = False,
+    courses: Annotated[
+        int | None,
+        Option("Of `interlock`: by which J is judged [those drawn].", "whole", metavar="N", least=1),
+    ] = None,
     reading: Reading = Reading(),
     files: Annotated[Files, written("json")] = Files({}),
 ) -> int:
     """Say what is in a model file, or in a folder of stones."""
+    if courses is not None and not interlock:
+        raise InputError.of("courses", None, "is of the interlock; give `interlock` too")
     if stones or os.path.isdir(model):
+        if interlock:
+            raise InputError.of("interlock", None, "is that of a wall; found stones have none before they are laid")
         return _info_of_stones(model, reading, files)
 
     from cyclopean import io
+    from cyclopean.view.masons_words import interlock_lines
 
     found, warnings = io.read_mended(model, reading.units, reading.strict)
     done = [{"block": name, "done": [one.text for one in what]} for name, what in found.done]
     data = _contents(found) | {"format": io.file_format(model), "mended": done}
+    told = _lines(data)
+    if interlock:
+        with long_work(f"measuring {model}"):
+            bond, said = interlocked(model, courses, None, reading)
+        warnings = tuple(dict.fromkeys((*warnings, *said)))
+        data["interlock"] = io.interlock_dict(bond)
+        told += interlock_lines(bond)
     for warning in warnings:
         warn(warning)
     files.write({"json": lambda: data})
-    files.tell(data, _lines(data))
+    files.tell(data, told)
     return 0
 
 

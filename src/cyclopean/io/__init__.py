@@ -13,6 +13,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.io.drawings import drawing_dict, read_drawing
     from cyclopean.io.exchange import exchange_paths, write_exchange
     from cyclopean.io.findings import read_findings
+    from cyclopean.io.interlocks import interlock_dict
     from cyclopean.io.line_work import read_line_work
     from cyclopean.io.orders import read_order
     from cyclopean.io.stones import inventory_dict, read_stones, write_stones
@@ -22,6 +23,7 @@ __all__ = [
     "drawing_dict",
     "exchange_paths",
     "file_format",
+    "interlock_dict",
     "inventory_dict",
     "json_text",
     "limit_dict",
@@ -53,6 +55,7 @@ __getattr__, __dir__ = _lazy_exports(
         "drawings": "drawing_dict read_drawing",
         "exchange": "exchange_paths write_exchange",
         "findings": "read_findings",
+        "interlocks": "interlock_dict",
         "line_work": "read_line_work",
         "orders": "read_order",
         "stones": "inventory_dict read_stones write_stones",

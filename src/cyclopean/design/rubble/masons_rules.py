@@ -26,7 +26,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.design.rubble.height_map import rasters
 from cyclopean.errors import InputError
 
-__all__ = ["Faces", "MasonsRules", "Stone", "masons_rules"]
+__all__ = ["Faces", "MasonsRules", "Stone", "masons_rules", "seen_front"]
 
 CELLS = 80  # through the wall: 0.5 cm where it is 40 cm thick
 FINE = 75  # cells of the elevation to the median height of a stone: a path cuts a corner by 0.8 of one
@@ -208,6 +208,25 @@ def _elevation(stones: Sequence[Stone], faces: Faces, back: bool) -> _Elevation:
     seen = np.unique(label[stone])
     gap = (below | _between(below)) & ~stone
     return _Elevation(np.where(below, label[tuple(nearest)], -1), gap, _extents(label, len(stones)), near, seen, cell)
+
+
+def seen_front(stones: Sequence[Stone], faces: Faces) -> tuple[Ints, float]:
+    """The front as it is seen.
+
+    Returns
+    -------
+    label : (w, h) int
+        Stone that is seen, the nearest one in joints; -1 in all that a disc can reach which is half as high as a stone
+        and touches none: around the wall, and in openings.
+    cell : float
+        m.
+    """
+    front = _elevation(stones, faces, False)
+    reach = 0.25 * float(np.median([np.ptp(s.vertices[:, 2]) for s in stones])) / front.cell
+    label = np.pad(np.where(front.open, -1, front.label), int(reach) + 2, constant_values=-1)
+    far, nearest = distance_transform_edt(label < 0, return_indices=True)
+    free = distance_transform_edt(far <= reach) <= reach
+    return np.where(free, -1, label[tuple(nearest)]), front.cell
 
 
 def _extents(label: Ints, count: int) -> Ints:

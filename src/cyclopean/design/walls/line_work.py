@@ -37,7 +37,17 @@ from cyclopean.geometry import Subdivision, dissolved, subdivide
 from cyclopean.geometry.line_net import Faces, LineNet, faces, noded
 from cyclopean.options import check_options, option
 
-__all__ = ["GROUND", "OPENING", "Line", "LineReading", "LineWork", "pattern_of", "pattern_of_cells", "usual_snap"]
+__all__ = [
+    "GROUND",
+    "OPENING",
+    "Line",
+    "LineReading",
+    "LineWork",
+    "pattern_of",
+    "pattern_of_cells",
+    "usual_grid",
+    "usual_snap",
+]
 
 OPENING = ("opening", "openings", "door", "doors", "window", "windows", "void", "voids")
 GROUND = ("ground", "base", "foot")
@@ -297,9 +307,8 @@ def pattern_of_cells(
     import shapely
 
     width, height = np.ptp(cells.vertex, axis=0).tolist()
-    rows = _courses(cells, height) if courses is None else at_least("courses", courses, 1)
+    columns, rows = usual_grid(cells, courses)
     area = float(cells.areas().sum())
-    columns = max(1, round(len(cells) * width * height / (area * rows)), -(-LEAST // rows))
     settings = PatternSettings(width, height, columns, rows, courses=rows, max_bed=90.0)
     settings = settings if max_bed is None else replace(settings, max_bed=max_bed)
     whole = shapely.coverage_union_all(cells.polygons())
@@ -320,9 +329,12 @@ def pattern_of_cells(
     return Pattern(cells, tuple(kind), course, lines, clear, foot, readout, settings)
 
 
-def _courses(cells: Subdivision, height: float) -> int:
-    """How many courses stones of this size make in a wall of a height (m)."""
+def usual_grid(cells: Subdivision, courses: int | None = None) -> tuple[int, int]:
+    """Columns and courses of a wall of as many stones of the same size; `courses` where they are given."""
     corner = cells.vertex[cells.index]
     low, high = (chosen.reduceat(corner, cells.start[:-1]) for chosen in (np.minimum, np.maximum))
-    wide, tall = (high - low).mean(axis=0)
-    return max(1, round(height * float(np.sqrt(len(cells) * wide / (tall * cells.areas().sum())))))
+    (wide, tall), (width, height) = (high - low).mean(axis=0), np.ptp(cells.vertex, axis=0)
+    area = float(cells.areas().sum())
+    usual = max(1, round(float(height * np.sqrt(len(cells) * wide / (tall * area)))))
+    rows = usual if courses is None else at_least("courses", courses, 1)
+    return max(1, round(len(cells) * float(width * height) / (area * rows)), -(-LEAST // rows)), rows
