@@ -213,6 +213,7 @@ def test_cells_can_move(stones, wall, here) -> None:
     cyclopean.save(wall, "drawn.json")
     moved = cyclopean.match(stones, wall, weight=2.0, points=64, negotiate=0.5, rounds=1)
     assert moved.drawn is not None
+    assert moved.interlock == tuple(cyclopean.interlock(w).interlock.score for w in (wall, moved))
     assert moved.assembly.blocks[1].id == moved.drawn.assembly.blocks[1].id
     by_path = cyclopean.match(stones, "drawn.json", weight=2.0, points=64, negotiate=0.5, rounds=1)
     assert by_path.imposition == pytest.approx(moved.imposition, abs=1e-9)

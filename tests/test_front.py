@@ -74,9 +74,9 @@ def test_walls_of_experiments_have_the_trace_that_is_reported(height: float, cou
 
 
 def test_open_joints_are_seen_on_a_raster() -> None:
-    found = interlock_of_stones(opened(wall(5, 8, length=0.2, height=0.15)))
+    found = interlock_of_stones(opened(wall(5, 8, length=0.2, height=0.15), 0.995))
     assert (found.seen, found.interlock.score, found.courses) == ("elevation", 1.0, 8)
-    assert found.minimum_trace == pytest.approx(1583.3, rel=0.02)
+    assert found.minimum_trace == pytest.approx(1583.3, rel=0.03)  # across gaps it cuts corners
     assert found.interlock.head_length == pytest.approx(36 * 0.15, rel=0.02)
 
 
@@ -153,7 +153,7 @@ def test_info_tells_the_interlock(run, tmp_path) -> None:
     assert drawn["masons"]["through_stones"] == pytest.approx(40 / 5.4, rel=0.01)
     told = run("info", mesh, "--interlock")[1]
     assert "mm to the m of height along joints" in told
-    assert "head joints stand above each other in 2 places" in told
+    assert "head joints stand above each other in 1 place, through up to 4 courses" in told
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,7 @@ class StoneMatch:
     rounds: "tuple[Round, ...]" = ()  # of a negotiation
     supports: str = ""  # which blocks are held, where that was said
     warnings: tuple[str, ...] = ()
+    interlock: tuple[float, float] | None = None  # J before and after a negotiation
 
     @property
     def assembly(self) -> "Assembly":
@@ -171,22 +172,24 @@ def matched(
     from cyclopean.design.matching.cells import cells_of
     from cyclopean.design.matching.match import match_stones
     from cyclopean.design.matching.negotiation import negotiate
+    from cyclopean.design.walls.interlock import interlock as score_of
     from cyclopean.design.walls.polygonal import PolygonalWall
 
-    drawn = wall if isinstance(wall, PolygonalWall) else None
+    drawn, scores = wall if isinstance(wall, PolygonalWall) else None, None
     if wanted.negotiate > 0.0:
         drawn, said = _drawn(wall)
         done = negotiate(
             inventory, drawn, settings, wanted.negotiate, rounds=wanted.rounds, executor=executor, progress=progress
         )
         cells, found, said = cells_of(done.wall.assembly), done.match, (*said, *done.notes)
+        scores = score_of(drawn.pattern).score, score_of(done.wall.pattern).score
         drawn, rounds = done.wall, done.rounds
     else:
         assembly, said = assembly_of(wall)
         cells, rounds = cells_of(assembly, held_blocks(assembly, wanted.supports)[0]), ()
         found = match_stones(inventory, cells, settings, executor, progress)
     notes = (*said, *_unfilled(found, cells), *found.notes)
-    return StoneMatch(found, inventory.stones, cells, drawn, rounds, wanted.supports, notes)
+    return StoneMatch(found, inventory.stones, cells, drawn, rounds, wanted.supports, notes, scores)
 
 
 def _drawn(wall: Model) -> "tuple[PolygonalWall, tuple[str, ...]]":

@@ -128,7 +128,7 @@ def _data(
         {"Lambda": r.imposition, "gap": r.gap, "carved": r.carved, "void": r.void, "seconds": r.seconds}
         for r in found.rounds
     ]
-    return match_dict(
+    said = match_dict(
         found.match,
         found.stones,
         found.cells,
@@ -138,6 +138,9 @@ def _data(
         rounds=rounds,
         settings=asked | {"weight": found.match.weight},
     )
+    if found.interlock is not None:
+        said["J"] = dict(zip(("before", "after"), found.interlock, strict=True))
+    return said
 
 
 def _unlike(inventory: "Inventory", cells: "Cells") -> tuple[str, ...]:
@@ -175,6 +178,8 @@ def _lines(data: dict[str, Any], inventory: "Inventory", files: Files) -> list[s
         f"  most is carved off {worst['stone']} for {worst['cell']}: lambda {worst['lambda']:.3f}",
         "  datum    Lambda 0.27 was built: Cyclopean Cannibalism (Clifford & McGee 2018)",
     ]
+    if "J" in data:
+        lines.append(f"  J        {data['J']['before']:.3f} as drawn, {data['J']['after']:.3f} as negotiated")
     for k, row in enumerate(data["rounds"]):
         lines.append(f"  round {k:<2} Lambda {row['Lambda']:.4f}, gap {row['gap']:.4f}, {row['seconds']:.1f} s")
     return lines + files.line()

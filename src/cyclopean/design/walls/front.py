@@ -45,6 +45,7 @@ __all__ = ["WallInterlock", "interlock_of_stones", "interlock_of_wall"]
 LEAST = 3  # stones: fewer have no joint that another stone could lie across
 SNAP = 1e-3  # of the median height of stones: corners that are nearer to each other than this are one
 ALIGNED = 1.1  # times the smallest rectangle: up to this the one along x and y is the frame, as found stones are rough
+WIDE = 1.5  # times the height: wider, and it lies or vaults; a half dome has 2, the first course of found stones 1.2
 IN_PLANE = 0.6  # share of the plan that stones fill: less, and they bend round a curve or a corner
 SOLID = 0.5  # share of the elevation: less, and they span a void rather than fill a wall, as an arch does
 FACING = 0.5  # cosine to the front: steeper faces are sides of a stone
@@ -59,6 +60,7 @@ class WallInterlock:
 
     seen: str  # "drawing", "joints" (faces that fit) or "elevation" (a raster)
     interlock: Interlock
+    cells: Subdivision  # whose edges and corners those of the interlock are
     courses: int
     masons: MasonsRules | None  # of the meshes in the wall's plane; None where the wall is curved
     along: Floats | None  # (3,) unit vector along the wall, to the right as seen from the front; None where curved
@@ -106,9 +108,9 @@ def interlock_of_wall(
     else:
         found = _scored(pattern.subdivision, courses, tolerance, pattern.foot)
     if not isinstance(wall.surface, Plane):
-        return WallInterlock("drawing", found, courses, None, None, None)
+        return WallInterlock("drawing", found, pattern.subdivision, courses, None, None, None)
     stands = _standing(wall.assembly)
-    return WallInterlock("drawing", found, courses, _measured(stands), stands.along, stands.size)
+    return WallInterlock("drawing", found, pattern.subdivision, courses, _measured(stands), stands.along, stands.size)
 
 
 def interlock_of_stones(
@@ -143,7 +145,7 @@ def interlock_of_stones(
     if seen == "elevation":
         trace = np.nan if masons.trace_least is None else masons.trace_least
         found = replace(found, rules=replace(found.rules, trace=trace))
-    return WallInterlock(seen, found, rows, masons, stands.along, stands.size)
+    return WallInterlock(seen, found, cells, rows, masons, stands.along, stands.size)
 
 
 def _none(assembly: Assembly, why: str) -> InputError:
@@ -234,7 +236,7 @@ def _refuse_others(assembly: Assembly, points: list[Floats], size: Floats) -> No
         whole = shapely.union_all(hull)
         return float(shapely.area(whole) / shapely.area(shapely.convex_hull(whole)))
 
-    if size[1] > size[2]:
+    if size[1] > WIDE * size[2]:
         raise _none(
             assembly,
             f"it is {size[1]:.3g} m wide and {size[2]:.3g} m high: a dome, a vault or a floor, and no upright wall",

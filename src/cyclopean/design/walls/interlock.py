@@ -57,6 +57,7 @@ __all__ = [
     "interlock",
     "interlock_of",
     "joint_gaps",
+    "minimum_trace",
     "score",
     "usual_tolerance",
 ]
@@ -301,7 +302,7 @@ def _rules(cells: Subdivision, lines: Floats, head: Ints, depth: float | None, f
         lapped=float((lap >= 0.25 * (1.0 - 1e-9)).mean()) if len(lap) else np.nan,
         vertical_joint=rise,
         vertical_courses=rise / float(np.diff(lines).mean()),
-        trace=_trace(cells, foot),
+        trace=minimum_trace(cells, foot)[0],
         horizontality=float(run.sum() / along.sum()) if len(bed) else np.nan,
         through_stones=None if depth is None else len(cells),  # a drawn wall is one stone thick
         headers=None if depth is None else float((depth > high - low).mean()),
@@ -342,8 +343,22 @@ def _highest_joint(cells: Subdivision, head: Ints) -> float:
     return float((v - foot).max(initial=0.0))
 
 
-def _trace(cells: Subdivision, foot: Floats | None) -> float:
-    """Length of the shortest way along joints from the foot to the top / how high it climbs."""
+def minimum_trace(cells: Subdivision, foot: Floats | None = None) -> tuple[float, Ints]:
+    """The line of minimum trace: the shortest way along joints from the foot to the top, for what it climbs.
+
+    Parameters
+    ----------
+    cells : Subdivision
+    foot : (k, 2) float, optional
+        Line on which the wall stands (m), where that is not level.
+
+    Returns
+    -------
+    ratio : float
+        Its length over how high it climbs; nan where no joints lead from the foot to the top.
+    corners : (c,) int
+        Of the cells, from the top down.
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import dijkstra
 
@@ -354,6 +369,12 @@ def _trace(cells: Subdivision, foot: Floats | None) -> float:
     ground = np.full(len(outer), v.min()) if foot is None else np.interp(u[outer], foot[:, 0], foot[:, 1])
     low, top = outer[np.abs(v[outer] - ground) <= SAME * np.ptp(v)], outer[v[outer] == v.max()]
     graph = coo_array((length, (edge[:, 0], edge[:, 1])), shape=(len(v), len(v))).tocsr()
-    far, _, source = dijkstra(graph, directed=False, indices=low, min_only=True, return_predecessors=True)
+    far, before, source = dijkstra(graph, directed=False, indices=low, min_only=True, return_predecessors=True)
     top = top[np.isfinite(far[top])]
-    return float((far[top] / (v[top] - v[source[top]])).min()) if len(top) else np.nan
+    if not len(top):
+        return np.nan, top
+    ratio = far[top] / (v[top] - v[source[top]])
+    way = [int(top[ratio.argmin()])]
+    while before[way[-1]] >= 0:
+        way.append(int(before[way[-1]]))
+    return float(ratio.min()), np.array(way)
