@@ -29,7 +29,6 @@ NOT_SAID = {
     "left",
     "right",
     "corner",
-    "outline",
 }  # of dataclasses and functions; no refusal begins so
 
 TYPED = [
