@@ -150,9 +150,15 @@ def _of_stones(found: "MendedAssembly") -> "Floats":
     """Volumes (n,) m3 of the blocks that are sound and no supports."""
     import numpy as np
 
+    from cyclopean.assembly import supports
+
     wrong, assembly = {block for block, _ in found.faults}, found.assembly
-    stone = [block.fixed is not True and block.id not in wrong for block in assembly.blocks]
-    return np.asarray(assembly.mass.volume[np.array(stone, bool)])
+    try:
+        held = supports(assembly)[0]
+    except InputError:  # none are held; a check says so
+        held = np.zeros(len(assembly), bool)
+    sound = np.array([block.id not in wrong for block in assembly.blocks], bool)
+    return np.asarray(assembly.mass.volume[sound & ~held])
 
 
 def _steep_beds(assembly: "Assembly", contacts: "Contacts | None") -> "Sequence[SteepBed]":

@@ -18,7 +18,7 @@ SEEN = {
 def lines(m: MasonsRules) -> list[str]:
     """What was measured, in plain words."""
     said = [
-        f"void: {m.void:.0%} between the faces, {m.void_tops:.0%} below the stones' own tops",
+        f"void: {max(m.void, 0.0):.0%} between the faces, {max(m.void_tops, 0.0):.0%} below the stones' own tops",
         f"faces: stone in {m.face:.0%} of the front and {m.face_back:.0%} of the back; the top varies by "
         f"{1e3 * m.top:.0f} mm",
         f"tied: {m.through_stones:.1f} through-stones and {m.binders:.1f} binders to the m2 of face",
