@@ -6,6 +6,7 @@ Mutants killed: the gap of the larger body; a corner that others are lower than;
 face; the normal of the wrong body.
 """
 
+import json
 from dataclasses import replace
 from itertools import pairwise
 
@@ -175,6 +176,35 @@ def test_other_formats_hold_points(bar, tmp_path, ending):
     again = read_model(tmp_path / f"bar{ending}")[0].contacts
     for name in ("a", "b", "start", "point", "facing"):
         assert getattr(again, name) == pytest.approx(getattr(bar.contacts, name), abs=1e-12), name
+
+
+def test_points_do_not_pull(bar, tmp_path):
+    """A tension for all joints leaves them dry and says so; one of their own is refused."""
+    tipped = (5.0, 90.0)  # about its edge, which 1e5 Pa on any area would hold
+    dry, asked = (check(bar, Settings(method="rbe", mu=0.6, tilt=tipped, tension=pull)) for pull in (None, 1e5))
+    assert dry.verdict == asked.verdict == "unstable"
+    assert "2 of 2 contacts are points, which have no area to pull with: they stay dry" in asked.warnings
+    write_model(tmp_path / "bar.json", bar)
+    data = json.loads((tmp_path / "bar.json").read_text())
+    data["contacts"][0]["tension"] = 1e5
+    (tmp_path / "bar.json").write_text(json.dumps(data))
+    with pytest.raises(InputError, match="a point has no area to pull with; leave its tension out"):
+        read_model(tmp_path / "bar.json")
+
+
+def test_smooth_points_carry_what_is_square_to_them(bar):
+    """Four smooth corners of a stool hold it against gravity, and nothing sideways."""
+    ground, block = (body_of(*box(8.0, 8.0, 1.0, at=(-4.0, -4.0, -1.0))), solid(stool(0.2)))
+    contacts, _ = gathered({(0, 1): touching(block, [ground])[0]})
+    assert contacts.at_points.tolist() == [True] * 4
+    blocks = [
+        Block(name, body.vertices, tuple(map(tuple, body.triangles.tolist())), None, name == "ground")
+        for name, body in (("ground", ground), ("stool", block))
+    ]
+    standing = Assembly(tuple(blocks), contacts, ())
+    assert check(standing, Settings(method="rbe", mu=0.0)).verdict == "stable"
+    assert check(standing, Settings(method="cra", mu=0.0)).verdict == "stable"
+    assert check(standing, Settings(method="rbe", mu=0.0, tilt=(1.0, 0.0))).verdict == "unstable"
 
 
 def test_a_contact_that_is_no_point_proves_nothing(bar):

@@ -255,6 +255,9 @@ def _idle_options(assembly: Assembly, contacts: Contacts, settings: Settings) ->
     idle = []
     if settings.mu is not None and len(contacts) and not np.isnan(contacts.mu).any():
         idle.append(f"`mu` {settings.mu:g} has no effect: every contact of the model gives its own mu")
+    points = int(np.count_nonzero(contacts.at_points))
+    if points and (settings.tension is not None or settings.cohesion is not None):
+        idle.append(f"{points} of {len(contacts)} contacts are points, which have no area to pull with: they stay dry")
     if settings.tension is not None and len(contacts) and not np.isnan(contacts.strength_given).any():
         idle.append(f"`tension` {settings.tension:g} has no effect: every contact of the model gives its own tension")
     if settings.density is not None and all(b.density is not None for b in assembly.blocks):

@@ -183,8 +183,8 @@ class Contacts:
 
     @property
     def strength(self) -> Floats:
-        """(c,) Pa that each joint may pull; 0 where nothing is said."""
-        return np.nan_to_num(self.strength_given, nan=0.0)
+        """(c,) Pa that each joint may pull; 0 where nothing is said, and at points, which have no area to pull with."""
+        return np.where(self.at_points, 0.0, np.nan_to_num(self.strength_given, nan=0.0))
 
     @property
     def shares(self) -> Floats:

@@ -247,6 +247,8 @@ def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unk
             raise InputError(f"{where}: polygon has {len(polygon)} points; a contact needs at least 3")
         if len(polygon) != 1 and surface == "point":
             raise InputError(f"{where}: polygon has {len(polygon)} points; a contact at a point has 1, and a normal")
+        if pull and surface == "point":
+            raise InputError(f"{where}: a point has no area to pull with; leave its tension out")
         unknown.note(row, _CONTACT, "contact", where)
         pairs.append((a, b))
         polygons.append(metres(polygon, units))

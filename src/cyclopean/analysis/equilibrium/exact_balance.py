@@ -221,7 +221,7 @@ def _sliding(contacts: Contacts, system: EquilibriumSystem) -> tuple[Bools, Floa
         some = contacts.only(wanted)
         vectors, k = exact_area_vectors(some.point, some.start)
         whole = expanded(vectors, 2 * k)
-        whole[some.at_points, 0] = some.normal_given[some.at_points]
+        whole[some.at_points, :, 0] = some.normal_given[some.at_points]  # and nothing beyond a double
         normal[sliding] = whole[np.searchsorted(wanted, patch[sliding])]
     return sliding, normal, contacts.scale[patch]
 
