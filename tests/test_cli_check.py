@@ -304,12 +304,12 @@ def test_only_ratios_of_the_bounds_matter(run, cube):
 
 
 def test_an_option_of_rbe_chooses_it_and_says_so(run, cube):
-    status, out, err = run("check", cube, "--cone", "inscribed:8", "--eta", "5")
+    status, out, err = run("check", cube, "--weights", "1,2", "--eta", "5")
     assert status == 0
     assert "method rbe" in out
     assert sorted(err.splitlines()) == [
-        "cyclopean: warning: --cone inscribed:8: only rigid-block equilibrium has it, so the method is rbe",
         "cyclopean: warning: --eta: no effect, for only coupled analysis has it (--method cra)",
+        "cyclopean: warning: --weights 1,2: only rigid-block equilibrium has it, so the method is rbe",
     ]
     _, _, err = run("check", cube, "--eps", "2")
     assert err == "cyclopean: warning: --eps: no effect, for --eta and --beta-min follow it where they are not given\n"

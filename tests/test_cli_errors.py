@@ -38,7 +38,7 @@ ENTRY = [sys.executable, "-m", "cyclopean"]
         (["check", "a", "--solver", "magic"], "pip install 'cyclopean[osqp]'"),
         (["check", "a", "--method", "fem"], "--method"),
         (["check", "a", "--method", ""], "--method"),
-        (["check", "a", "--method", "cra", "--cone", "inscribed:4"], "use --method rbe"),
+        (["check", "a", "--method", "cra", "--weights", "1,2"], "use --method rbe"),
         (["check", "a", "--method", "cra", "--solver", "newton"], "use --method rbe"),
         (["check", "a", "--eps", "0"], "--eps"),
         (["check", "a", "--eps", "-1"], "--eps"),

@@ -274,7 +274,8 @@ def test_what_is_refused() -> None:
         ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "method": "cra"}, "only rigid-block equilibrium"),
         ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "tension": 1.0}, "do not go together"),
         ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "penalty": True}, "does not go with"),
-        ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "cone": "inscribed:8"}, "in exact cones"),
+        ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "cone": "inscribed:8"}, "leave out settlement"),
+        ({"settlement": (("springer-right", (1.0, 0, 0, 0, 0, 0)),), "solver": "clarabel"}, "exact cones alone"),
         ({"settlement": (("springer-right", (1.0, 0, 0)),)}, "six finite numbers"),
     ):
         with pytest.raises(InputError, match=line):

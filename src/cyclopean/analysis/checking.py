@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from cyclopean.analysis.equilibrium.rbe import tension
 from cyclopean.analysis.equilibrium.reference import parse_cone
 from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.proving import Claim, Judge, coupled_claim, nearest, prove, rigid_claim, settled_claim, spread
+from cyclopean.analysis.pyramids import rigid_with_pyramids, with_cones
 from cyclopean.analysis.robust.search import drawings, require_known
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.undecided import Undecided, folds_at, recut_of
@@ -130,6 +132,8 @@ def _decided(
 ) -> tuple[Result, Claim]:
     """The result, with its seconds, and the claim that it came of."""
     clock = [time.perf_counter()]
+    if settings.cone != "exact":
+        return _with_pyramids(model, settings, judge, progress)
     system = model.system()
     progress("solving")
     claim = warm(system)
@@ -148,6 +152,44 @@ def _decided(
     clock.append(time.perf_counter())
     seconds = {"solve": clock[1] - clock[0], "verify": clock[2] - clock[1], "total": clock[2] - clock[0]}
     return replace(result, seconds=seconds), claim
+
+
+def _with_pyramids(
+    model: PreparedModel, settings: Settings, judge: Judge, progress: Callable[[str], None]
+) -> tuple[Result, Claim]:
+    """The verdict with pyramids in place of friction cones, and beside it that with the cones themselves."""
+    exact = replace(settings, cone="exact")
+    progress("solving with pyramids")
+    result, claim = rigid_with_pyramids(model, settings, judge)
+    if settings.chosen_method() == "cra" and result.verdict != "unstable":
+        result, claim = _between_cones(model, settings, judge, progress)
+    plain = decide(model, exact, judge=judge, progress=progress).verdict
+    only = f"Only with friction pyramids, {settings.cone}; with friction cones it is {plain}. "
+    same = f"With friction pyramids, {settings.cone}, as with friction cones. "
+    reason = (same if plain == result.verdict else only) + result.reason
+    provenance = result.provenance | {"cone": settings.cone, "exact_cone": plain}
+    return replace(result, contacts=model.contacts, reason=reason, provenance=provenance), claim
+
+
+def _between_cones(
+    model: PreparedModel, settings: Settings, judge: Judge, progress: Callable[[str], None]
+) -> tuple[Result, Claim]:
+    """What coupled analysis says of pyramids: a state in the cones inside them, or that those round them have none."""
+    cone, exact = parse_cone(settings.cone), replace(settings, cone="exact")
+    found = _decided(with_cones(model, cone, inside=True), exact, lambda _: None, judge, progress)
+    if found[0].verdict == "stable":
+        return found
+    found = _decided(with_cones(model, cone, inside=False), exact, lambda _: None, judge, progress)
+    if found[0].verdict == "unstable":
+        return found
+    said = (
+        "Coupled analysis finds a state neither in the cones inside the pyramids, nor proof that those round them have"
+        " none; more faces bring the two nearer to each other."
+    )
+    nothing: dict[str, Any] = dict.fromkeys(
+        ("force", "utilisation", "mechanism", "displacement", "certificate", "undecided")
+    )
+    return replace(found[0], verdict="undecided", reason=said, residuals={}, **nothing), Claim("")
 
 
 def _explained(
@@ -179,7 +221,7 @@ def _method_for(model: PreparedModel, settings: Settings) -> tuple[Settings, tup
     if settings.penalty:
         raise InputError(f"`penalty` measures the tension that dry joints would need; it does not go with {what}")
     if settles and (settings.cone != "exact" or settings.weights != (1.0, 1.0) or settings.solver != "auto"):
-        raise InputError("a settlement is answered in exact cones: leave out `cone`, `weights` and `solver`")
+        raise InputError("a settlement is answered in exact cones alone: leave out `cone`, `weights` and `solver`")
     if settings.method == "cra":
         raise InputError(f"{what}: only rigid-block equilibrium has that; use `method` rbe")
     if settings.method == "rbe" or settings.asks_for_rbe():
@@ -325,7 +367,7 @@ def solved(
 ) -> Claim:
     """What the solvers of the chosen method claim; coupled states slide `slides` times beta_min at least."""
     if settings.chosen_method() == "rbe":
-        return rigid_claim(decide_rigid(model, system, settings.solver, parse_cone(settings.cone), settings.weights))
+        return rigid_claim(decide_rigid(model, system, settings.solver, settings.weights))
     from cyclopean.analysis.coupled.search import solve_cra
 
     rigid, bounds = decide_rigid(model, system, settings.solver), settings.bounds().unit()

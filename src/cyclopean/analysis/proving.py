@@ -85,7 +85,12 @@ def coupled_claim(outcome: "CoupledOutcome") -> Claim:
 
 
 def prove(
-    model: PreparedModel, settings: Settings, system: EquilibriumSystem, claim: Claim, judge: Judge = verify
+    model: PreparedModel,
+    settings: Settings,
+    system: EquilibriumSystem,
+    claim: Claim,
+    judge: Judge = verify,
+    written: Callable[[PreparedModel, EquilibriumSystem, str, dict[str, Any]], dict[str, Any]] = certify,
 ) -> Result:
     """Turn a claim into a result; "stable" and "unstable" only where a certificate has passed the independent checker.
 
@@ -101,9 +106,11 @@ def prove(
         What the solvers found.
     judge : callable
         The independent checker, perhaps with a memory.
+    written : callable
+        Writes the certificate, as `certify` does.
     """
     proof, residuals = _proof(model, settings.bounds(), system, claim)
-    certificate = certify(model, system, claim.kind, proof) if proof else None
+    certificate = written(model, system, claim.kind, proof) if proof else None
     report = judge(certificate) if certificate is not None else None
     proved = report is not None and report.proved
     if report is not None and "bound" in report.figures:

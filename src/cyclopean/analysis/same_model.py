@@ -12,7 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cyclopean.analysis.equilibrium.reference import parse_cone
 from cyclopean.analysis.preparation import joined
+from cyclopean.analysis.pyramids import edges_of
 from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Block, Contacts, grounded, paired_friction, resolved_loads, supports
@@ -23,6 +25,8 @@ __all__ = ["Comparison", "compare"]
 
 ROUNDING = 1e-12  # of the largest coordinate, or of the number itself
 COMPUTED = 1e3  # times that for loads that follow from areas and volumes
+BLURRED = 1e-6  # by which edges of a pyramid may differ: frames of narrow polygons are that sure
+STANDING, FALLING = ("rbe-state", "cra-state"), ("rbe-mechanism", "cra-tree")  # more friction helps, or none would
 LISTED = 10  # differences told one by one before they are only counted
 
 Row = Mapping[str, Any]
@@ -45,6 +49,7 @@ class _Joint(NamedTuple):
     mu: float  # NaN = not given
     tension: float  # Pa, NaN = not given
     facing: Floats  # (3,) normal at a point, NaN = a polygon
+    pyramid: str = ""  # what stands for its friction cone; "other" where that is no regular pyramid of its mu
 
     @property
     def words(self) -> str:
@@ -103,7 +108,7 @@ def compare(certificate: Mapping[str, Any], assembly: Assembly, settings: Settin
     told = [
         *_blocks(stones, assembly, fixed, lengths),
         *lines,
-        *_materials(pairs),
+        *_materials(pairs, certificate["kind"]),
         *_loads(certificate["loads"], assembly, stones, lengths),
         *_settlements(certificate, assembly),
     ]
@@ -187,7 +192,19 @@ def _joints(assembly: Assembly, contacts: Contacts) -> list[_Joint]:
 
 def _listed(row: Row) -> _Joint:
     polygon, facing = (np.asarray(row.get(key, [np.nan] * 3), float) for key in ("polygon", "normal"))
-    return _joint((row["a"], row["b"]), polygon, row["mu"], row.get("tension", 0.0), facing)
+    found = _joint((row["a"], row["b"]), polygon, row["mu"], row.get("tension", 0.0), facing)
+    return found._replace(pyramid=_pyramid(np.array(row["edges"], float), polygon, row)) if "edges" in row else found
+
+
+def _pyramid(edges: Floats, polygon: Floats, row: Row) -> str:
+    """The name of a regular pyramid by its edges."""
+    facing = [row["normal"]] if "normal" in row else None
+    contact = Contacts.of([(0, 1)], [polygon], [row["mu"]], facing=facing)
+    names = [f"{kind}:{len(edges)}" for kind in ("inscribed", "circumscribed")]
+    regular = {name: edges_of(contact, parse_cone(name))[0] for name in names}
+    return next(
+        (name for name, wanted in regular.items() if np.allclose(edges, wanted, rtol=0.0, atol=BLURRED)), "other"
+    )
 
 
 def _joint(pair: tuple[str, str], polygon: Floats, mu: float, tension: float, facing: Floats) -> _Joint:
@@ -237,15 +254,25 @@ def _away(p: Floats, q: Floats) -> float:
     return float(max(cKDTree(q).query(p)[0].max(), cKDTree(p).query(q)[0].max()))
 
 
-def _materials(pairs: Iterable[tuple[_Joint, _Joint]]) -> Iterator[str]:
-    """Normals of points; friction and tension where the model gives them."""
+def _materials(pairs: Iterable[tuple[_Joint, _Joint]], kind: str) -> Iterator[str]:
+    """Normals of points; friction and tension where the model gives them.
+
+    What stands with less friction stands with more, and what falls with more falls with less.
+    """
     for here, there in pairs:
+        if there.pyramid == "other":
+            yield f"{here.words} has a pyramid that is no regular one of its mu"
         if not np.allclose(here.facing, there.facing, rtol=0.0, atol=ROUNDING, equal_nan=True):
             yield f"{here.words} faces another way than in the model"
-        if not np.isnan(here.mu) and not _near(there.mu, here.mu):
+        if not (np.isnan(here.mu) or _near(there.mu, here.mu) or _is_harder(kind, there.mu - here.mu)):
             yield f"{here.words} has mu {there.mu:.15g}, in the model {here.mu:.15g}"
         if not np.isnan(here.tension) and not _near(there.tension, here.tension):
             yield f"{here.words} pulls with {there.tension:.15g} Pa, in the model {here.tension:.15g}"
+
+
+def _is_harder(kind: str, more: float) -> bool:
+    """Whether a proof with so much more friction than the model has is one for the model too."""
+    return (kind in STANDING and more < 0.0) or (kind in FALLING and more > 0.0)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -313,6 +340,11 @@ def _assumed(
     free = sum(not stone["fixed"] for stone in certificate["blocks"])
     if densities:
         yield f"density {_span(densities)}{_share(len(densities), free, 'free blocks')}"
+    if pyramids := {there.pyramid for _, there in pairs if there.pyramid}:
+        yield f"PYRAMIDS for friction cones, {', '.join(sorted(pyramids))}"
+    if other := [there.mu for here, there in pairs if not (np.isnan(here.mu) or _near(there.mu, here.mu))]:
+        than = "less" if certificate["kind"] in STANDING else "more"
+        yield f"mu {_span(other)}{_share(len(other), len(pairs), 'contacts')}, {than} than in the model"
     if lowest:
         yield "supports lowest"
     if tolerance > 0.0:

@@ -42,7 +42,7 @@ class Settings:
         None, "Gap (m) within which faces touch, and how far they may lean, or auto.", "tolerance",
         metavar="GAP[,DEGREES]|auto",
     )  # fmt: skip
-    cone: str = option("exact", "rbe: friction cone: exact, inscribed:K or circumscribed:K.", metavar="C")
+    cone: str = option("exact", "Friction cone: exact, or a pyramid, inscribed:K or circumscribed:K.", metavar="C")
     solver: str = option("auto", "auto, clarabel or osqp; rbe also newton or interior.", metavar="NAME")
     weights: tuple[float, float] = option(
         (1.0, 1.0), "rbe: weights of normal and tangential forces.", "pair", metavar="N,T"
@@ -96,6 +96,10 @@ class Settings:
         self.bounds()
 
     def _check_pull(self) -> None:
+        beside = [name for name in ("tension", "cohesion", "within") if getattr(self, name) is not None]
+        beside += [name for name in ("penalty", "settlement") if getattr(self, name)]
+        if self.cone != "exact" and beside:
+            raise InputError.of("cone", self.cone, f"pyramids are for dry joints as drawn; leave out `{beside[0]}`")
         if self.tension is not None and self.cohesion is not None:
             raise InputError("`tension` and `cohesion` say the same thing (C = mu PA); give one of them")
         if self.penalty and (self.tension is not None or self.cohesion is not None):
@@ -114,12 +118,12 @@ class Settings:
             return f"{', '.join(given)}: no effect, for only coupled analysis has it (`method` cra)"
         if "`eps`" in given and self.eta is None and self.beta_min is None:
             return "`eps`: no effect, for `eta` and `beta_min` follow it where they are not given"
+        if self.weights != (1.0, 1.0) and self.cone != "exact":
+            return "`weights`: no effect, for pyramids take any forces that balance"
         return ""
 
     def asks_for_rbe(self) -> str:
         """The first option given that only rigid-block equilibrium has; "" where there is none."""
-        if self.cone != "exact":
-            return f"`cone` {self.cone}"
         if self.weights != (1.0, 1.0):
             return f"`weights` {self.weights[0]:g},{self.weights[1]:g}"
         for name in ("tension", "cohesion"):

@@ -115,6 +115,8 @@ def examined(
     from cyclopean import analysis
 
     began = time.perf_counter()
+    if more.margins and chosen.cone != "exact":
+        raise InputError.of("margins", None, "are measured with friction cones; leave out `cone`")
     assembly, said = assembly_of(model, reading)
     if idle := chosen.without_effect():
         said = (*said, idle)
@@ -138,7 +140,7 @@ def examined(
         warnings=(*said, *result.warnings),
         seconds={"read": read, **result.seconds, "total": time.perf_counter() - began},
         sensitivity=drawn,
-        spare=_Spare(_as_judged(assembly, result), chosen) if _tells_margins(result, more.margins) else None,
+        spare=_Spare(_as_judged(assembly, result), chosen) if _tells_margins(result, more.margins, chosen) else None,
     )
 
 
@@ -161,9 +163,9 @@ def _on_rough_surfaces(assembly: "Assembly", rough: "float | str") -> "tuple[Ass
     return replace(assembly, contacts=contacts), patch_notes(assembly, patches)
 
 
-def _tells_margins(result: "Result", wanted: bool | None) -> bool:
+def _tells_margins(result: "Result", wanted: bool | None, chosen: Settings) -> bool:
     """Whether a model has margins to be told of; without being asked only where that takes about a second."""
-    if wanted is False or result.verdict != "stable" or result.settled is not None:
+    if wanted is False or result.verdict != "stable" or result.settled is not None or chosen.cone != "exact":
         return False
     from cyclopean.analysis.safety_margins import POINTS
 

@@ -64,6 +64,10 @@ lean by no more than an angle. A state lists points inside the contacts, which h
 below them, and forces there: these and small ones beside them, of which only sizes are known, balance every drawing.
 A motion is one that no drawing resists. See `_state_within` and `_mechanism_within`.
 
+**Pyramids.** A contact may have `edges`, K directions e_k: rigid-block equilibrium only, to compare with programs that
+have no round cones. At every point it then bears along these, F = sum l_k e_k with l_k >= 0, and is for a motion what K
+contacts without friction are whose normals are the e_k; `mu` has no say. The claim tells how much friction they reach.
+
 **What is checked first.** Meshes closed, turned outward (exact volume > 0) and bounding solids (no shell without volume
 or inside out, no two faces that lie on each other: see `_require_solid`); every contact point within `tolerance`
 of a face of `a` that looks along N and of a face of `b` that looks against N, to a thousandth; where the file says that
@@ -188,6 +192,8 @@ SURFACES = ("rough", "curved", "point")
 STONE_FIELDS = {"id", "vertices", "faces", "density", "fixed"}
 JOINT_FIELDS = {"a", "b", "polygon", "mu"}
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+EDGED_KINDS = {"rbe-state", "rbe-mechanism"}
+MAX_EDGES = 360  # of a pyramid: each stands for a contact at every point, so that their number must not run away
 PULLING_KINDS = {"rbe-state", "rbe-mechanism", "limit-bounds"}
 COMMON_FIELDS = {"schema", "kind", "gravity", "tolerance", "blocks", "contacts", "loads", "seal"}
 
@@ -427,6 +433,7 @@ class _Joint(NamedTuple):
     tension: Number
     bent: bool = False  # whether the file says that the surface is rough or curved
     facing: tuple[Number, ...] = ()  # normal of a point, where a corner of a block touches, or an edge
+    edges: tuple[tuple[Number, ...], ...] = ()  # of the pyramid that stands for the cone, where one does
 
     @property
     def pointlike(self) -> bool:
@@ -626,6 +633,8 @@ def _read(certificate: object, data: bytes = b"", memory: Memory | None = None) 
     joints = [_read_joint(value, i, numbers, stones) for i, value in enumerate(_items(top["contacts"], "contacts"))]
     if kind not in PULLING_KINDS and any(joint.tension for joint in joints):
         _refuse(f"joints that pull are no part of a {kind}")
+    if kind not in EDGED_KINDS and any(joint.edges for joint in joints):
+        _refuse(f"pyramids are no part of a {kind}")
     pushes = [_read_push(value, i, numbers) for i, value in enumerate(_items(top["loads"], "loads"))]
     within = _read_within(top, stones, joints, numbers) if "within" in top else None
     forced = within.joints if within else joints
@@ -792,7 +801,7 @@ def _is_closed(faces: Sequence[Sequence[int]]) -> bool:
 
 def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Sequence[_Stone]) -> _Joint:
     where = f"contact {i}"
-    entry = _fields(value, JOINT_FIELDS, f"{where}: ", "tension", "surface", "normal")
+    entry = _fields(value, JOINT_FIELDS, f"{where}: ", "tension", "surface", "normal", "edges")
     a, b = _name(entry["a"], numbers, where), _name(entry["b"], numbers, where)
     if a == b:
         _refuse(f"{where} joins block {_short(stones[a].name)} to itself")
@@ -807,18 +816,23 @@ def _read_joint(value: object, i: int, numbers: Mapping[str, int], stones: Seque
     polygon = _triples(entry["polygon"], f"{where}: polygon", f"{where}: point")
     if "surface" in entry and entry["surface"] not in SURFACES:
         _refuse(f"{where}: surface is neither rough nor curved, nor a point")
+    edges = tuple(map(tuple, _triples(entry["edges"], f"{where}: edges", f"{where}: edge"))) if "edges" in entry else ()
+    if "edges" in entry and (tension or entry.get("surface", "point") != "point"):
+        _refuse(f"{where}: it has a pyramid, and pulls or is rough or curved")
+    if "edges" in entry and not 3 <= len(edges) <= MAX_EDGES:
+        _refuse(f"{where}: its pyramid has {len(edges)} edges")
     if entry.get("surface") != "point":
         if len(polygon) < 3:
             _refuse(f"{where}: polygon has fewer than three points")
         if "normal" in entry:
             _refuse(f"{where}: only a point has a normal")
-        return _Joint(a, b, polygon, mu, tension, "surface" in entry)
+        return _Joint(a, b, polygon, mu, tension, "surface" in entry, (), edges)
     if len(polygon) != 1 or tension:
         _refuse(f"{where}: polygon has more points than one, or a point pulls")
     facing = tuple(_row(entry["normal"], 3, f"{where}: normal")) if "normal" in entry else ()
     if not any(facing):
         _refuse(f"{where}: normal is missing or zero")
-    return _Joint(a, b, polygon, mu, tension, False, facing)
+    return _Joint(a, b, polygon, mu, tension, False, facing, edges)
 
 
 def _label(sheet: _Sheet, i: int) -> str:
@@ -838,22 +852,26 @@ def _read_forces(value: object, joints: Sequence[_Joint], what: str) -> list[Seq
     """Read the force at every contact point: three numbers, or six whose halves add up to it.
 
     A cone without friction is a ray that almost no three doubles lie on: there the file gives one number, or two that
-    add up, and the force is that times the contact's area vector.
+    add up, and the force is that times the contact's area vector. Where a pyramid stands for the cone there is one
+    number, or two, for each of its edges; what comes back has one row for each edge and, in these, each point.
     """
     rows = _items(value, f"{what}s")
     if len(rows) != sum(len(joint.polygon) for joint in joints):
         _refuse(f"{len(rows)} {what}s for {sum(len(joint.polygon) for joint in joints)} contact points")
     found: list[Sequence[Number]] = []
+    number = 0
     for joint in joints:
-        single = 3 if joint.mu else 1
-        for row in rows[len(found) : len(found) + len(joint.polygon)]:
-            if single == 3 and _is_plain(row):
-                found.append(row)  # type: ignore[arg-type]
+        single, own = len(joint.edges) or (3 if joint.mu else 1), list[Sequence[Number]]()
+        for row in rows[number : number + len(joint.polygon)]:
+            if single == 3 and not joint.edges and _is_plain(row):
+                own.append(row)  # type: ignore[arg-type]
                 continue
-            count = len(_items(row, f"{what} {len(found)}"))
+            count = len(_items(row, f"{what} {number + len(own)}"))
             if count not in (single, 2 * single):
-                _refuse(f"{what} {len(found)} has {count} numbers instead of {single} or {2 * single}")
-            found.append(_row(row, count, f"{what} {len(found)}"))
+                _refuse(f"{what} {number + len(own)} has {count} numbers instead of {single} or {2 * single}")
+            own.append(_row(row, count, f"{what} {number + len(own)}"))
+        number += len(own)
+        found += [row[k::single] for k in range(single) for row in own] if joint.edges else own
     return found
 
 
@@ -1002,6 +1020,8 @@ def _caveats(sheet: _Sheet) -> str:
         said.append("no block is free")
     if (most := max((joint.mu for joint in sheet.joints), default=0)) > SLIPPERY:
         said.append(f"mu up to {most:.6g}")
+    if pyramids := _pyramids([joint for joint in sheet.joints if joint.edges]):
+        said.append(f"COUNTING ON {pyramids}")
     return "".join(f", {what}" for what in said)
 
 
@@ -1040,6 +1060,7 @@ def _assumptions(sheet: _Sheet) -> tuple[str, ...]:
         "held": f"partly: {_some(held)}" if held else "",
         "contacts": f"{len(sheet.joints)} listed, {points} points; nothing else touches",
         "friction": f"mu {_span([joint.mu for joint in sheet.joints])}",
+        "pyramids": _pyramids([joint for joint in sheet.joints if joint.edges]),
         "tension": f"{len(pulls)} of {len(sheet.joints)} joints pull, {_span(pulls)} Pa" if pulls else "",
         "density": f"{_span([stone.density for stone in free])} kg/m3",
         "gravity": f"{_triple(sheet.gravity)} m/s2, in size {math.hypot(*sheet.gravity):.6g}",
@@ -1048,6 +1069,18 @@ def _assumptions(sheet: _Sheet) -> tuple[str, ...]:
         "tolerance": f"contacts lie within {sheet.tolerance:.3g} m of faces",
     }
     return tuple(f"{name:<10} {said}" for name, said in lines.items() if said)
+
+
+def _pyramids(joints: Sequence[_Joint]) -> str:
+    """Which pyramids stand for friction cones, and what friction they reach along their edges; "" where none does."""
+    slopes = []
+    for joint in joints:
+        normal = joint.facing or _area_vector(joint.polygon)  # type: ignore[arg-type]
+        for edge in joint.edges:
+            along, across = _dot(edge, normal), math.hypot(*_cross(edge, normal))  # type: ignore[arg-type]
+            slopes.append(across / along if along > 0 else math.inf)
+    count = _span([len(joint.edges) for joint in joints])
+    return f"PYRAMIDS OF {count} EDGES for friction cones, up to mu {max(slopes):.6g}" if slopes else ""
 
 
 def _span(values: Sequence[Number]) -> str:
@@ -1352,7 +1385,8 @@ class _Model:
 def _weigh(sheet: _Sheet, memory: Memory | None = None) -> _Model:
     """Check the geometry and turn the model into integers."""
     memory = Memory() if memory is None else memory
-    k = max(_fineness(_lengths(sheet)), (_fineness(chain(*(joint.facing for joint in sheet.joints))) + 1) // 2)
+    directions = chain.from_iterable((joint.facing, *joint.edges) for joint in sheet.joints)
+    k = max(_fineness(_lengths(sheet)), (_fineness(chain.from_iterable(directions)) + 1) // 2)
     component = _components(sheet)
     solids, patches, misfit = _fitted(sheet, component, k, memory)
     per_density = _fineness(stone.density for stone in sheet.stones)
@@ -1535,8 +1569,8 @@ def _fitted(
         if joint.pointlike:
             _require_plane(sheet, patch, one, two)
         misfit.note(one, two, math.sqrt(_as_float(box2, 1 << 2 * k)))
-        patches.append(patch)
-        first = patch.rows.stop
+        patches += _edged(sheet, patch, k) if joint.edges else [patch]
+        first = patches[-1].rows.stop
     return solids, patches, misfit
 
 
@@ -1660,6 +1694,23 @@ def _patch(sheet: _Sheet, i: int, part: int, first: int, tolerance2: Ratio2, mem
         memory.outlines[outline] = normal, normal2
     rows, (p, q) = slice(first, first + len(points)), joint.mu.as_integer_ratio()
     return _Patch(i, joint, part, rows, joint.a, joint.b, p, q, points, normal, normal2, tolerance2, [])
+
+
+def _edged(sheet: _Sheet, patch: _Patch, k: int) -> list[_Patch]:
+    """A contact with a pyramid for its cone: for each of the edges one without friction that has it for a normal.
+
+    All sums of forces along the edges are in the pyramid, and no others; and x is against none of these where it is
+    against none of the edges.
+    """
+    found = []
+    first, count = patch.rows.start, len(patch.points)
+    for number, row in enumerate(patch.joint.edges):
+        edge = _vector(row, 2 * k)
+        if not _dot(edge, patch.normal) > 0:
+            _refuse(f"{_label(sheet, patch.number)}: edge {number} of its pyramid does not look along it")
+        rows = slice(first + number * count, first + (number + 1) * count)
+        found.append(patch._replace(rows=rows, p=0, q=1, normal=edge, normal2=_length2(edge)))
+    return found
 
 
 def _area_checked(sheet: _Sheet, i: int, points: Sequence[Vec], tolerance2: Ratio2, k: int) -> tuple[Vec, int]:
@@ -2543,7 +2594,7 @@ def _state(model: _Model) -> tuple[dict[str, float], str, str]:
 
 def _forces(model: _Model, rows: Sequence[Sequence[Number]]) -> tuple[list[Vec], int]:
     """The force at every contact point in 2**-per_force N, and per_force: what the file splits is added up."""
-    smooth = [not joint.mu for joint in model.sheet.joints for _ in joint.polygon]
+    smooth = [not patch.p for patch in model.patches for _ in patch.points]
     per_factor = _exponent(x for row, single in zip(rows, smooth, strict=True) if single for x in row)
     per_force = _exponent(x for row, single in zip(rows, smooth, strict=True) if not single for x in row)
     if any(smooth):

@@ -17,7 +17,6 @@ from cyclopean.analysis.equilibrium.opening import MARGIN, drive, opened
 from cyclopean.analysis.equilibrium.own_scale import Answer, answers, lighter_weight, own_scaled
 from cyclopean.analysis.equilibrium.polishing import PLAIN, Polished, Polisher
 from cyclopean.analysis.equilibrium.rbe import Outcome, falling, solve_rbe
-from cyclopean.analysis.equilibrium.reference import Cone
 from cyclopean.analysis.equilibrium.slack import AMPLE, centred, slack
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats, Ints
@@ -109,7 +108,6 @@ def decide_rigid(
     model: PreparedModel,
     system: EquilibriumSystem,
     solver: str = "auto",
-    cone: Cone = Cone(),  # noqa: B008  frozen
     weights: tuple[float, float] = (1.0, 1.0),
     schur: Schur | None = None,
 ) -> Decision:
@@ -121,11 +119,11 @@ def decide_rigid(
         As it is analysed.
     system : EquilibriumSystem
         Its equilibrium system, m free blocks and q points.
-    solver, cone, weights
-        As `solve_rbe` takes them, and `schur`. Only "auto" with exact cones goes on to every block's own scale.
+    solver, weights
+        As `solve_rbe` takes them, and `schur`. Only "auto" goes on to every block's own scale.
     """
     schur = Schur(system) if schur is None and system.points else schur
-    first = solve_rbe(system, solver, cone, weights, schur)
+    first = solve_rbe(system, solver, weights, schur)
     whole = _Task.of(model, Part(system, np.arange(system.blocks), np.arange(system.points)), schur)
     if (y := whole.falling(first.y)) is not None:
         return Decision("collapse", None, y, np.inf, first.bound, first.provenance)
@@ -141,7 +139,7 @@ def decide_rigid(
         found: Polished | Floats | None = None if known is None else task.accepted(known)
         if found is None and (motion := _of_part(first, part)) is not None:
             found = opened(part.system, task.balance, motion)
-        if found is None and solver == "auto" and cone.kind == "exact":
+        if found is None and solver == "auto":
             found = _at_own_scale(task, known, tried)
             shown[part.points] = found.f if isinstance(found, Polished) else shown[part.points]
         elif found is None and known is not None:

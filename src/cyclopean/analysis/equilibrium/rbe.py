@@ -68,15 +68,14 @@ def weighted(system: EquilibriumSystem, normal: float, tangential: float) -> tup
 def solve_rbe(
     system: EquilibriumSystem,
     solver: str = "auto",
-    cone: Cone = Cone(),  # noqa: B008  frozen
     weights: tuple[float, float] = (1.0, 1.0),
     schur: Schur | None = None,
 ) -> Outcome:
     """Find min 1/2 f'Hf subject to A f = -p and friction, or a mechanism that shows that no such f exists.
 
-    "auto" takes the dual Newton method, past its cap the interior point on the same S, and Clarabel as a last resort;
-    pyramids go to Clarabel. Each is named in the provenance with its factorisations. "osqp" is the QP route (ADMM): it
-    gets inscribed pyramids for exact cones, and what it finds is mended and measured in the exact ones like all else.
+    "auto" takes the dual Newton method, past its cap the interior point on the same S, and Clarabel as a last resort.
+    Each is named in the provenance with its factorisations. "osqp" is the QP route (ADMM): it gets pyramids for cones,
+    and what it finds is mended and measured in the cones like all else.
 
     Parameters
     ----------
@@ -84,8 +83,6 @@ def solve_rbe(
         Scaled system.
     solver : {"auto", "newton", "interior", "clarabel", "osqp"}
         One of them alone, or the chain.
-    cone : Cone
-        A pyramid is for comparison: what it finds still has to pass the exact cone to become a verdict.
     weights : (normal, tangential)
         Diagonal of H.
     schur : Schur, optional
@@ -94,14 +91,11 @@ def solve_rbe(
     Raises
     ------
     InputError
-        Unknown solver or one that is not installed, a pyramid with a solver that has none, or weights that are not
-        positive.
+        Unknown solver or one that is not installed, or weights that are not positive.
     """
     if solver not in SOLVERS:
         names = ", ".join(SOLVERS)
         raise InputError.of("solver", solver, f"expected one of {names} (osqp comes with: {EXTRAS['osqp']})")
-    if cone.kind != "exact" and solver not in ("auto", "clarabel", "osqp"):
-        raise InputError(f"`cone` {cone.kind}:{cone.faces}: only `solver` clarabel takes pyramids (and osqp)")
     if solver == "osqp":
         load_osqp()  # absent: say so before anything else is done
     scaled, stretch = weighted(system, *weights)
@@ -112,9 +106,9 @@ def solve_rbe(
     if system.points == 0:  # held by nothing and pulled by nothing
         return _settled(system, DualAnswer("balanced", np.zeros((0, 3)), np.zeros(len(system.p)), 0.0, 0), "none", [])
     if solver == "osqp":
-        return _by_osqp(system, cone, weights)
-    if cone.kind != "exact" or solver == "clarabel":
-        return _by_clarabel(system, cone, weights, [])
+        return _by_osqp(system, weights)
+    if solver == "clarabel":
+        return _by_clarabel(system, weights, [])
     chain = {"auto": ("newton", "interior"), "newton": ("newton",), "interior": ("interior",)}[solver]
     schur = Schur(system) if schur is None else schur
     columns = schur if weights == (1.0, 1.0) else schur.on(scaled)
@@ -131,10 +125,10 @@ def solve_rbe(
         outcome = _settled(system, found, name, tried, schur)
         if outcome.word != "undecided":
             return outcome
-    return _by_clarabel(system, cone, weights, tried) if solver == "auto" else outcome
+    return _by_clarabel(system, weights, tried) if solver == "auto" else outcome
 
 
-def tension(system: EquilibriumSystem, cone: Cone = Cone(), gamma: float = 1e6) -> tuple[Floats, Floats]:  # noqa: B008
+def tension(system: EquilibriumSystem, gamma: float = 1e6) -> tuple[Floats, Floats]:
     """Measure the tension that a state of equilibrium would need (penalty form).
 
     Returns
@@ -151,7 +145,7 @@ def tension(system: EquilibriumSystem, cone: Cone = Cone(), gamma: float = 1e6) 
     """
     if system.points == 0:
         return np.zeros((0, 3)), np.zeros(0)
-    answer = solve_program(penalty_program(system, cone, gamma), system.blocks)
+    answer = solve_program(penalty_program(system, gamma), system.blocks)
     if answer.word != "solved" or not (answer.primal <= 1e-6):
         raise SolverError(f"the penalty form was not solved: {answer.status}")
     f = answer.x[: 3 * system.points].reshape(-1, 3).copy()
@@ -235,10 +229,8 @@ def _repaired(
     return best, balance
 
 
-def _by_clarabel(
-    system: EquilibriumSystem, cone: Cone, weights: tuple[float, float], tried: list[dict[str, Any]]
-) -> Outcome:
-    answer = solve_program(rbe_program(system, cone, _diagonal(system, weights)), system.blocks)
+def _by_clarabel(system: EquilibriumSystem, weights: tuple[float, float], tried: list[dict[str, Any]]) -> Outcome:
+    answer = solve_program(rbe_program(system, Cone(), _diagonal(system, weights)), system.blocks)
     tried = [*tried, {"solver": "clarabel", "word": answer.status, "factorisations": answer.iterations}]
     provenance = {
         "solver": "clarabel",
@@ -247,14 +239,14 @@ def _by_clarabel(
         "tried": tried,
     }
     if answer.word == "solved":
-        return _mended(system, cone, answer.x, provenance)
+        return _mended(system, Cone(), answer.x, provenance)
     y = answer.z[: len(system.p)]
     if answer.word == "failed":
         y = solve_program(mechanism_program(system), system.blocks).x[:-1]
     return _condemned(system, y, provenance)
 
 
-def _by_osqp(system: EquilibriumSystem, cone: Cone, weights: tuple[float, float]) -> Outcome:
+def _by_osqp(system: EquilibriumSystem, weights: tuple[float, float]) -> Outcome:
     """ADMM on pyramids. Inscribed first: its states hold in the exact cones, but that it has none proves nothing.
 
     Circumscribed next: that it has none does prove it, once its velocities are sharp. Where it has one, the model is
@@ -264,7 +256,7 @@ def _by_osqp(system: EquilibriumSystem, cone: Cone, weights: tuple[float, float]
     cones = [Cone("inscribed", coarse), Cone("circumscribed", coarse), Cone("inscribed", fine)]
     tried: list[dict[str, Any]] = []
     outcome = Outcome("undecided")
-    for pyramid in cones if cone.kind == "exact" else [cone]:
+    for pyramid in cones:
         if len(tried) == 2 and tried[-1]["word"] != "solved":
             break
         answer = solve(rbe_program(system, pyramid, _diagonal(system, weights)), "osqp")

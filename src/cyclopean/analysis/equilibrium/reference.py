@@ -70,7 +70,7 @@ def rbe_program(system: EquilibriumSystem, cone: Cone, weights: Floats | None = 
     return ConicProgram(H, np.zeros(3 * q), A, b, (("zero", len(system.p), 1), *kinds))
 
 
-def penalty_program(system: EquilibriumSystem, cone: Cone, gamma: float = 1e6) -> ConicProgram:
+def penalty_program(system: EquilibriumSystem, gamma: float = 1e6) -> ConicProgram:
     """The variant that measures tension: fn = fn+ - fn-, friction on fn+ alone, fn- priced at `gamma`.
 
     Unknowns (fn+, fu, fv) of every point, then fn- of every point. With friction on fn+ - fn- the cone would forbid
@@ -78,7 +78,7 @@ def penalty_program(system: EquilibriumSystem, cone: Cone, gamma: float = 1e6) -
     """
     q = system.points
     H = sp.diags(np.concatenate([np.ones(3 * q), np.full(q, gamma)]), format="csc")
-    rows, kinds = force_rows(system, cone)
+    rows, kinds = force_rows(system, Cone())
     pull = system.A.tocsc()[:, 0 : 3 * q : 3]
     A = sp.bmat([[system.A, -pull], [rows, None], [None, -sp.identity(q)]], format="csc")
     b = np.concatenate([-system.p, np.zeros(rows.shape[0] + q)])
