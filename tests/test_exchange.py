@@ -174,7 +174,8 @@ def arch():
 
 @pytest.fixture
 def found(arch):
-    write_json("result.json", arch[1])
+    margins = {"friction": {"stands": 0.4}, "joints": None, "tilt": {"stands": 12.5}}
+    write_json("result.json", arch[1] | {"margins": margins})
     return read_findings(["result.json"], arch[0])
 
 
@@ -182,7 +183,8 @@ def test_findings_by_hand(found, arch):
     """The forces at the joints of a voussoir carry its weight, in world axes; its utilisation is the worse of two."""
     model, findings, warnings = found
     assert warnings == ()
-    assert dict(findings.model) == {"verdict": "stable", "method": "cra"}
+    margins = {"friction share": 0.4, "tilt degrees": 12.5}
+    assert dict(findings.model) == {"verdict": "stable", "method": "cra"} | margins
     k = 2
     weight = 2400.0 * 9.80665 * model.mass.volume[k]
     sums = [state.force.sum(axis=0) for state in findings.contact]
@@ -204,11 +206,15 @@ def test_matches_and_sequences_tell_of_blocks(arch):
     model = arch[0]
     first, second = (block.id for block in model.blocks[:2])
     row = {"stone": "scan 7", "cell": first, "lambda": 0.25, "gap": 0.1}
-    write_json("match.json", {"schema": "cyclopean.match/1", "placements": [row]})
+    numbers = {"Lambda": 0.25, "gap": 0.1, "J": {"before": 0.9, "after": 0.8}}
+    write_json("match.json", {"schema": "cyclopean.match/1", "placements": [row]} | numbers)
+    write_json("info.json", {"schema": "cyclopean.info/1", "interlock": {"J": 0.7}})
     write_json(
         "order.json", {"schema": "cyclopean.sequence/1", "order": [second, first], "layers": [[second], [first]]}
     )
     _, findings, _ = read_findings(["match.json", "order.json"], model)
+    assert findings.model == {"Lambda": 0.25, "gap": 0.1, "J": 0.8}
+    assert read_findings(["match.json", "info.json"], model)[1].model["J"] == 0.7
     told = {"stone": "scan 7", "lambda": 0.25, "gap": 0.1, "order": 2, "course": 2}
     assert findings.block == {first: told, second: {"order": 1, "course": 1}}
 
@@ -218,6 +224,8 @@ def test_files_of_another_model_are_refused(arch):
     cases = [
         ({"schema": "cyclopean.model/1"}, "its schema is the text 'cyclopean.model/1'"),
         ([1], "its schema is null"),
+        ({"schema": "cyclopean.info/1"}, "holds no interlock"),
+        ({"schema": "cyclopean.match/1", "placements": [], "J": {"after": "1"}}, "J: after"),
         ({"schema": "cyclopean.sequence/1", "order": ["nobody"]}, "order[0] names block 'nobody'"),
         (result | {"forces": result["forces"][1:]}, "its contacts are not those of the model"),
         (result | {"forces": [row | {"force": row["force"][1:]} for row in result["forces"]]}, "one force a corner"),
@@ -415,7 +423,10 @@ def test_ifc_is_valid(found):
         replace(b, id=name, density=2000.0 + k) for k, (b, name) in enumerate(zip(model.blocks, NAMES[:7], strict=True))
     )
     model = replace(model, blocks=(replace(blocks[0], material="tuff"), *blocks[1:]))
-    write_exchange("a.ifc", model, Findings(findings.model, {NAMES[0]: {"order": 1, "lambda": 0.2}}, findings.contact))
+    whole = {**findings.model, "J": 0.8, "gap": 0.05}
+    write_exchange(
+        "a.ifc", model, Findings(whole, {NAMES[0]: {"order": 1, "lambda": 0.2, "gap": 0.1}}, findings.contact)
+    )
     file = importlib.import_module("ifcopenshell").open("a.ifc")
     assert faults(file, express=True) == []
     psets = importlib.import_module("ifcopenshell.util.element").get_psets
@@ -424,7 +435,9 @@ def test_ifc_is_valid(found):
     assert (said["Id"], said["BuildOrder"], said["Lambda"], said["Density"], said["Fixed"]) == (
         NAMES[0], 1, 0.2, 2000.0, True,
     )  # fmt: skip
-    assert said["Volume"] == model.mass.volume[0]
+    assert (said["Volume"], said["Gap"]) == (model.mass.volume[0], 0.1)
+    said = psets(file.by_type("IfcElementAssembly")[0])["Cyclopean_Model"]
+    assert (said["J"], said["Gap"], said["FrictionShare"], said["TiltDegrees"]) == (0.8, 0.05, 0.4, 12.5)
     assert file.by_type("IfcElementAssembly")[0].PredefinedType == "ARCH"
     assert {m.Name for m in file.by_type("IfcMaterial")} >= {"tuff, 2000 kg/m3", "Stone, 2001 kg/m3"}
     parts[0].Name = None
@@ -445,9 +458,12 @@ def test_global_ids_follow_from_names(found):
     assert not set(seen[0]) & {root.GlobalId for root in ifc.open("c.ifc").by_type("IfcRoot")}
 
 
-def test_a_wall_is_a_wall():
+def test_a_wall_is_a_wall_and_a_vault_a_vault():
+    ifc = importlib.import_module("ifcopenshell")
     write_exchange("a.ifc", design.wall(2, 2))
-    assert len(importlib.import_module("ifcopenshell").open("a.ifc").by_type("IfcWall")) == 1
+    assert len(ifc.open("a.ifc").by_type("IfcWall")) == 1
+    write_exchange("b.ifc", design.vault(3, 2))
+    assert ifc.open("b.ifc").by_type("IfcElementAssembly")[0].ObjectType == "VAULT"
 
 
 def test_ifc_of_another_program():

@@ -146,7 +146,7 @@ def convert(
     result: Annotated[
         tuple[str, ...],
         Option(
-            "Result, match, carving or sequence of the model, to go along; may be given several times.",
+            "Result, match, carving, sequence or interlock of the model, to go along; may be given several times.",
             "texts",
             metavar="F",
         ),

@@ -17,11 +17,17 @@ from cyclopean.io.files import PathLike, one_line
 
 __all__ = ["ContactState", "Findings", "ForceRow", "force_rows", "listed", "read_findings"]
 
-_RESULT, _SEQUENCE = "cyclopean.result/1", "cyclopean.sequence/1"
+_RESULT, _SEQUENCE, _INFO = "cyclopean.result/1", "cyclopean.sequence/1", "cyclopean.info/1"
 _PLACED = {  # schema: where its rows stand, which key names the block, which keys are told of it
     "cyclopean.match/1": ("placements", "cell", ("stone", "lambda", "gap")),
     "cyclopean.carving/1": ("stones", "cell", ("stone", "lambda", "gap")),
     "cyclopean.settle/1": ("placements", "stone", ("course",)),
+}
+
+_MARGINS = {  # of a result: with how much of its friction, and of its joints' size, it stands, and up to which tilt
+    "friction share": ("margins", "friction", "stands"),
+    "joint share": ("margins", "joints", "stands"),
+    "tilt degrees": ("margins", "tilt", "stands"),
 }
 
 
@@ -48,7 +54,7 @@ class ContactState:
 class Findings:
     """What was found out about a model; empty where nothing was asked for."""
 
-    model: Mapping[str, str] = field(default_factory=dict)  # verdict, method
+    model: Mapping[str, str | float] = field(default_factory=dict)  # verdict, method, margins, Lambda, gap, J
     block: Mapping[str, Mapping[str, float | int | str]] = field(default_factory=dict)  # by id: lambda, utilisation ...
     contact: tuple[ContactState, ...] = ()  # one a contact of the assembly, or none at all
 
@@ -101,10 +107,28 @@ def _read(path: PathLike, assembly: Assembly) -> tuple[Assembly, Findings, tuple
         return _result(shown, data, assembly)
     if said == _SEQUENCE:
         return assembly, Findings(block=_sequence(shown, data, ids)), ()
+    if said == _INFO:
+        if data.get("interlock") is None:
+            raise InputError(f"{shown}: it holds no interlock; let `info --interlock` write it")
+        return assembly, Findings(_numbers(shown, data, {"J": ("interlock", "J")})), ()
     if isinstance(said, str) and said in _PLACED:
-        return assembly, Findings(block=_placed(shown, data, said, ids)), ()
-    known = ", ".join(sorted((_RESULT, _SEQUENCE, *_PLACED)))
+        whole = _numbers(shown, data, {"Lambda": ("Lambda",), "gap": ("gap",), "J": ("J", "after")})
+        return assembly, Findings(whole, _placed(shown, data, said, ids)), ()
+    known = ", ".join(sorted((_RESULT, _SEQUENCE, _INFO, *_PLACED)))
     raise InputError(f"{shown}: its schema is {found(said)}; a file that tells of a model has one of {known}")
+
+
+def _numbers(shown: str, data: dict[str, Any], places: Mapping[str, Sequence[str]]) -> dict[str, float]:
+    """Numbers of a file, each under the name that it is told by; nothing where the file does not say it."""
+    told: dict[str, float] = {}
+    for name, keys in places.items():
+        where, value = shown, data
+        for key in keys[:-1]:
+            where = f"{where}: {key}"
+            value = mapping(value.get(key) or {}, where)
+        if value.get(keys[-1]) is not None:
+            told[name] = number(value[keys[-1]], f"{where}: {keys[-1]}")
+    return told
 
 
 def _known(where: str, value: Any, ids: Container[str]) -> str:
@@ -186,7 +210,8 @@ def force_rows(shown: str, data: Mapping[str, Any], index: Mapping[str, int]) ->
 
 
 def _result(shown: str, data: dict[str, Any], assembly: Assembly) -> tuple[Assembly, Findings, tuple[str, ...]]:
-    model = {key: text(data[key], f"{shown}: {key}") for key in ("verdict", "method") if data.get(key) is not None}
+    said = {key: text(data[key], f"{shown}: {key}") for key in ("verdict", "method") if data.get(key) is not None}
+    model: dict[str, str | float] = {**said, **_numbers(shown, data, _MARGINS)}
     rows = force_rows(shown, data, {block.id: i for i, block in enumerate(assembly.blocks)})
     pairs, given = [row.ends for row in rows], assembly.contacts
     if rows and given is not None and pairs != list(zip(given.a.tolist(), given.b.tolist(), strict=True)):

@@ -1,11 +1,12 @@
 """IFC4, with the extra `ifc` (ifcopenshell): one structure, and one building element part a stone.
 
 A project holds a site, a building, a storey and in it the structure: an `IfcWall` where the model's name says so, else
-an `IfcElementAssembly`. It is made of an `IfcBuildingElementPart` a stone, whose body is an `IfcPolygonalFaceSet` of
-double precision; faces that are not flat become triangles, with a record of the polygons beside them (`io.round_trip`).
-The property set `Cyclopean_Stone` holds what the model says of a stone and what was found out about it,
-`Cyclopean_Model` the rest, and an `IfcRelConnectsElements` each contact with its polygon. Global ids follow from the
-names, so that a model written twice has the same ones. Metres, z up.
+an `IfcElementAssembly`, which is an arch, a vault or a dome by the same. It is made of an `IfcBuildingElementPart` a
+stone, whose body is an `IfcPolygonalFaceSet` of double precision; faces that are not flat become triangles, with a
+record of the polygons beside them (`io.round_trip`). The property set `Cyclopean_Stone` holds what the model says of a
+stone and what was found out about it, `Cyclopean_Model` the rest, of which verdict, margins, Lambda, gap and J stand by
+themselves, and an `IfcRelConnectsElements` each contact with its polygon. Global ids follow from the names, so that a
+model written twice has the same ones. Metres, z up.
 """
 
 import importlib
@@ -52,6 +53,7 @@ _NAMES = {  # in the property set: ours, theirs, type
     "order": ("BuildOrder", "IfcInteger"),
     "course": ("Course", "IfcInteger"),
     "lambda": ("Lambda", "IfcReal"),
+    "gap": ("Gap", "IfcReal"),
     "utilisation": ("Utilisation", "IfcReal"),
     "density": ("Density", "IfcMassDensityMeasure"),
     "fixed": ("Fixed", "IfcBoolean"),
@@ -94,7 +96,10 @@ def ifc_bytes(assembly: Assembly, findings: Findings) -> bytes:
     writer.contacts(contacts, stones, findings)
     text = json.dumps(rest | {"findings": dict(findings.model)}, ensure_ascii=False)
     said = {"Document": ("IfcText", text)} | {
-        key.capitalize(): ("IfcText", value) for key, value in findings.model.items()
+        "".join(word[:1].upper() + word[1:] for word in key.split()): (
+            ("IfcText", value) if isinstance(value, str) else ("IfcReal", value)
+        )
+        for key, value in findings.model.items()
     }
     writer.properties(MODEL, "model", structure, said)
     return bytes(writer.file.to_string(), "utf-8")
@@ -166,9 +171,9 @@ class _Writer:
         }
         if "wall" in words:
             return self.root("IfcWall", "", PredefinedType="NOTDEFINED", **fields)
-        if "arch" in words:
-            return self.root("IfcElementAssembly", "", PredefinedType="ARCH", **fields)
-        return self.root("IfcElementAssembly", "", PredefinedType="USERDEFINED", ObjectType="DRY STONE", **fields)
+        kind = next((kind for kind in ("vault", "dome", "arch") if kind in words), "dry stone").upper()
+        own = {"PredefinedType": "ARCH"} if kind == "ARCH" else {"PredefinedType": "USERDEFINED", "ObjectType": kind}
+        return self.root("IfcElementAssembly", "", **own, **fields)
 
     def stones(
         self, rows: list[dict[str, Any]], said: list[dict[str, Any]], colours: list[tuple[float, float, float]]
