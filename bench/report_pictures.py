@@ -1,4 +1,4 @@
-"""Pictures of report pages: an arch that stands, and a leaning stack that does not.
+"""Pictures of report pages, an arch that stands and a leaning stack that does not, and how the arch presses and rubs.
 
 Run `python bench/report_pictures.py [--out docs/images]`; needs Chromium on PATH.
 """
@@ -12,8 +12,13 @@ from pathlib import Path
 
 from tutorial import CHROMIUM, photograph
 
+from cyclopean import check
 from cyclopean.cli import main as cyclopean
+from cyclopean.view.drawing import displaced
+from cyclopean.view.drawing import picture as drawing_of
+from cyclopean.view.elevation import elevation_svg
 
+COUPLED = "coupled-arch.svg"
 SIZE = 1100, 1150  # of the page on the screen
 PAGES = {  # picture -> how its model is made
     "report-arch.png": ("arch.json", "make arch 20 --radius 5.25 --thickness 0.8 --depth 0.8 --density 2400 --mu 0.84"),
@@ -36,6 +41,8 @@ def main(given: Sequence[str] | None = None) -> int:
             cyclopean(["check", str(model), "--report", str(page)])
             photograph(browser, page, out / picture, SIZE)
             print(f"{picture}: {(out / picture).stat().st_size:,} bytes")
+        moved = displaced(drawing_of(check(str(Path(folder) / "arch.json"), method="cra")))
+    (out / COUPLED).write_text(elevation_svg(moved, "An arch, its virtual displacement drawn large") + "\n")
     return 0
 
 
