@@ -295,7 +295,7 @@ def test_paths_of_svg_by_hand():
     """A stadium by arcs, its copy by cubic curves, a rounded rectangle: areas with pi; smooth handles are mirrored."""
     arcs = "M500,0 H1500 A500,500 0 0 1 1500,1000 H500 A500 500 0 01500,0 Z"
     svg("a.svg", f'<path d="{arcs}"/><path d="M700,0V1000"/>')
-    found = pattern_of(read_line_work("a.svg", LineReading(deviation=1e-5)))
+    found = pattern_of(read_line_work("a.svg", LineReading(deviation=1e-5, snap=2e-3)))
     assert sum(areas(found)) == pytest.approx(1.0 + math.pi / 4.0, abs=1e-4)
     svg("b.svg", '<rect x="0" y="0" width="2000" height="1000" rx="250"/><path d="M700,0V1000"/>')
     found = pattern_of(read_line_work("b.svg", LineReading(deviation=1e-5)))
@@ -418,8 +418,13 @@ def test_stones_lie_as_they_are_drawn_unless_beds_are_asked_for():
         cyclopean.polygonal_wall(drawing="a.svg", improve=True)
 
 
-def test_snap_is_a_share_of_the_drawing():
-    assert usual_snap(work(*FOUR)) == pytest.approx(1e-3 * math.sqrt(5.0))
+def test_snap_is_a_share_of_a_stone():
+    """Four stones on 2 x 1 m have 9 m of line; a wall ten times as long, of stones alike, has the same snap."""
+    assert usual_snap(work(*FOUR)) == pytest.approx(0.01 * 2.0 * 2.0 / 9.0)
+    level = [[(0, y), (n, y)] for n in (30,) for y in range(4)]
+    upright = [[(x, 0), (x, 3)] for x in range(31)]
+    assert usual_snap(work(*level, *upright)) == pytest.approx(0.01 * 180.0 / 213.0)
+    assert usual_snap(work([(0, 0), (1, 0)])) > 0.0
 
 
 def test_the_file_keeps_how_the_wall_was_drawn(run):

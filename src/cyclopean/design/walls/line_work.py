@@ -51,7 +51,7 @@ __all__ = [
 
 OPENING = ("opening", "openings", "door", "doors", "window", "windows", "void", "voids")
 GROUND = ("ground", "base", "foot")
-SNAP = 1e-3  # of the drawing's diagonal, 3 mm of a wall of three metres: wider gaps were hardly meant to be closed
+SNAP = 0.01  # of a mean stone, 3 mm of stones of 300 mm: wider gaps were hardly meant to be closed
 NAMED = 4  # places in one message; the rest are counted
 THIN = 2.0  # times the snap: stones thinner than this come from one joint that was drawn twice
 LEAST = 3  # stones for which settings of a pattern can be given; walls of fewer count as three
@@ -71,7 +71,7 @@ class LineReading:
     )
     scale: float = option(1.0, "Of `drawing`: N where it is drawn at 1 : N.", "number", metavar="N", above=0.0)
     snap: float | None = option(
-        None, "Gaps in `drawing` up to this are closed (m) [a thousandth of its diagonal].", "number", metavar="L",
+        None, "Gaps in `drawing` up to this are closed (m) [a hundredth of a stone].", "number", metavar="L",
         above=0.0, unit="m",
     )  # fmt: skip
     deviation: float | None = option(
@@ -128,8 +128,15 @@ class LineWork:
 
 
 def usual_snap(work: LineWork) -> float:
-    """Gap (m) up to which lines of a drawing are taken to meet where nobody says so."""
-    return SNAP * float(np.hypot(*np.ptp(np.concatenate([line.point for line in work.lines]), axis=0))) / work.per_metre
+    """Gap (m) up to which lines of a drawing are taken to meet where nobody says so.
+
+    Stones are taken to be as large as the squares of a net of as much line on as much area: 2 area / length.
+    """
+    point = [line.point for line in work.lines]
+    size = np.ptp(np.concatenate(point), axis=0)
+    size = np.maximum(size, SNAP * size.max())  # of a line alone
+    length = sum(float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum()) for p in point)
+    return SNAP * 2.0 * float(size.prod()) / length / work.per_metre
 
 
 def pattern_of(
@@ -142,7 +149,7 @@ def pattern_of(
     work : LineWork
         At least one line.
     snap : float, optional
-        Gaps up to this are closed (m); a thousandth of the drawing's diagonal where not given.
+        Gaps up to this are closed (m); a hundredth of a mean stone where not given.
     courses : int, optional
         By which the interlock is judged; as many as stones of that size make where not given.
     max_bed : float, optional
