@@ -295,13 +295,13 @@ def test_paths_of_svg_by_hand():
     """A stadium by arcs, its copy by cubic curves, a rounded rectangle: areas with pi; smooth handles are mirrored."""
     arcs = "M500,0 H1500 A500,500 0 0 1 1500,1000 H500 A500 500 0 01500,0 Z"
     svg("a.svg", f'<path d="{arcs}"/><path d="M700,0V1000"/>')
-    found = pattern_of(read_line_work("a.svg", LineReading(deviation=1e-5, snap=2e-3)))
+    found = pattern_of(read_line_work("a.svg", LineReading(deviation=1e-5)), 2e-3)
     assert sum(areas(found)) == pytest.approx(1.0 + math.pi / 4.0, abs=1e-4)
     svg("b.svg", '<rect x="0" y="0" width="2000" height="1000" rx="250"/><path d="M700,0V1000"/>')
-    found = pattern_of(read_line_work("b.svg", LineReading(deviation=1e-5)))
+    found = pattern_of(read_line_work("b.svg", LineReading(deviation=1e-5)), 2e-3)
     assert sum(areas(found)) == pytest.approx(2.0 - (4.0 - math.pi) / 16.0, abs=1e-4)
     svg("c.svg", '<path d="M0,1000 Q500,0 1000,1000 T2000,1000 V2000 H0 Z"/><path d="M1000,1000V2000"/>')
-    parabolas = areas(pattern_of(read_line_work("c.svg", LineReading(deviation=1e-5))))
+    parabolas = areas(pattern_of(read_line_work("c.svg", LineReading(deviation=1e-5)), 2e-3))
     assert parabolas == pytest.approx([2.0 / 3.0, 4.0 / 3.0], abs=1e-4)  # a third of a square metre above, and below
     svg("d.svg", '<path d="M0,0 C0,500 500,500 500,1000 S900,1500 1000,2000"/>'
                  '<path d="m0,0c0,500 500,500 500,1000c0,500 400,500 500,1000"/>')  # fmt: skip
