@@ -30,8 +30,11 @@ def save(thing: "Assembly | HasAssembly | BuildSequence | Mapping[str, Any]", pa
     certificate (dict)  .json
     BuildSequence       .json, .html (page), .dot (graph)
     StoneMatch          .json (match file; stones.obj and wall.json go beside it), .html (page)
-    StoneCarving        .csv (cut list), .svg (drawing), .json (wall as it will be built), meshes
+    StoneCarving        .csv (cut list), .json (wall as it will be built), meshes
+    what has a drawing  .svg, .dxf (extra `dxf`), 1:1 in millimetres
     ==================  ==========================================================================
+
+    Walls that were drawn, laid or settled, results, sequences, matches and carvings have a drawing.
 
     Parameters
     ----------
@@ -54,7 +57,7 @@ def save(thing: "Assembly | HasAssembly | BuildSequence | Mapping[str, Any]", pa
     'stable'
     """
     file = FilePath(path)
-    writers = _writers(thing)
+    writers = _writers(thing) | _drawings(thing)
     ending = file.suffix.lower()
     if ending not in writers:
         raise InputError(f"{file}: a {type(thing).__name__} is written as {', '.join(sorted(writers))}")
@@ -92,6 +95,18 @@ def _writers(thing: Any) -> dict[str, Writer]:
 
         return {".json": lambda file: write_json(file, thing)}
     raise InputError(f"save: a {type(thing).__name__} cannot be written; see help(cyclopean.save)")
+
+
+def _drawings(thing: Any) -> dict[str, Writer]:
+    from cyclopean.api.drawings import as_files, composer
+    from cyclopean.io import write_text
+
+    drawing = composer(thing)
+
+    def writer(compose: Callable[[], str]) -> Writer:
+        return lambda file: write_text(file, compose())
+
+    return {} if drawing is None else {f".{ending}": writer(made) for ending, made in as_files(drawing).items()}
 
 
 def _of_model(assembly: "Assembly", wall: HasAssembly | None) -> dict[str, Writer]:
@@ -177,15 +192,6 @@ def _of_carving(carving: StoneCarving) -> dict[str, Writer]:
     }
     return {
         ".csv": lambda file: io.write_text(file, cutlist_csv(carving.carved)),
-        ".svg": lambda file: _write_drawing(file, carving),
         ".json": lambda file: io.write_model(file, carving.assembly),
         **meshes,
     }
-
-
-def _write_drawing(file: FilePath, carving: StoneCarving) -> None:
-    from cyclopean.io import write_text
-    from cyclopean.view.carving_drawing import carving_svg
-
-    title = f"{carving.drawn.name} after carving"
-    write_text(file, carving_svg(carving.drawn, carving.fixed, carving.carved, title, "after"))

@@ -56,7 +56,7 @@ Written: TypeAlias = Annotated[
         out=("MODEL", "Required: Model file to write."),
         cutlist=("F", "Write the cut list (CSV)."),
         left=("F", "Write what is left in store (CSV)."),
-        svg=("F", "Draw the face and the plans of two courses."),
+        drawing=("F", "Draw the face and the plans of two courses."),
         display=("MODEL", "Also write the stones as sawn, joints open."),
         json=("F|-", "Write placements and figures; - prints them and nothing else."),
     ),
@@ -223,27 +223,22 @@ def _told(one: "Packed") -> str:
 def _end(wall: "AshlarWall", said: tuple[str, ...], files: Files, asked: dict[str, Any], lines: list[str]) -> int:
     """Write everything, and say what came out."""
     from cyclopean import io
+    from cyclopean.api.drawings import drawn
     from cyclopean.io.stocklist import ashlar_cutlist_csv, ashlar_dict, left_csv
 
     data = ashlar_dict(wall, asked)
     files.write({
         "out": lambda: partial(io.write_model, assembly=wall.assembly),
-        "svg": lambda: _drawn(wall),
         "cutlist": lambda: ashlar_cutlist_csv(wall),
         "left": lambda: left_csv(wall),
         "display": lambda: partial(io.write_exchange, assembly=_as_sawn(wall)),
         "json": lambda: data,
+        **drawn(wall),
     })  # fmt: skip
     for note in (*said, *wall.notes):
         warn(note)
     files.tell(data, [*_lines(wall), *lines, *files.line()])
     return 0
-
-
-def _drawn(wall: "AshlarWall") -> str:
-    from cyclopean.view.ashlar_drawing import ashlar_svg
-
-    return ashlar_svg(wall, wall.assembly.name) + "\n"
 
 
 def _as_sawn(wall: "AshlarWall") -> "Assembly":

@@ -23,6 +23,7 @@ NAMES = (
     "cutlist.csv", "cuts.csv", "placements.json", "carved.glb", "offcuts.glb", "before.svg", "after.svg", "carved.json",
     "result.json", "certificate.json",
 )  # fmt: skip
+CAD = ("before.dxf", "after.dxf")
 
 
 @command()
@@ -42,6 +43,7 @@ def carve(
             method="How the carved wall is checked: coupled, or equilibrium [cra].",
         ),
     ] = Settings(),
+    dxf: Annotated[bool, Option("Write before.dxf and after.dxf too, for CAD (extra dxf).", "flag")] = False,
     files: Annotated[Files, written("json", "report")] = Files({}),
 ) -> int:
     """Cut matched stones back to their cells, write the cut list, and check the wall as it will be built.
@@ -51,11 +53,16 @@ def carve(
     from dataclasses import replace
 
     from cyclopean import api
+    from cyclopean.io.dxf import dxf_library
     from cyclopean.io.matches import read_match
 
+    if dxf:
+        dxf_library("`dxf`: ")
     place = folder("--out", out, out)
     stored = read_match(match)
-    files = files.within(place, NAMES, (str(stored.file), str(stored.wall), str(stored.stones)))
+    files = files.within(
+        place, (*NAMES, *(CAD if dxf else ())), (str(stored.file), str(stored.wall), str(stored.stones))
+    )
     with long_work(f"carving {stored.file}") as stage:
         made = api.carve(stored.file, least=least, supports=settings.supports, progress=stage)
         # supports are those of the drawn wall; the carved one says what is held
@@ -70,6 +77,7 @@ def carve(
 def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", least: float) -> dict[str, Any]:
     """Compose everything, then write it; return the figures."""
     from cyclopean import io
+    from cyclopean.api.drawings import as_files
     from cyclopean.io.cutlist import carved_meshes, carving_dict, cutlist_csv, cuts_csv, offcut_meshes, placements_dict
     from cyclopean.view.carving_drawing import carving_html, carving_svg
 
@@ -84,8 +92,8 @@ def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", le
         files.write({
             "cutlist.csv": lambda: cutlist_csv(carved),
             "cuts.csv": lambda: cuts_csv(carved),
-            "before.svg": lambda: before,
-            "after.svg": lambda: after,
+            **{f"before.{ending}": made for ending, made in as_files(lambda: before).items()},
+            **{f"after.{ending}": made for ending, made in as_files(lambda: after).items()},
             "placements.json": lambda: placements_dict(carved, wall),
             "report": lambda: carving_html(carved, made.total, made.built, result, **drawn),
             "json": lambda: data,
@@ -115,7 +123,7 @@ def _lines(data: dict[str, Any], result: "Result", place: Path, files: Files) ->
     cuts = [cut for row in stones for cut in row["cuts"]]
     volumes = data["volumes"]
     dressed = sum(cut["dressing"] for cut in cuts)
-    others = [str(path) for name, path in files.to.items() if name not in NAMES]
+    others = [str(path) for name, path in files.to.items() if name not in (*NAMES, *CAD)]
     return [
         f"carved: {len(stones)} stones, Lambda {data['Lambda']:.4f}, gap {data['gap']:.4f}",
         f"  volumes  {1e3 * volumes['stones']:.1f} L of stone, {1e3 * volumes['carved']:.1f} L stay,"

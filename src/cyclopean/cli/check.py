@@ -35,7 +35,7 @@ def check(
     all_combinations: Annotated[bool, Option("Check every combination of the model; a table.", "flag")] = False,
     workers: Annotated[int | None, Option("With `vary`: processes [1].", "whole", metavar="N")] = None,
     cluster: Annotated[str | None, Option("With `vary`: scheduler of a dask cluster.", metavar="ADDRESS")] = None,
-    files: Annotated[Files, written("json", "certificate", "report")] = Files({}),
+    files: Annotated[Files, written("json", "certificate", "report", "drawing")] = Files({}),
 ) -> int:
     """Tell whether a model stands, and prove it.
 
@@ -103,6 +103,7 @@ def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
         Path of the model.
     """
     from cyclopean import io
+    from cyclopean.api.drawings import drawn
 
     proof, files = files.proof(result.certificate), _beside(result, files)
     data = io.result_dict(result, *(seen_from(files.to.get("json"), file) for file in (proof, files.to.get(AT_ETA))))
@@ -115,7 +116,8 @@ def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
 
     known = result.undecided
     at = None if known is None or known.stable_at is None else known.stable_at.certificate
-    files.write({"certificate": lambda: result.certificate, AT_ETA: lambda: at, "report": page, "json": lambda: data})
+    proofs: dict[str, Callable[[], Any]] = {"certificate": lambda: result.certificate, AT_ETA: lambda: at}
+    files.write({**proofs, "report": page, "json": lambda: data, **drawn(result)})
     return data
 
 

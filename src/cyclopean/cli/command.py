@@ -30,7 +30,8 @@ WRITTEN = {
     "json": ("F|-", "Write the result as JSON; - prints it and nothing else."),
     "certificate": ("F", "Write the proof of the verdict."),
     "report": ("F", "Write a page to read in a browser."),
-    "svg": ("F", "Draw it."),
+    "drawing": ("F", "Draw it: SVG, 1:1 in millimetres."),
+    "dxf": ("F", "Draw it for CAD: DXF, layers by name, 1:1 in millimetres (extra dxf)."),
 }
 
 
@@ -71,11 +72,14 @@ def some(names: str, **helps: str) -> Any:
 def written(*names: str, models: str = "", **helps: tuple[str, str]) -> Any:
     """Annotation of the files to be written: usual ones by name, others as name=(metavar, help).
 
-    One whose help begins with "Required" has to be given.
+    One whose help begins with "Required" has to be given. A "drawing" is two: `svg`, and `dxf` for the same in CAD.
     """
+    given = {**helps, **{name: WRITTEN[name] for name in names if name not in helps}}
+    if "drawing" in given:
+        given |= {"svg": given.pop("drawing"), "dxf": WRITTEN["dxf"]}
     options = {
         name: Option(help_.removeprefix("Required: "), metavar=metavar, required=help_.startswith("Required"))
-        for name, (metavar, help_) in {**helps, **{name: WRITTEN[name] for name in names if name not in helps}}.items()
+        for name, (metavar, help_) in given.items()
     }
     return _Written(options, tuple(models.split()))
 

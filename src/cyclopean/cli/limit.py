@@ -45,9 +45,9 @@ def limit(
     options: LimitOptions = LimitOptions(),
     settings: Annotated[Settings, some(LIMITED)] = Settings(),
     reading: Reading = Reading(),
-    files: Annotated[Files, written("json", "report", certificate=("F", "Write the proof of both bounds."))] = Files(
-        {}
-    ),
+    files: Annotated[
+        Files, written("json", "report", "drawing", certificate=("F", "Write the proof of both bounds."))
+    ] = Files({}),
 ) -> int:
     """Tell by how much live loads may grow before a mechanism forms, and prove it from both sides.
 
@@ -65,6 +65,7 @@ def limit(
 def _written(result: "LimitResult", files: Files, model: str) -> dict[str, Any]:
     """Write the files that were asked for, once all of them are composed; return the result as data."""
     from cyclopean import io
+    from cyclopean.api.drawings import drawn
     from cyclopean.view.limit_page import limit_html
 
     proof = files.proof(result.certificate)
@@ -73,7 +74,7 @@ def _written(result: "LimitResult", files: Files, model: str) -> dict[str, Any]:
     def page() -> str:
         return limit_html(result, certificate_file=seen_from(there, proof), model_file=seen_from(there, Path(model)))
 
-    files.write({"certificate": lambda: result.certificate, "report": page, "json": lambda: data})
+    files.write({"certificate": lambda: result.certificate, "report": page, "json": lambda: data, **drawn(result)})
     return data
 
 

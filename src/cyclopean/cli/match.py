@@ -42,7 +42,8 @@ def match(
     cluster: Annotated[str | None, Option("Scheduler of a dask cluster that does the work.", metavar="ADDRESS")] = None,
     fresh: Annotated[bool, Option("Forget what an interrupted run has left in DIR.", "flag")] = False,
     files: Annotated[
-        Files, written("report", json=("F|-", "Write the match here too; - prints it and nothing else."))
+        Files,
+        written("report", "drawing", json=("F|-", "Write the match here too; - prints it and nothing else.")),
     ] = Files({}),
 ) -> int:
     """Match found stones to the cells of a wall, so that as little as possible is carved away.
@@ -56,6 +57,7 @@ def match(
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean import io
+    from cyclopean.api.drawings import drawn
     from cyclopean.io.checkpoints import Checkpoints
     from cyclopean.view.match_page import match_html
 
@@ -74,18 +76,19 @@ def match(
     notes = (*said, *_unfit(parts), *inventory.notes, *_unlike(inventory, found.cells), *found.warnings)
     for warning in dict.fromkeys(notes):
         warn(warning)
-    drawn, moved = found.drawn, options.negotiate > 0.0
+    wall_drawn, moved = found.drawn, options.negotiate > 0.0
     data = _data(found, place, stones, WALL if moved else _seen_from(place, wall), reading.units, asked)
     files.write(
         {
             WALL: lambda: (
                 lambda file: io.write_model(
-                    file, found.assembly, drawing=None if drawn is None else io.drawing_dict(drawn)
+                    file, found.assembly, drawing=None if wall_drawn is None else io.drawing_dict(wall_drawn)
                 )
             ),
             MATCH: lambda: data,
             "json": lambda: data,
             "report": lambda: match_html(found.match, found.stones, found.cells, found.rounds),
+            **drawn(found),
         }
     )
     parts.clear()

@@ -25,7 +25,17 @@ class Files:
 
     @classmethod
     def planned(cls, asked: Mapping[str, str], sources: Iterable[str] = (), models: Collection[str] = ()) -> Self:
-        """Look at the paths that were given, by option, and at what is read and must stay; refusals as `planned`."""
+        """Look at the paths that were given, by option, and at what is read and must stay; refusals as `planned`.
+
+        Raises
+        ------
+        InputError
+            As `planned`; or DXF is to be written, and ezdxf is not installed.
+        """
+        if "dxf" in asked:
+            from cyclopean.io.dxf import dxf_library
+
+            dxf_library("`dxf`: ")
         outputs = {as_option(name): text for name, text in asked.items()}
         held = tuple(as_option(name) for name in models)
         found = planned(outputs, models=held)

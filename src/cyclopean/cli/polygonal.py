@@ -123,7 +123,7 @@ def polygonal(
             models="out",
             out=("MODEL", "Required: Model file to write."),
             display=("MODEL", "Also write the stones with open joints, for pictures."),
-            svg=("F", "Draw the face, with the joints that run through."),
+            drawing=("F", "Draw the face, with the joints that run through."),
         ),
     ],
     pattern: Annotated[PatternSettings, some(SEEDED)] = PatternSettings(),
@@ -234,6 +234,7 @@ def _cornered(
 def _write(made: "PolygonalWall | CornerWall", apart: "Callable[[], tuple[Block, ...]]", files: Files) -> None:
     """Write the wall with how it was drawn, and what it looks like with open joints."""
     from cyclopean import io
+    from cyclopean.api.drawings import drawn
     from cyclopean.assembly import Assembly, Contacts
     from cyclopean.design.walls.polygonal import PolygonalWall
 
@@ -244,16 +245,8 @@ def _write(made: "PolygonalWall | CornerWall", apart: "Callable[[], tuple[Block,
         stones = Assembly(apart(), Contacts.of([], []), name=f"{model.name}, open joints")
         return lambda file: io.write_exchange(file, stones)
 
-    def drawn() -> str:
-        from cyclopean.design.walls.interlock import interlock
-        from cyclopean.view.wall_drawing import corner_svg, wall_svg
-
-        if not isinstance(made, PolygonalWall):
-            return corner_svg(made, model.name)
-        return wall_svg(made.pattern, interlock(made.pattern, depth=made.thickness.depth), model.name)
-
-    written = {"out": lambda: lambda file: io.write_model(file, model, drawing=drawing), "display": shown, "svg": drawn}
-    files.write(written)
+    out = {"out": lambda: lambda file: io.write_model(file, model, drawing=drawing)}
+    files.write({**out, "display": shown, **drawn(made)})
 
 
 def _say_made(model: "Assembly") -> None:

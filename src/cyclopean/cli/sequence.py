@@ -1,6 +1,6 @@
 """`sequence`: in which order is it built, and does every stage stand?"""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.analysis.settings import Settings
@@ -31,6 +31,7 @@ def sequence(
         Files,
         written(
             "json",
+            "drawing",
             out=("F", "Required: Sequence file to write."),
             dot=("F", "Write the dependency graph for Graphviz."),
             report=("F", "Write a page that shows the building."),
@@ -48,6 +49,7 @@ def sequence(
     Exit status: 0 done, whatever the verdicts in the file are; 2 bad input.
     """
     from cyclopean import io
+    from cyclopean.api.drawings import drawn
     from cyclopean.design.construction.sequence import dot_text
     from cyclopean.view import building_html
 
@@ -63,9 +65,8 @@ def sequence(
         warn(warning)
     graph = dot_text(found)
     data = io.sequence_dict(found, graph)
-    files.write(
-        {"out": lambda: data, "json": lambda: data, "dot": lambda: graph, "report": lambda: building_html(found)}
-    )
+    told: dict[str, Callable[[], Any]] = {"out": lambda: data, "json": lambda: data, "dot": lambda: graph}
+    files.write({**told, "report": lambda: building_html(found), **drawn(found)})
     files.tell(data, [*_lines(found, data), *files.line()])
     return 0
 

@@ -3,7 +3,6 @@
 import os
 from collections import Counter
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopean.api.inputs import StoneReading, inventory_of
@@ -42,7 +41,7 @@ def settle(
             out=("MODEL", "Required: Model file to write."),
             json=("F|-", "Write placements and figures; - prints them and nothing else."),
             report=("F", "Write a page: pictures, measures, and every stone."),
-            svg=("F", "Draw the wall from all sides, and cut."),
+            drawing=("F", "Draw the wall from all sides, and cut."),
         ),
     ],
     settings: Annotated[SettleSettings, some(TAKEN)] = SettleSettings(),
@@ -72,10 +71,10 @@ def settle(
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean import io
+    from cyclopean.api.drawings import drawn
     from cyclopean.design.rubble.settle import settle as build
     from cyclopean.io.settled import settled_dict
-    from cyclopean.view.rubble_drawing import rubble_svg
-    from cyclopean.view.settled_page import settled_page, told_of
+    from cyclopean.view.settled_page import settled_page
 
     with long_work(f"laying {stones}") as stage:
         inventory, said = inventory_of(stones, reading)
@@ -94,10 +93,10 @@ def settle(
     )
     files.write(
         {
-            "svg": lambda: rubble_svg(wall.assembly, Path(stones).name, told=told_of(wall)),
             "report": lambda: settled_page(wall, inventory),
             "out": lambda: lambda file: io.write_model(file, wall.assembly),
             "json": lambda: data,
+            **drawn(wall),
         }
     )
     files.tell(data, _lines(wall, inventory, files))

@@ -11,6 +11,7 @@ from cyclopean.lazy_exports import lazy_exports as _lazy_exports
 
 if typing.TYPE_CHECKING:
     from cyclopean.io.drawings import drawing_dict, read_drawing
+    from cyclopean.io.dxf_drawing import dxf_text
     from cyclopean.io.exchange import exchange_paths, write_exchange
     from cyclopean.io.findings import read_findings
     from cyclopean.io.interlocks import interlock_dict
@@ -21,6 +22,7 @@ if typing.TYPE_CHECKING:
 __all__ = [
     "MESH_SUFFIXES",
     "drawing_dict",
+    "dxf_text",
     "exchange_paths",
     "file_format",
     "interlock_dict",
@@ -53,6 +55,7 @@ __getattr__, __dir__ = _lazy_exports(
     __name__,
     {
         "drawings": "drawing_dict read_drawing",
+        "dxf_drawing": "dxf_text",
         "exchange": "exchange_paths write_exchange",
         "findings": "read_findings",
         "interlocks": "interlock_dict",

@@ -24,7 +24,7 @@ from cyclopean.io.fields import label, refuse_unfolded
 from cyclopean.io.files import one_line
 from cyclopean.io.units import stated_units
 
-__all__ = ["opened", "parts", "read_dxf", "said_unit"]
+__all__ = ["dxf_library", "opened", "parts", "read_dxf", "said_unit"]
 
 _UNITS = {0: "", 1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 _OTHER = {3: "miles", 7: "kilometres", 8: "microinches", 9: "mils", 10: "yards", 13: "microns", 14: "decimetres"}
@@ -38,7 +38,14 @@ _DAMAGE = (ArithmeticError, AssertionError, AttributeError, LookupError, OSError
 _Shape = tuple[list[Any], list[tuple[int, ...]]]  # points and faces
 
 
-def _library(where: str = "") -> Any:
+def dxf_library(where: str = "") -> Any:
+    """The module ezdxf; `where` begins the refusal.
+
+    Raises
+    ------
+    InputError
+        It is not installed.
+    """
     try:
         return importlib.import_module("ezdxf")
     except ImportError:
@@ -54,7 +61,7 @@ def opened(path: str, data: bytes) -> Iterator[Any]:
     InputError
         It is damaged, found out at once or in reading it; one line.
     """
-    library, place = _library(f"{path}: "), Path()
+    library, place = dxf_library(f"{path}: "), Path()
     try:
         with tempfile.TemporaryDirectory() as folder:  # the library tells text from binary in files only
             place = Path(folder) / "drawing.dxf"

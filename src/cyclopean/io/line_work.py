@@ -19,7 +19,7 @@ from cyclopean.io.files import PathLike, one_line, read_bytes
 from cyclopean.io.formats import loaded
 from cyclopean.io.units import ASSUMED, UNITS, stated_units
 
-__all__ = ["DrawnLine", "Sheet", "line_work_of", "read_line_work"]
+__all__ = ["DrawnLine", "Sheet", "corners", "line_work_of", "read_line_work"]
 
 READERS = {".dxf": "dxf_lines.read_dxf_lines", ".svg": "svg_lines.read_svg_lines"}
 SHARE = 0.25  # of the gap that is closed: how far facets may lie off a curve, unless it is said
@@ -78,7 +78,7 @@ def line_work_of(name: str, sheet: Sheet, reading: LineReading) -> LineWork:
         raise InputError(f"{name}: holds no lines; draw the joints as lines, polylines, arcs or splines")
     unit, warnings = stated_units(name, sheet.unit, reading.units)
     with np.errstate(all="ignore"):  # what is not finite is refused below
-        rough = [_corners(line, np.inf)[0] for line in lines]
+        rough = [corners(line, np.inf)[0] for line in lines]
     axes = _plane(name, rough)
     turn = np.array([1.0, -1.0 if sheet.downwards else 1.0])
     times, over = UNITS[unit]
@@ -92,7 +92,7 @@ def line_work_of(name: str, sheet: Sheet, reading: LineReading) -> LineWork:
         raise InputError.of("deviation", deviation, f"at least {least:.2g} m, and at most `snap`, {snap:.2g} m")
     made, count = [], 0
     for line in lines:
-        points, curved = _corners(line, deviation * per_metre)
+        points, curved = corners(line, deviation * per_metre)
         made.append(Line(points[:, axes] * turn, line.layer, curved))
         count += len(points)
         if count > MOST:
@@ -119,7 +119,7 @@ def _chosen(
     return kept, (f"{name}: {left} lines on other layers passed over",) if left else ()
 
 
-def _corners(line: DrawnLine, deviation: float) -> tuple[Floats, Bools]:
+def corners(line: DrawnLine, deviation: float) -> tuple[Floats, Bools]:
     """Corners of a line (k, d), and which of them stand for a curve, (k,)."""
     points: list[Floats] = []
     curved: list[Bools] = []

@@ -10,7 +10,8 @@ Source: Scalable Vector Graphics 2, chapters 7 (transforms), 9 (paths) and B.2 (
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
@@ -21,7 +22,7 @@ from cyclopean.geometry.curves import Curve, bezier, elliptic, straight
 from cyclopean.io.files import decoded, one_line
 from cyclopean.io.line_work import DrawnLine, Sheet
 
-__all__ = ["read_svg_lines"]
+__all__ = ["Placed", "placed", "read_svg_lines"]
 
 SPACE = "{http://www.w3.org/2000/svg}"
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
@@ -30,6 +31,9 @@ VALUE, FLAG, GAP = re.compile(NUMBER), re.compile("[01]"), re.compile(r"[\s,]*")
 LENGTH = re.compile(rf"\s*({NUMBER})\s*([a-z%]*)\s*", re.IGNORECASE)
 ABSOLUTE = {"mm": "mm", "cm": "cm", "in": "in", "m": "m", "ft": "ft"}  # units of a width that are lengths of stones
 HIDDEN = {"defs", "clippath", "mask", "pattern", "marker", "symbol", "style", "script", "metadata", "title", "desc"}
+INHERITED = (
+    "fill", "fill-opacity", "stroke", "stroke-dasharray", "font-size", "text-anchor", "data-solid",
+)  # fmt: skip
 GROUPS = {"svg", "g", "a", "switch"}
 TAKES = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}  # numbers of each command
 DEEP = 200  # groups in groups; a drawing program needs a dozen
@@ -72,28 +76,61 @@ def _unit(path: str, root: ElementTree.Element) -> tuple[str, Floats]:
     return unit, np.eye(2, 3)
 
 
-def _lines(path: str, root: ElementTree.Element, matrix: Floats, passed: Counter[str]) -> Iterator[DrawnLine]:
-    """Lines of an element and all within it, in their order."""
-    stack = [(root, matrix, "", 0)]
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """An element of a drawing that is displayed, and what it has from the groups that it lies in."""
+
+    kind: str
+    element: ElementTree.Element
+    where: str  # file and element, for what is said of it
+    matrix: Floats  # (2, 3) from its coordinates to those of the sheet
+    layer: str
+    style: Mapping[str, str]  # presentation attributes, its own before those of groups
+
+    def lines(self) -> Iterator[tuple[tuple[Curve, ...], bool]]:
+        """Pieces of each of its lines on the sheet, and whether that is closed; none where it is no shape."""
+        if self.kind in SHAPES:
+            for pieces, closed in SHAPES[self.kind](self.where, self.element):
+                if pieces:
+                    yield tuple(_moved(piece, self.matrix) for piece in pieces), closed
+
+
+def placed(path: str, root: ElementTree.Element, matrix: Floats) -> Iterator[Placed]:
+    """Elements below one whose map to the sheet is `matrix` (2, 3), in their order, without groups and what is hidden.
+
+    Raises
+    ------
+    InputError
+        A transform that is none, or groups within each other without end; one line that names the element.
+    """
+    stack: list[tuple[ElementTree.Element, Floats, str, Mapping[str, str], int]] = [(root, matrix, "", {}, 0)]
     while stack:
-        element, outer, layer, depth = stack.pop()
+        element, outer, layer, style, depth = stack.pop()
         kind = str(element.tag).removeprefix(SPACE).lower() if isinstance(element.tag, str) else ""
-        style = element.get("style", "").replace(" ", "")
-        if kind in HIDDEN or "display:none" in style or element.get("display") == "none" or "{" in kind or not kind:
+        css = element.get("style", "").replace(" ", "")
+        if kind in HIDDEN or "display:none" in css or element.get("display") == "none" or "{" in kind or not kind:
             continue
         if depth > DEEP:
             raise InputError(f"{path}: has more than {DEEP} groups within each other; ungroup them")
         where = f"{path}: <{kind}{' ' + one_line(repr(element.get('id')), 30) if element.get('id') else ''}>"
         here = _after(outer, _transform(where, element.get("transform", "")))
+        own = {name: value for name in INHERITED if (value := element.get(name)) is not None}
+        style = {**style, **own} if own else style
+        name = element.get("data-layer") or (element.get(LABEL) or element.get("id") if kind == "g" else "")
+        layer = name or layer
         if kind in GROUPS:
-            name = element.get(LABEL) or element.get("id") or "" if kind == "g" else ""
-            stack += [(child, here, name or layer, depth + 1) for child in reversed(element)]
-        elif kind in SHAPES:
-            for pieces, closed in SHAPES[kind](where, element):
-                if pieces:
-                    yield DrawnLine(tuple(_moved(piece, here) for piece in pieces), layer, closed)
+            stack += [(child, here, layer, style, depth + 1) for child in reversed(element)]
         else:
-            passed[kind] += 1
+            yield Placed(kind, element, where, here, layer, style)
+
+
+def _lines(path: str, root: ElementTree.Element, matrix: Floats, passed: Counter[str]) -> Iterator[DrawnLine]:
+    """Lines of an element and all within it, in their order."""
+    for one in placed(path, root, matrix):
+        if one.kind not in SHAPES:
+            passed[one.kind] += 1
+        for pieces, closed in one.lines():
+            yield DrawnLine(pieces, one.layer, closed)
 
 
 def _moved(piece: Curve, matrix: Floats) -> Curve:

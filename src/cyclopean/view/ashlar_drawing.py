@@ -11,7 +11,7 @@ from cyclopean.arrays import Floats
 from cyclopean.design.ashlar.planning import LaidStone
 from cyclopean.design.ashlar.wall import AshlarWall
 from cyclopean.view.colours import ACCENT, GHOST, INK
-from cyclopean.view.svg import WIDTH, legend, rect, sheet, text
+from cyclopean.view.svg import EXACT, WIDTH, layer, legend, rect, sheet, text, to_scale
 
 __all__ = ["ashlar_svg"]
 
@@ -31,37 +31,47 @@ def ashlar_svg(wall: AshlarWall, title: str) -> str:
     settings = wall.settings
     scale = (WIDTH - 2.0 * MARGIN) / settings.length
     foot = MARGIN + settings.height * scale
-    parts = [_stone(s, 2, scale, foot) for s in wall.laid if s.slot.leaf <= 0]
-    for one in settings.openings:
-        parts.append(_box([[one.left, one.sill], [one.left + one.width, one.top]], scale, foot, ASKED))
-    for gap in wall.gaps:
-        row = [s.slot for s in wall.laid if s.slot.course == gap.course]
-        if row and gap.leaf <= 0:
-            parts.append(_box([[gap.low, row[0].low[2]], [gap.high, row[0].high[2]]], scale, foot, GAP))
-    parts.append(f'<path d="M{MARGIN / 2:g} {foot:.1f}H{WIDTH - MARGIN / 2:g}" stroke="{EDGE}" stroke-width="4"/>')
+    row = {s.slot.course: s.slot for s in reversed(wall.laid)}
+    asked = ([[one.left, one.sill], [one.left + one.width, one.top]] for one in settings.openings)
+    gaps = (
+        [[gap.low, row[gap.course].low[2]], [gap.high, row[gap.course].high[2]]]
+        for gap in wall.gaps
+        if gap.course in row and gap.leaf <= 0
+    )
+    ground = f'<path d="M{MARGIN / 2:g} {foot:.{EXACT}f}H{WIDTH - MARGIN / 2:g}" stroke="{EDGE}" stroke-width="4"/>'
+    parts = [
+        *_stones([s for s in wall.laid if s.slot.leaf <= 0], 2, scale, foot),
+        layer("openings", (_box(box, scale, foot, ASKED) for box in asked)),
+        layer("gaps", (_box(box, scale, foot, GAP) for box in gaps)),
+        layer("ground", [ground]),
+    ]
     low = foot + BETWEEN
     for course in range(min(PLANS, wall.readout.courses)):
-        parts.append(text(MARGIN, low + CAPTION - 7.0, f"course {course + 1}, from above", 'font-size="16"'))
+        name = text(MARGIN, low + CAPTION - 7.0, f"course {course + 1}, from above", 'font-size="16"')
         low += CAPTION + settings.depth * scale
-        parts += [_stone(s, 1, scale, low) for s in wall.laid if s.slot.course == course]
+        plan = _stones([s for s in wall.laid if s.slot.course == course], 1, scale, low)
+        parts.append(layer(f"course-{course + 1}", [layer("text", [name]), *plan]))
         low += BETWEEN
-    return sheet((WIDTH, low + LEGEND), title, [*parts, *_legend(wall, low + 24.0)], letters=17.0)
+    parts.append(layer("legend", _legend(wall, low + 24.0)))
+    return sheet((WIDTH, low + LEGEND), title, parts, letters=17.0, more=to_scale(scale, (MARGIN, foot)))
 
 
 def _box(corners: Sequence[Sequence[float]] | Floats, scale: float, foot: float, style: str) -> str:
     """A rectangle between its least and its largest corner, (2, 2) m."""
     (x0, y0), (x1, y1) = corners
-    return rect(MARGIN + x0 * scale, foot - y1 * scale, (x1 - x0) * scale, (y1 - y0) * scale, style)
+    return rect(MARGIN + x0 * scale, foot - y1 * scale, (x1 - x0) * scale, (y1 - y0) * scale, style, EXACT)
 
 
-def _stone(stone: LaidStone, up: int, scale: float, foot: float) -> str:
-    """A stone in x and y (`up` 1) or in x and z (2)."""
-    box = np.array([stone.slot.low, stone.slot.high])[:, [0, up]]
-    drawn = _box(box, scale, foot, f'fill="{TINT[stone.slot.kind]}" stroke="{EDGE}" stroke-width="1.5"')
-    if not (stone.sawn.cuts or stone.sawn.offcut):
-        return drawn
-    x, y = box.mean(axis=0) * scale
-    return drawn + _stroke(MARGIN + x, foot - y, min(8.0, 0.3 * scale * float(np.ptp(box, axis=0).min())))
+def _stones(stones: Sequence[LaidStone], up: int, scale: float, foot: float) -> list[str]:
+    """Stones in x and y (`up` 1) or in x and z (2), and strokes across those that are parts of slabs."""
+    box = [np.array([one.slot.low, one.slot.high])[:, [0, up]] for one in stones]
+    rim = f'stroke="{EDGE}" stroke-width="1.5"'
+    drawn = (_box(b, scale, foot, f'fill="{TINT[s.slot.kind]}" {rim}') for s, b in zip(stones, box, strict=True))
+    strokes = []
+    for b in (b for s, b in zip(stones, box, strict=True) if s.sawn.cuts or s.sawn.offcut):
+        x, y = b.mean(axis=0) * scale
+        strokes.append(_stroke(MARGIN + x, foot - y, min(8.0, 0.3 * scale * float(np.ptp(b, axis=0).min()))))
+    return [layer("stones", drawn), layer("sawn", strokes)]
 
 
 def _stroke(x: float, y: float, size: float) -> str:

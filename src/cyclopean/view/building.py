@@ -20,11 +20,12 @@ from cyclopean.view.colours import ACCENT, GHOST, INK, SUPPORT, shaded
 from cyclopean.view.drawing import feature_edges
 from cyclopean.view.figures import number
 from cyclopean.view.markup import SUPPORTED, document, figure, headline, key, legend, section, table
-from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, rect, segments, sheet, text
+from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, layer, rect, segments, sheet, text, to_scale
 
 __all__ = ["building_html", "building_svg", "outcome"]
 
 MARGIN = 30.0  # drawing units, on every side
+FINE = 3  # decimals: a hundredth of a millimetre where the sheet is 10 m wide
 TALLEST = 900.0  # drawing units
 BAR = 34.0  # height of the bar of verdicts below
 SLANT = 0.5 * np.cos(np.pi / 4.0)  # where a metre of depth goes, m: so far to the right and as far up
@@ -128,18 +129,21 @@ def building_svg(sequence: BuildSequence) -> str:
     bodies = []
     for block in _painted(sequence, paper.view.sight):
         k = step_of.get(block)
-        drawn = f'<g id="stone-{block}">{_body(sequence, paper, normals, block, k)}</g>'
+        name = "supports" if k is None else "stones"
+        drawn = f'<g id="stone-{block}" data-layer="{name}">{_body(sequence, paper, normals, block, k)}</g>'
         way = "" if k is None or not moves else _way(sequence.steps[k], k, sequence, paper, total)
         bodies.append(f"<g>{drawn}{way}</g>")
     waiting = "".join(_waits(step, k, sequence, paper, total) for k, step in enumerate(sequence.steps)) if moves else ""
     parts = [
         f"<defs>{hatch()}</defs>",
-        _waiting(sequence, paper),
-        f'<g stroke="{INK}" stroke-width="0.8" stroke-linejoin="round">{"".join(bodies)}{waiting}</g>',
-        _bar(sequence, paper.height, total if moves else 0.0),
+        layer("yard", [_waiting(sequence, paper)]),
+        f'<g stroke="{INK}" stroke-width="0.8" stroke-linejoin="round">',
+        layer("stones", bodies, solid=True),
+        f"{waiting}</g>",
+        layer("verdicts", [_bar(sequence, paper.height, total if moves else 0.0)]),
     ]
-    title = f"{sequence.assembly.name}: how it is built"
-    return sheet((WIDTH, paper.height + BAR), title, parts, white=False, more=' id="building"')
+    title, more = f"{sequence.assembly.name}: how it is built", ' id="building"' + to_scale(paper.scale, paper.foot)
+    return sheet((WIDTH, paper.height + BAR), title, parts, white=False, more=more)
 
 
 def _paper(sequence: BuildSequence) -> Paper:
@@ -192,14 +196,14 @@ def _body(sequence: BuildSequence, paper: Paper, normals: Floats, block: int, st
     for k in np.argsort([-float((ring @ view.sight).mean()) for ring in rings], kind="stable"):
         n = normals[seen[k]]
         light = float(np.clip(0.9 - 0.1 * (n @ view.right) + 0.1 * (n @ view.up), 0.6, 1.0))
-        outline, tint = closed(paper.of(rings[k])), shaded(colour, light)
+        outline, tint = closed(paper.of(rings[k]), FINE), shaded(colour, light)
         parts.append(f'<path d="{outline}" fill="{tint}" stroke="{tint}"/>')
         if step is None:
             parts.append(f'<path d="{outline}" fill="url(#hatch)" stroke="none"/>')
     first = mesh.vertex_start[block]
     local = [(corner - first).tolist() for corner in corners]
     edges = feature_edges(pack([(mesh.vertex[first : mesh.vertex_start[block + 1]], local)]))
-    parts.append(f'<path d="{segments(paper.of(edges))}" fill="none"/>')
+    parts.append(f'<path d="{segments(paper.of(edges), FINE)}" fill="none"/>')
     if step is not None and len(sequence.steps) <= NUMBERED and rings:
         parts.append(_number(step + 1, rings, normals[seen], paper))
     return "".join(parts)
@@ -211,7 +215,7 @@ def _number(step: int, rings: list[Floats], normal: Floats, paper: Paper) -> str
     facets = [paper.of(rings[k]) for k in np.flatnonzero(front < front.min() + BENT)]
     x, y, width = _middle(facets[0] if len(facets) == 1 else convex_hull(np.concatenate(facets)))
     size = float(np.clip(0.45 * width, 3.0, 17.0))
-    style = f'font-size="{size:.1f}" text-anchor="middle" fill="{INK}" stroke="none"'
+    style = f'font-size="{size:.1f}" text-anchor="middle" fill="{INK}" stroke="none" data-layer="numbers"'
     return text(x, y + 0.35 * size, str(step), style)
 
 
@@ -273,7 +277,8 @@ def _waiting(sequence: BuildSequence, paper: Paper) -> str:
         i = step.block
         local = (mesh.vertex[mesh.vertex_start[i] : mesh.vertex_start[i + 1]] + sequence.yard[i]) @ axes.T
         (x0, y0, z0), (x1, y1, _) = local.min(axis=0), local.max(axis=0)
-        lines.append(closed(paper.of(np.array([[x0, y0, z0], [x1, y0, z0], [x1, y1, z0], [x0, y1, z0]]) @ axes)))
+        box = np.array([[x0, y0, z0], [x1, y0, z0], [x1, y1, z0], [x0, y1, z0]]) @ axes
+        lines.append(closed(paper.of(box), FINE))
     return f'<path d="{"".join(lines)}" fill="none" stroke="{GHOST}" stroke-width="0.8" stroke-dasharray="4 3"/>'
 
 

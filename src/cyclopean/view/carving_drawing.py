@@ -32,7 +32,21 @@ from cyclopean.view.markup import (
     section,
     table,
 )
-from cyclopean.view.svg import PAPER, WIDTH, Paper, closed, fitted, front_view, hatch, rect, sheet, text
+from cyclopean.view.svg import (
+    EXACT,
+    PAPER,
+    WIDTH,
+    Paper,
+    closed,
+    fitted,
+    front_view,
+    hatch,
+    layer,
+    rect,
+    sheet,
+    text,
+    to_scale,
+)
 
 __all__ = ["DATUM", "carving_html", "carving_svg"]
 
@@ -55,14 +69,23 @@ def carving_svg(wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: s
     outline = {b.id: _outline(paper.of(b.vertices), fans(b.faces)) for b in wall.blocks}
     held, free = ([b.id for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
     filled = {c.cell for c in carved if len(c.triangles)}
-    parts = [f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held]
-    parts += [_stone(paper, c, outline[c.cell], f"{when}-{k}", when) for k, c in enumerate(carved) if c.cell in outline]
-    for name in free:
-        stroke = f'stroke="{INK}"' if name in filled else f'stroke="{GHOST}" stroke-dasharray="6 5"'
-        parts.append(f'<path d="{outline[name]}" fill="none" stroke-width="1.6" stroke-linejoin="round" {stroke}/>')
+    stones = (_stone(paper, c, outline[c.cell], f"{when}-{k}", when) for k, c in enumerate(carved) if c.cell in outline)
+    parts = [
+        layer("supports", (f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held)),
+        layer("stones", stones),
+        layer("cells", (_cell(outline[name], name in filled) for name in free)),
+    ]
     clip = f'<clipPath id="{when}">{rect(0.0, 0.0, WIDTH, paper.height, "")}</clipPath>'
-    shown = [_patterns(), clip, f'<g clip-path="url(#{when})">', *parts, "</g>", *_legend(carved, paper.height, when)]
-    return sheet((WIDTH, paper.height + LEGEND), title, shown, letters=17.0)
+    told = layer("legend", _legend(carved, paper.height, when))
+    shown = [_patterns(), clip, f'<g clip-path="url(#{when})">', *parts, "</g>", told]
+    more = to_scale(paper.scale, paper.foot)
+    return sheet((WIDTH, paper.height + LEGEND), title, shown, letters=17.0, more=more)
+
+
+def _cell(outline: str, filled: bool) -> str:
+    """A cell as it was drawn, dashed where it has no stone."""
+    stroke = f'stroke="{INK}"' if filled else f'stroke="{GHOST}" stroke-dasharray="6 5"'
+    return f'<path d="{outline}" fill="none" stroke-width="1.6" stroke-linejoin="round" {stroke}/>'
 
 
 def _paper(wall: Assembly, carved: Sequence[Carved], fixed: Bools, when: When) -> Paper:
@@ -88,7 +111,7 @@ def _outline(flat: Floats, triangles: Ints) -> str:
 
 
 def _ring(loop: Floats) -> str:
-    """Path of one ring, to a tenth of a unit; nothing where it is too narrow to be seen."""
+    """Path of one ring; nothing where it is too narrow to be seen."""
     (x, y), (ahead, up) = (loop - loop[0]).T, (np.roll(loop, -1, axis=0) - loop[0]).T
     length = float(np.hypot(ahead - x, up - y).sum())
     if not abs(float((x * up - y * ahead).sum())) > FINE * length:
@@ -97,7 +120,7 @@ def _ring(loop: Floats) -> str:
     for a, b in loop[1:].tolist():
         if abs(a - way[-1][0]) + abs(b - way[-1][1]) > APART:
             way.append([a, b])
-    return closed(np.array(way))
+    return closed(np.array(way), EXACT)
 
 
 def _stone(paper: Paper, c: Carved, cell: str, name: str, when: When) -> str:
@@ -111,7 +134,8 @@ def _stone(paper: Paper, c: Carved, cell: str, name: str, when: When) -> str:
         sheet_of_paper = f"M0 0H{WIDTH:g}V{paper.height:.1f}H0Z"
         parts.append(
             f'<clipPath id="{name}"><path d="{sheet_of_paper}{cell}" clip-rule="evenodd"/></clipPath>'
-            f'<path clip-path="url(#{name})" d="{off}" fill="url(#off-{_step(c.carved_share)})"/>'
+            f'<path clip-path="url(#{name})" d="{off}" fill="url(#off-{_step(c.carved_share)})"'
+            ' data-layer="offcuts"/>'
         )
     return f"<g>{said}{''.join(parts)}</g>"
 

@@ -21,11 +21,13 @@ from cyclopean.view.svg import (
     fitted,
     front_view,
     hatch,
+    layer,
     project,
     scale_bar,
     segments,
     sheet,
     text,
+    to_scale,
 )
 
 __all__ = ["animated", "elevation_svg"]
@@ -36,7 +38,7 @@ FACE_LIMIT = 20_000  # faces painted one by one; beyond it one silhouette a bloc
 ARROW_LIMIT = 1_000  # drawn; of more the largest
 POINT_LIMIT = 5_000  # dots of one kind
 ANIMATED_FACES = 1_500  # beyond it the two shapes of every face would make the page heavy
-FINE = 2  # decimals of the corners of faces, which are many units large or small
+FINE = 3  # decimals: a hundredth of a millimetre where the sheet is 10 m wide; faces are many, and pages heavy
 NOTHING = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.05]])  # what paper is cut to where nothing is shown
 
 
@@ -49,22 +51,21 @@ def elevation_svg(drawn: Picture, title: str) -> str:
         HEIGHT - MARGIN - FOOT,
         (MARGIN, MARGIN, SIDE, FOOT),
     )
-    moves = animated(drawn)
+    moves, full = animated(drawn), np.full(len(drawn.press), 4.0)
     parts = [
         f"<defs>{hatch()}</defs>",
-        *_polygons(drawn, paper, moves),
-        _ghost(drawn, paper),
-        _thrust(drawn.thrust, paper),
-        _arrows(drawn.arrow, paper, FORCE),
-        _dots(drawn.press, np.full(len(drawn.press), 4.0), paper, FORCE),
-        _arrows(drawn.rub, paper, RUB),
-        _dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), paper, PULL),
-        *_numbers(drawn.blamed, paper),
-        _gravity(drawn, paper),
+        layer("stones", _polygons(drawn, paper, moves), solid=True),
+        layer("at-rest", [_ghost(drawn, paper)]),
+        layer("thrust", [_thrust(drawn.thrust, paper)]),
+        layer("forces", [_arrows(drawn.arrow, paper, FORCE), _dots(drawn.press, full, paper, FORCE)]),
+        layer("friction", [_arrows(drawn.rub, paper, RUB)]),
+        layer("tension", [_dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), paper, PULL)]),
+        layer("numbers", _numbers(drawn.blamed, paper)),
+        layer("gravity", [_gravity(drawn, paper)]),
         scale_bar(MARGIN, paper.height - 34.0, paper.scale, 0.22 * (paper.width - 2.0 * MARGIN)) if len(seen) else "",
     ]
-    name = ' id="moving"' if moves else ""
-    return sheet((paper.width, paper.height), title, parts, letters=16.0, white=False, more=name)
+    more = to_scale(paper.scale, paper.foot) + (' id="moving"' if moves else "")
+    return sheet((paper.width, paper.height), title, parts, letters=16.0, white=False, more=more)
 
 
 def animated(drawn: Picture) -> bool:
@@ -113,6 +114,7 @@ def _paint(outline: str, group: int, light: float, edged: bool, way: str = "") -
     """One polygon; supports get a hatch over their colour, unedged faces a hairline of their own colour."""
     colour = shaded(fill(group), light)
     edge = "" if edged else f' stroke="{colour}"'
+    edge += ' data-layer="supports"' if group == HELD else ""
     lines = f'<path d="{outline}" fill="url(#hatch)" stroke="none"/>' if group == HELD else ""
     end = f">{way}</path>" if way else "/>"
     return f'<path d="{outline}" fill="{colour}"{edge}{end}{lines}'
@@ -134,7 +136,7 @@ def _ghost(drawn: Picture, paper: Paper) -> str:
     """Where the model stands, dashed, over the moved one."""
     if not len(drawn.ghost):
         return ""
-    lines = segments(np.unique(paper.of(drawn.ghost).round(1), axis=0))
+    lines = segments(np.unique(paper.of(drawn.ghost).round(FINE), axis=0), FINE)
     return f'<path d="{lines}" fill="none" stroke="{GHOST}" stroke-width="1.1" stroke-dasharray="5 4"/>'
 
 
@@ -142,7 +144,7 @@ def _thrust(thrust: Floats, paper: Paper) -> str:
     """The line of thrust: a white halo and a broad line."""
     if not len(thrust):
         return ""
-    path, style = segments(paper.of(thrust)), 'fill="none" stroke-linecap="round"'
+    path, style = segments(paper.of(thrust), FINE), 'fill="none" stroke-linecap="round"'
     return (
         f'<path class="thrust" d="{path}" {style} stroke="#fff" stroke-width="6" stroke-opacity="0.7"/>'
         f'<path d="{path}" {style} stroke="{THRUST}" stroke-width="3.5"/>'
@@ -154,7 +156,7 @@ def _arrows(arrow: Floats, paper: Paper, colour: str) -> str:
     if not len(arrow):
         return ""
     ends = paper.of(arrow[:ARROW_LIMIT])
-    shafts, heads = segments(ends), "".join(_head(tail, tip, 9.0) for tail, tip in ends)
+    shafts, heads = segments(ends, FINE), "".join(_head(tail, tip, 9.0) for tail, tip in ends)
     return (
         f'<path d="{shafts}" stroke="#fff" stroke-width="4" stroke-opacity="0.7" fill="none"/>'
         f'<path d="{shafts}" stroke="{colour}" stroke-width="2" fill="none"/><path d="{heads}" fill="{colour}"/>'

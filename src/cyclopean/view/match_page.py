@@ -13,7 +13,7 @@ from cyclopean.view.carving_drawing import DATUM, carving_svg
 from cyclopean.view.curves import curves_svg
 from cyclopean.view.markup import document, figure, headline, listed, section, table
 
-__all__ = ["match_html", "rounds_svg"]
+__all__ = ["match_html", "placed_svg", "rounds_svg"]
 
 _CAPTION = (
     f"Hatched: what comes off. Clifford and McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall (ACADIA"
@@ -27,11 +27,6 @@ def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequ
     `stones` are those that were matched, `cells` as they are in the end, after `rounds` of a negotiation, where there
     was one.
     """
-    blocks = cells.assembly.blocks
-    placed = [(stones[p.stone], blocks[cells.block[p.cell]], p.rotation, p.shift) for p in match.placements]
-    carved = tuple(carve(*row) for row in placed)
-    held, _ = supports(cells.assembly)
-    drawing = carving_svg(cells.assembly, held, carved, f"{cells.assembly.name}, stones as placed", "before")
     title = f"Stones for {cells.assembly.name}"
     figures = [
         ("Lambda: carved off", f"{match.imposition:.3f}"),
@@ -42,12 +37,21 @@ def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequ
     ]
     body = (
         headline(title, figures),
-        section("Stones as placed", figure(drawing, _CAPTION)),
+        section("Stones as placed", figure(placed_svg(match, stones, cells), _CAPTION)),
         section("How the cells were negotiated", figure(rounds_svg(rounds)) if len(rounds) > 1 else "", _ROUNDS),
         section("Stone by stone", _table(match, stones, cells), "The most carved first."),
         section("What to know", listed(match.notes)),
     )
     return document(title, body)
+
+
+def placed_svg(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
+    """Draw matched stones in their cells, as placed, with what comes off, as one `<svg>` element."""
+    blocks = cells.assembly.blocks
+    placed = [(stones[p.stone], blocks[cells.block[p.cell]], p.rotation, p.shift) for p in match.placements]
+    carved = tuple(carve(*row) for row in placed)
+    held, _ = supports(cells.assembly)
+    return carving_svg(cells.assembly, held, carved, f"{cells.assembly.name}, stones as placed", "before")
 
 
 _ROUNDS = "In each round the cells were moved to suit their stones, drawn again, and the stones placed again."

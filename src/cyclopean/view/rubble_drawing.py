@@ -29,12 +29,14 @@ from cyclopean.view.figures import number
 from cyclopean.view.relief import Relief, outlines, picture, places, relief
 from cyclopean.view.stone_faces import facing
 from cyclopean.view.svg import (
+    EXACT,
     PAPER,
     WIDTH,
     Paper,
     View,
     closed,
     hatch,
+    layer,
     legend,
     project,
     rect,
@@ -42,6 +44,7 @@ from cyclopean.view.svg import (
     segments,
     sheet,
     text,
+    to_scale,
 )
 
 __all__ = ["ROLES", "SIDES", "Profile", "Told", "courses_svg", "rubble_svg"]
@@ -81,7 +84,7 @@ GRAIN = 5  # steps of coordinates in a drawing unit; whole numbers keep the file
 ASKED = f'stroke="{GHOST}" stroke-width="1.2" stroke-dasharray="6 4"'
 _NUMBERS = (
     f'<g text-anchor="middle" fill="{INK}" stroke="{PAPER}" stroke-opacity="0.75" stroke-width="2.4"'
-    ' stroke-linejoin="round" paint-order="stroke" pointer-events="none">'
+    ' stroke-linejoin="round" paint-order="stroke" pointer-events="none" data-layer="numbers">'
 )
 
 
@@ -240,7 +243,9 @@ def rubble_svg(
     frames, height = _laid_out(stones, rows)
     parts = [_patterns(), *(_picture(stones, frame, every) for frame in frames)]
     foot, height = _foot(stones, frames[0], height, keys)
-    return sheet((WIDTH, height), title, [*parts, *foot], letters=LETTERS)
+    first = frames[0].paper
+    parts.append(layer("legend", foot))
+    return sheet((WIDTH, height), title, parts, letters=LETTERS, more=to_scale(first.scale, first.foot))
 
 
 def courses_svg(assembly: Assembly, title: str, told: Told) -> str:
@@ -267,10 +272,10 @@ def courses_svg(assembly: Assembly, title: str, told: Told) -> str:
         here = np.flatnonzero(course == one).tolist()
         seen = _seen(stones, frame, here, seen)
         parts.append(_image(stones, seen, frame, course != one))
-        parts.append(_rims(stones, seen, frame, here))
-        parts.append(_words(frame, CAPTION - 6.0, f"Course {one + 1}", _count(len(here))))
-    height = MARGIN + pitch * -(-len(every) // ACROSS)
-    return sheet((WIDTH, height), title, parts, letters=LETTERS)
+        parts.append(layer("stones", [_rims(stones, seen, frame, here)], solid=True))
+        parts.append(layer("text", [_words(frame, CAPTION - 6.0, f"Course {one + 1}", _count(len(here)))]))
+    height, first = MARGIN + pitch * -(-len(every) // ACROSS), (MARGIN, MARGIN + scale * up)
+    return sheet((WIDTH, height), title, parts, letters=LETTERS, more=to_scale(scale, first))
 
 
 def _laid_out(stones: _Stones, rows: Sequence[Sequence[str | float]]) -> tuple[list[_Frame], float]:
@@ -302,24 +307,28 @@ def _view(side: str | float) -> View:
 def _picture(stones: _Stones, frame: _Frame, cuts: Sequence[float]) -> str:
     """One picture with all that is written about it."""
     seen = _seen(stones, frame, range(len(stones.name)))
-    parts = [_ground(frame), _image(stones, seen, frame, np.full(len(stones.name), frame.cut is not None))]
-    numbered = range(len(stones.name)) if frame.cut is None else ()
-    parts.append(_rims(stones, seen, frame, numbered))
-    if frame.cut is not None:
-        parts += [_cut(stones, frame, k) for k in range(len(stones.name))]
-    parts.append(_asked(stones.told.profile, frame))
-    name, words = _VIEWS[frame.side][0], ""
-    if frame.side == "front":
-        level, line = _level(seen, frame)
-        parts += [line, _height_of(stones, frame)]
-        words = f"dashed: mean top, {number(level)} m"
+    section = frame.cut is not None
+    rims = _rims(stones, seen, frame, () if section else range(len(stones.name)))
+    front = frame.side == "front"
+    level, line = _level(seen, frame) if front else (0.0, "")
+    sizes = [_height_of(stones, frame)] if front else []
+    sizes += [_width_of(stones, frame)] if frame.side in ("front", "right", SECTION) else []
+    name, words = _VIEWS[frame.side][0], f"dashed: mean top, {number(level)} m" if front else ""
     if frame.cut is not None:
         name, words = f"Section {_letter(cuts, frame.cut)}", f"x = {number(frame.cut)} m"
-    if frame.side in ("front", "right", SECTION):
-        parts.append(_width_of(stones, frame))
-    if frame.side in ("front", "above"):
-        parts += [_mark(frame, cut, _letter(cuts, cut)) for cut in cuts]
-    return "".join([*parts, _words(frame, STRIP + DIMENSION, name, words)])
+    marks = (_mark(frame, cut, _letter(cuts, cut)) for cut in cuts) if frame.side in ("front", "above") else ()
+    parts = [
+        layer("ground", [_ground(frame)]),
+        layer("shading", [_image(stones, seen, frame, np.full(len(stones.name), section))]),
+        layer("beyond" if section else "stones", [rims], solid=True),
+        layer("cuts", (_cut(stones, frame, k) for k in range(len(stones.name)) if section), solid=True),
+        layer("as-asked-for", [_asked(stones.told.profile, frame)]),
+        layer("level", [line]),
+        layer("dimensions", sizes),
+        layer("sections", marks),
+        layer("text", [_words(frame, STRIP + DIMENSION, name, words)]),
+    ]
+    return layer(name.lower().replace(" ", "-"), parts)
 
 
 def _seen(stones: _Stones, frame: _Frame, which: Iterable[int], before: Relief | None = None) -> Relief:
@@ -391,7 +400,7 @@ def _cut(stones: _Stones, frame: _Frame, k: int) -> str:
     rings = [frame.paper.of(np.insert(ring, 0, frame.cut, axis=1)) for ring in cross_section(solid, frame.cut)]
     if not rings:
         return ""
-    way = "".join(closed(ring) for ring in rings)
+    way = "".join(closed(ring, EXACT) for ring in rings)
     unsteady = stones.name[k] in stones.told.unsteady
     low, high = rings[0].min(axis=0), rings[0].max(axis=0)
     x, y = ((low + high) / 2.0).tolist()
@@ -422,9 +431,9 @@ def _asked(profile: Profile | None, frame: _Frame) -> str:
     """Lines of the wall that was asked for."""
     if profile is None:
         return ""
-    ends = np.rint(10.0 * frame.paper.of(profile.edges())) / 10.0
+    ends = frame.paper.of(profile.edges()).round(EXACT)
     ends = np.unique(np.sort(ends.reshape(-1, 4).view("f8,f8"), axis=1).view(np.float64), axis=0).reshape(-1, 2, 2)
-    return f'<path d="{segments(ends)}" fill="none" {ASKED}/>'
+    return f'<path d="{segments(ends, EXACT)}" fill="none" {ASKED}/>'
 
 
 def _level(seen: Relief, frame: _Frame) -> tuple[float, str]:
@@ -449,14 +458,14 @@ def _width_of(stones: _Stones, frame: _Frame) -> str:
 def _height_of(stones: _Stones, frame: _Frame) -> str:
     """The dimension of the stones to the left of a picture."""
     flat = frame.paper.of(stones.ends)[:, 1]
-    turned = f"translate({frame.left - 0.62 * DIMENSION:.1f} {flat.max():.1f}) rotate(-90)"
+    turned = f"translate({frame.left - 0.62 * DIMENSION:.1f} {flat.max():.{EXACT}f}) rotate(-90)"
     return f'<g transform="{turned}">{_dimension(0.0, float(np.ptp(flat)), 0.0, frame.paper.scale)}</g>'
 
 
 def _dimension(x: float, long: float, y: float, scale: float) -> str:
     """A level line of a length (drawing units) with its ends marked, and what it measures."""
-    ends = "".join(f"M{end:.1f} {y - 6:.1f}v12m-4 -2l8 -8" for end in (x, x + long))
-    way = f"M{x:.1f} {y:.1f}h{long:.1f}{ends}"
+    ends = "".join(f"M{end:.{EXACT}f} {y - 6:.1f}v12m-4 -2l8 -8" for end in (x, x + long))
+    way = f"M{x:.{EXACT}f} {y:.1f}h{long:.{EXACT}f}{ends}"
     return f'<path class="dimension" d="{way}" stroke="{SOFT}" stroke-width="0.9" fill="none"/>' + text(
         x + long / 2.0, y - 5.0, f"{number(long / scale)} m", f'text-anchor="middle" fill="{INK}"'
     )

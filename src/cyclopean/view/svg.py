@@ -1,9 +1,14 @@
 """The drawing kit: views, paper, shapes, scale bars, legends; every picture that is written as SVG is made of these.
 
 Points (..., 2) of a drawing are in its own units, y down; a sheet is `WIDTH` of them wide unless it says otherwise.
+
+A drawing that is to scale says so (`to_scale`) and puts its parts on layers by name (`layer`). In a page neither is
+seen. Written as a file it is as large as what it shows (`true_size`); `io.dxf_text` makes a DXF file of it.
 """
 
-from collections.abc import Iterable, Sequence
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 
@@ -14,6 +19,7 @@ from cyclopean.view.colours import HATCH, INK, LINE, SOFT
 from cyclopean.view.figures import number
 
 __all__ = [
+    "EXACT",
     "PAPER",
     "WIDTH",
     "Paper",
@@ -23,6 +29,7 @@ __all__ = [
     "front_view",
     "grid",
     "hatch",
+    "layer",
     "legend",
     "open_path",
     "project",
@@ -32,10 +39,13 @@ __all__ = [
     "segments",
     "sheet",
     "text",
+    "to_scale",
+    "true_size",
 ]
 
 WIDTH = 1000.0  # drawing units
 PAPER = "#ffffff"
+EXACT = 4  # decimals of what may be measured: within a thousandth of a millimetre where the sheet is 10 m wide
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -136,11 +146,64 @@ def sheet(
     what is written; 0 where nothing is. `more` holds further attributes.
     """
     font = f' font-family="sans-serif" font-size="{letters:g}" fill="{INK}"' if letters else ""
-    paper = f'<rect width="100%" height="100%" fill="{PAPER}"/>' if white else ""
+    wide, high = (f"{length:.0f}" for length in size)
+    paper = layer("paper", [f'<rect width="{wide}" height="{high}" fill="{PAPER}"/>']) if white else ""
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size[0]:.0f} {size[1]:.0f}" role="img"{font}{more}>'
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {high}" role="img"{font}{more}>'
         f"<title>{escape(title)}</title>{paper}{''.join(parts)}</svg>"
     )
+
+
+def layer(name: str, parts: Iterable[str], *, solid: bool = False) -> str:
+    """Parts of a drawing on a layer; nothing where there are none.
+
+    What lies under a `solid` part, on this layer or on another one that is solid too, is hidden by it: on the sheet by
+    its paint, in CAD by leaving it out.
+    """
+    drawn, hides = "".join(parts), ' data-solid="1"' if solid else ""
+    return f'<g data-layer="{name}"{hides}>{drawn}</g>' if drawn else ""
+
+
+def to_scale(scale: float, foot: Floats | tuple[float, float]) -> str:
+    """Attributes of a sheet: its scale, drawing units a metre, and the point (2,) of it from which CAD measures."""
+    x, y = foot
+    return f' data-units-per-metre="{float(scale)!r}" data-origin="{x:.{EXACT}f} {y:.{EXACT}f}"'
+
+
+def true_size(drawing: str) -> str:
+    """A drawing as it is written to a file: a millimetre of what it shows is one of the sheet, layers as Inkscape's.
+
+    One that is not to scale stays as it is.
+
+    Examples
+    --------
+    >>> file = true_size(sheet((500.0, 300.0), "2 m of wall", [layer("stones", ["..."])], more=to_scale(250.0, (0, 0))))
+    >>> file.split(" viewBox")[1].partition('width="')[2].partition(" data")[0]
+    '2000mm" height="1200mm"'
+    >>> file.partition("</title>")[2]
+    '<g id="stones" inkscape:groupmode="layer" inkscape:label="stones">...</g></svg>'
+    """
+    scale = re.search(r' data-units-per-metre="([^"]+)"', drawing)
+    size = re.search(r'viewBox="0 0 (\d+) (\d+)"', drawing)
+    if scale is None or size is None:
+        return drawing
+    wide, high = (f"{float(side) * 1000.0 / float(scale[1]):.12g}mm" for side in size.groups())
+    root = f' xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" width="{wide}" height="{high}"'
+    named = re.sub(r'<g data-layer="([^"]+)"( data-solid="1")?', _inkscape_layer(), drawing)
+    return named.replace(scale[0], root + scale[0], 1)
+
+
+def _inkscape_layer() -> Callable[[re.Match[str]], str]:
+    """What a layer is in Inkscape, and by its id in other programs; names may come again, ids may not."""
+    seen: Counter[str] = Counter()
+
+    def named(found: re.Match[str]) -> str:
+        name = found[1]
+        seen[name] += 1
+        number = f"-{seen[name]}" if seen[name] > 1 else ""
+        return f'<g id="{name}{number}" inkscape:groupmode="layer" inkscape:label="{name}"'
+
+    return named
 
 
 def open_path(points: Floats, digits: int = 1) -> str:
@@ -153,14 +216,15 @@ def closed(points: Floats, digits: int = 1) -> str:
     return f"{open_path(points, digits)}Z"
 
 
-def segments(ends: Floats) -> str:
+def segments(ends: Floats, digits: int = 1) -> str:
     """Path of line segments (e, 2, 2)."""
-    return "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in ends.tolist())
+    return "".join(open_path(pair, digits) for pair in ends)
 
 
-def rect(x: float, y: float, width: float, height: float, style: str) -> str:
+def rect(x: float, y: float, width: float, height: float, style: str, digits: int = 1) -> str:
     """A rectangle with such attributes."""
-    return f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" {style}/>'
+    at, size = f'x="{x:.{digits}f}" y="{y:.{digits}f}"', f'width="{width:.{digits}f}" height="{height:.{digits}f}"'
+    return f"<rect {at} {size} {style}/>"
 
 
 def text(x: float, y: float, words: str, style: str = "") -> str:
@@ -197,10 +261,9 @@ def scale_bar(x: float, y: float, scale: float, room: float) -> str:
     """A bar of a round length, at most `room` drawing units, that begins at a point, and its name behind it."""
     length, name = round_length(room / scale)
     right = x + length * scale
-    return (
-        f'<path d="M{x:.1f} {y - 5:.1f}v10m0-5H{right:.1f}m0-5v10" stroke="{SOFT}" stroke-width="1.5" fill="none"/>'
-        + text(right + 10.0, y + 5.0, name, f'fill="{SOFT}"')
-    )
+    way = f"M{x:.1f} {y - 5:.1f}v10m0-5h{length * scale:.{EXACT}f}m0-5v10"
+    bar = f'<path d="{way}" stroke="{SOFT}" stroke-width="1.5" fill="none"/>'
+    return layer("scale", [bar, text(right + 10.0, y + 5.0, name, f'fill="{SOFT}"')])
 
 
 def legend(lead: str, marks: Sequence[tuple[str, str]], columns: Sequence[float], at: tuple[float, float]) -> list[str]:

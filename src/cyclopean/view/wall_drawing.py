@@ -18,7 +18,7 @@ from cyclopean.design.walls.corner import CornerWall, joint_score
 from cyclopean.design.walls.interlock import Interlock, interlock
 from cyclopean.design.walls.pattern import Pattern
 from cyclopean.view.colours import ACCENT, FORCE, GHOST, INK, RUB
-from cyclopean.view.svg import PAPER, WIDTH, closed, legend, open_path, sheet
+from cyclopean.view.svg import EXACT, PAPER, WIDTH, closed, layer, legend, open_path, sheet, to_scale
 
 __all__ = ["corner_svg", "wall_svg"]
 
@@ -39,8 +39,9 @@ def wall_svg(pattern: Pattern, found: Interlock, title: str, *, tints: Sequence[
     """
     scale = (WIDTH - 2.0 * MARGIN) / pattern.settings.width
     wall = pattern.settings.height * scale
-    parts = _face(pattern, found, tints, np.array([MARGIN, MARGIN + wall]), scale)
-    return _with_legend(parts, wall + 2.0 * MARGIN, [found], found.score, title)
+    foot = np.array([MARGIN, MARGIN + wall])
+    parts = _face(pattern, found, tints, foot, scale)
+    return _with_legend(parts, foot, scale, [found], found.score, title)
 
 
 def corner_svg(made: CornerWall, title: str, *, tints: Sequence[str] | None = None) -> str:
@@ -52,12 +53,14 @@ def corner_svg(made: CornerWall, title: str, *, tints: Sequence[str] | None = No
     scale = (WIDTH - 2.0 * MARGIN - SEAM) / sum(widths)
     wall = made.patterns[0].settings.height * scale
     found = [interlock(pattern, depth=made.thickness.depth) for pattern in made.patterns]
+    foot = np.array([MARGIN, MARGIN + wall])
     parts: list[str] = []
     for k, (pattern, number) in enumerate(zip(made.patterns, made.block, strict=True)):
-        left = MARGIN + k * (widths[0] * scale + SEAM)
         own = None if tints is None else [tints[block] for block in number]
-        parts += _face(pattern, found[k], own, np.array([left, MARGIN + wall]), scale)
-    return _with_legend(parts, wall + 2.0 * MARGIN, found, joint_score(made), title)
+        along = np.array([k * (widths[0] * scale + SEAM), 0.0])
+        face = _face(pattern, found[k], own, foot + along, scale)
+        parts.append(layer(f"wall-{k + 1}", face))
+    return _with_legend(parts, foot, scale, found, joint_score(made), title)
 
 
 def _face(pattern: Pattern, found: Interlock, tints: Sequence[str] | None, foot: Floats, scale: float) -> list[str]:
@@ -66,35 +69,39 @@ def _face(pattern: Pattern, found: Interlock, tints: Sequence[str] | None, foot:
     point = foot + cells.vertex * units
     ends = point[cells.edge]
     tints = tints if tints is not None else [FIELD if kind == "stone" else DRESSED for kind in pattern.kind]
-    parts = [_ring(point[ring], tint) for ring, tint in zip(cells.rings(), tints, strict=True)]
-    reach = np.array([[0.0, 0.0], [pattern.settings.width * scale, 0.0]])
-    parts += [_line(foot + reach - [0.0, y * scale], GHOST, 1.0, "2 6") for y in pattern.lines]
-    parts += [_ring(foot + hole * units, PAPER) for hole in pattern.openings]
-    parts.append(_ground(pattern, foot, units))
+    reach = foot + np.array([[0.0, 0.0], [pattern.settings.width * scale, 0.0]])
     aligned = np.unique(found.aligned)
-    parts += [_line(ends[e], INK, 3.0) for e in np.setdiff1d(found.head, aligned)]
-    parts += [_line(ends[e], ALIGNED, 7.0) for e in aligned]
-    for joint in found.running:
-        parts.append(_line(ends[list(joint.joints)].mean(axis=1), FORCE, 2.0, "5 4"))
-    return parts + [_crossing(x, y) for x, y in point[found.crossings].tolist()]
+    running = (ends[list(joint.joints)].mean(axis=1) for joint in found.running)
+    return [
+        layer("stones", (_ring(point[ring], tint) for ring, tint in zip(cells.rings(), tints, strict=True))),
+        layer("course-lines", (_line(reach - [0.0, y * scale], GHOST, 1.0, "2 6") for y in pattern.lines), solid=True),
+        layer("openings", (_ring(foot + hole * units, PAPER) for hole in pattern.openings), solid=True),
+        layer("ground", [_ground(pattern, foot, units)]),
+        layer("head-joints", (_line(ends[e], INK, 3.0) for e in np.setdiff1d(found.head, aligned))),
+        layer("aligned-joints", (_line(ends[e], ALIGNED, 7.0) for e in aligned)),
+        layer("running-joints", (_line(way, FORCE, 2.0, "5 4") for way in running)),
+        layer("crossings", (_crossing(x, y) for x, y in point[found.crossings].tolist())),
+    ]
 
 
-def _with_legend(parts: list[str], top: float, found: Sequence[Interlock], score: float, title: str) -> str:
-    """Everything drawn; the legend below, which begins at `top`: the score, what the marks mean, how many there are."""
-    sample = np.array([[0.0, -6.0], [26.0, -6.0]])
+def _with_legend(
+    parts: list[str], foot: Floats, scale: float, found: Sequence[Interlock], score: float, title: str
+) -> str:
+    """Everything drawn; the legend below its foot: the score, what the marks mean, how many there are."""
+    top, sample = float(foot[1]) + MARGIN, np.array([[0.0, -6.0], [26.0, -6.0]])
     marks = (
         (_line(sample, INK, 3.0), f"head joints {sum(len(one.head) for one in found)}"),
         (_line(sample, ALIGNED, 7.0), f"aligned {sum(len(np.unique(one.aligned)) for one in found)}"),
         (_line(sample, FORCE, 2.0, "5 4"), f"running joints {sum(len(one.running) for one in found)}"),
         (_crossing(13.0, -6.0), f"crossings {sum(len(one.crossings) for one in found)}"),
     )
-    parts += legend(f"J = {score:.3f}", marks, COLUMNS, (MARGIN, top + 18.0))
-    return sheet((WIDTH, top + LEGEND), title, parts, letters=19.0)
+    told = layer("legend", legend(f"J = {score:.3f}", marks, COLUMNS, (MARGIN, top + 18.0)))
+    return sheet((WIDTH, top + LEGEND), title, [*parts, told], letters=19.0, more=to_scale(scale, foot))
 
 
 def _ring(ring: Floats, colour: str) -> str:
     """A stone, or an opening."""
-    return f'<path d="{closed(ring)}" fill="{colour}" {OUTLINE}/>'
+    return f'<path d="{closed(ring, EXACT)}" fill="{colour}" {OUTLINE}/>'
 
 
 def _ground(pattern: Pattern, foot: Floats, units: Floats) -> str:
@@ -103,15 +110,15 @@ def _ground(pattern: Pattern, foot: Floats, units: Floats) -> str:
     line = foot + line * units
     beyond = np.array([[MARGIN / 2.0, 0.0]])
     line = np.concatenate([line[:1] - beyond, line, line[-1:] + beyond])
-    return f'<path d="{open_path(line)}" fill="none" stroke="{EDGE}" stroke-width="4" stroke-linejoin="round"/>'
+    return f'<path d="{open_path(line, EXACT)}" fill="none" stroke="{EDGE}" stroke-width="4" stroke-linejoin="round"/>'
 
 
 def _line(way: Floats, colour: str, width: float, dashes: str = "") -> str:
     """A line through points (k, 2)."""
     dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
     style = f'fill="none" stroke="{colour}" stroke-width="{width:g}" stroke-linecap="round"{dashed}'
-    return f'<path d="{open_path(way)}" {style}/>'
+    return f'<path d="{open_path(way, EXACT)}" {style}/>'
 
 
 def _crossing(x: float, y: float) -> str:
-    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="9" fill="none" stroke="{RUB}" stroke-width="3.5"/>'
+    return f'<circle cx="{x:.{EXACT}f}" cy="{y:.{EXACT}f}" r="9" fill="none" stroke="{RUB}" stroke-width="3.5"/>'
