@@ -31,8 +31,8 @@ WRITTEN = {
     "certificate": ("F", "Write the proof of the verdict."),
     "report": ("F", "Write a page to read in a browser."),
     "drawing": ("F", "Draw it: SVG, 1:1 in millimetres."),
-    "dxf": ("F", "Draw it for CAD: DXF, layers by name, 1:1 in millimetres (extra dxf)."),
 }
+CAD = "F", "Draw it for CAD: DXF, layers by name, 1:1 in millimetres (extra dxf)."
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +74,9 @@ def written(*names: str, models: str = "", **helps: tuple[str, str]) -> Any:
 
     One whose help begins with "Required" has to be given. A "drawing" is two: `svg`, and `dxf` for the same in CAD.
     """
-    given = {**helps, **{name: WRITTEN[name] for name in names if name not in helps}}
-    if "drawing" in given:
-        given |= {"svg": given.pop("drawing"), "dxf": WRITTEN["dxf"]}
+    given: dict[str, tuple[str, str]] = {}
+    for name, one in {**helps, **{name: WRITTEN[name] for name in names if name not in helps}}.items():
+        given |= {"svg": one, "dxf": CAD} if name == "drawing" else {name: one}
     options = {
         name: Option(help_.removeprefix("Required: "), metavar=metavar, required=help_.startswith("Required"))
         for name, (metavar, help_) in given.items()
