@@ -9,9 +9,10 @@ gives the same bits.
 import importlib
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import reduce
 from io import StringIO
 from typing import Any
 from xml.etree import ElementTree
@@ -22,7 +23,7 @@ from cyclopean.arrays import Floats, Ints
 from cyclopean.errors import InputError
 from cyclopean.io.dxf import dxf_library
 from cyclopean.io.line_work import DrawnLine, corners
-from cyclopean.io.svg_lines import Placed, placed
+from cyclopean.io.svg_lines import SPACE, Placed, placed
 
 __all__ = ["dxf_text"]
 
@@ -37,21 +38,25 @@ INK = 7  # that colour
 ALIGNED = {"start": "LEFT", "middle": "CENTER", "end": "RIGHT"}
 
 
+Lines = tuple[tuple[Floats, bool], ...]  # (k, 2) mm, corners of each, the first again at its end where it is closed
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shape:
     """Something drawn, in mm, y up."""
 
     layer: str
     colour: int | None  # 0xrrggbb; None = ink
-    lines: tuple[tuple[Floats, bool], ...] = ()  # (k, 2) corners of each, the first again where it is closed
+    lines: Lines = ()
     dashes: tuple[float, ...] = ()  # mm, lines and gaps in turn
     circle: tuple[float, float, float] | None = None  # centre and radius
     words: str = ""
     at: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 0.0)  # of words: x, y, height of capitals, degrees
     anchor: str = "start"
-    filled: bool = False  # with a colour
+    region: Any = None  # what it covers where it is filled, as a geometry of shapely
     seen: bool = True  # has lines of its own; others only hide
-    solid: bool = False  # hides what lies below it, where it is filled, and is hidden
+    solid: bool = False  # is hidden by what is painted later and hides
+    hides: bool = False  # what lies below it and is solid
 
 
 def dxf_text(drawing: str) -> str:
@@ -78,7 +83,8 @@ def dxf_text(drawing: str) -> str:
     if not 0.0 < per_metre < math.inf:
         raise InputError("the drawing is not to scale, so that DXF cannot hold it in millimetres; write it as SVG")
     times = 1000.0 / per_metre
-    shapes = _merged(_shapes(root, np.array([[times, 0.0, -times * x], [0.0, -times, times * y]])))
+    to_mm = np.array([[times, 0.0, -times * x], [0.0, -times, times * y]])
+    shapes = _merged(_shapes(root, to_mm, SLIT * times))
     with _same_bits(library):
         document = library.new(RELEASE, units=4)  # mm
         document.styles.get("Standard").dxf.font = "arial.ttf"  # has all signs that we write; all programs replace it
@@ -101,26 +107,50 @@ def _same_bits(library: Any) -> Iterator[None]:
         library.options.write_fixed_meta_data_for_testing = before
 
 
-def _shapes(root: ElementTree.Element, matrix: Floats) -> Iterator[tuple[str, _Shape]]:
+def _shapes(root: ElementTree.Element, matrix: Floats, slit: float) -> Iterator[tuple[str, _Shape]]:
     """What is drawn, with the path as it is written, by which a shape that is painted twice is known."""
+    clips = {f"url(#{one.get('id')})": _clip(one, matrix) for one in root.iter(f"{SPACE}clipPath")}
     for one in placed("drawing", root, matrix):
         if one.kind == "text":
             yield "", _words(one)
             continue
-        fill, stroke = one.style.get("fill", ""), one.style.get("stroke", "none")
-        line = stroke if stroke not in WHITE else "none"
-        colour = line if line != "none" else fill
-        solid = "data-solid" in one.style
-        filled = fill.startswith("#") and "fill-opacity" not in one.style
-        shape = _Shape(one.layer, _colour(colour), solid=solid, filled=filled)
-        shape = replace(shape, seen=line not in ("none", fill) if solid else colour not in {"none", *WHITE})
+        fill, stroke = one.style.get("fill", "none"), one.style.get("stroke", "none")
+        line, solid = "none" if stroke in WHITE else stroke, "data-solid" in one.style
+        colour = fill if line == "none" else line
+        seen = line not in ("none", fill) if solid else colour not in {"none", *WHITE}
+        shape = _Shape(one.layer, _colour(colour), seen=seen, solid=solid)
         if one.kind == "circle":
             (x, y), radius = _point(one, "cx", "cy"), float(one.element.get("r", "0")) * _larger(one.matrix)
-            yield "", replace(shape, circle=(x, y, radius), filled=False)
-        elif lines := tuple((corners(DrawnLine(p, closed=c), DEVIATION)[0], c) for p, c in one.lines()):
+            yield "", replace(shape, circle=(x, y, radius))
+        elif lines := _lines(one):
             dashes = tuple(float(d) * _larger(one.matrix) for d in one.style.get("stroke-dasharray", "").split())
-            filled = filled and all(closed and len(points) > 3 for points, closed in lines)
-            yield one.element.get("d", ""), replace(shape, lines=lines, dashes=dashes, filled=filled)
+            shape = replace(shape, lines=lines, dashes=dashes)
+            if fill != "none" and all(closed and len(points) > 3 for points, closed in lines):
+                opaque = fill.startswith("#") and "fill-opacity" not in one.style
+                shape = _filled(shape, clips.get(one.style.get("clip-path", "")), solid and opaque, slit)
+            yield one.element.get("d", ""), shape
+
+
+def _lines(one: Placed) -> Lines:
+    """Lines of an element."""
+    return tuple((corners(DrawnLine(pieces, closed=closed), DEVIATION)[0], closed) for pieces, closed in one.lines())
+
+
+def _filled(shape: _Shape, clip: Any, hides: bool, slit: float) -> _Shape:
+    """A shape that is filled, within a clip if there is one; its lines are outlines of what it covers."""
+    import shapely
+
+    whole = len(shape.lines) == 1 and shapely.is_valid(polygon := shapely.polygons(shape.lines[0][0]))
+    region = polygon if whole else _region([points for points, _ in shape.lines])
+    if clip is not None and not clip.covers(region):
+        region, whole = region.intersection(clip), False
+    return replace(shape, region=region, hides=hides, lines=shape.lines if whole else _rings(region, slit))
+
+
+def _clip(element: ElementTree.Element, matrix: Floats) -> Any:
+    """What a clip lets through, by the even-odd rule."""
+    rings = [points for part in element for one in placed("drawing", part, matrix) for points, _ in _lines(one)]
+    return reduce(lambda a, b: a.symmetric_difference(b), [_region([ring]) for ring in rings])
 
 
 def _merged(found: Iterable[tuple[str, _Shape]]) -> list[_Shape]:
@@ -130,7 +160,7 @@ def _merged(found: Iterable[tuple[str, _Shape]]) -> list[_Shape]:
     for path, shape in found:
         if path and path == last:
             first = made.pop()
-            shape = replace(first if first.seen else shape, filled=first.filled or shape.filled)
+            shape = replace(first if first.seen else shape, hides=first.hides or shape.hides)
         made.append(shape)
         last = path
     return made
@@ -173,33 +203,27 @@ def _as_seen(shapes: list[_Shape], slit: float) -> Iterator[_Shape]:
     """Shapes without what others, painted later, hide; whatever nothing hides stays to the last bit."""
     import shapely
 
-    region = [_region(shape) if shape.filled else None for shape in shapes]
-    hiding = np.array([k for k, shape in enumerate(shapes) if shape.solid and shape.filled], np.int64)
+    hiding = np.array([k for k, shape in enumerate(shapes) if shape.hides], np.int64)
     # drawn in a little, so that neighbours that touch hide nothing of each other
-    tree = shapely.STRtree(shapely.buffer([region[k] for k in hiding], -slit))
+    tree = shapely.STRtree(shapely.buffer([shapes[k].region for k in hiding], -slit))
     for k, shape in enumerate(shapes):
         if not shape.seen:
             continue
-        own = region[k] if shape.filled else _line_of(shape)
+        own = _line_of(shape) if shape.region is None else shape.region
         above = hiding[tree.query(own, predicate="intersects")] if shape.solid else hiding[:0]
-        if len(above := np.sort(above[above > k])):
-            yield _rest(shape, own, shapely.union_all([region[i] for i in above]), slit)
-        elif shape.filled and (len(shape.lines) > 1 or not shapely.is_valid(shapely.polygons(shape.lines[0][0]))):
-            yield replace(shape, lines=_rings(own))
-        else:
-            yield shape
+        above = np.sort(above[above > k])
+        yield _rest(shape, shapely.union_all([shapes[i].region for i in above]), slit) if len(above) else shape
 
 
-def _rest(shape: _Shape, own: Any, hidden: Any, slit: float) -> _Shape:
-    """A shape without what is hidden of it; slivers of rounding go too."""
+def _rest(shape: _Shape, hidden: Any, slit: float) -> _Shape:
+    """A shape without what is hidden of it."""
     import shapely
 
-    if shape.filled:
-        parts = shapely.get_parts(own.difference(hidden))
-        return replace(shape, lines=tuple(r for p in parts if p.area > slit * p.length / 2.0 for r in _rings(p)))
+    if shape.region is not None:
+        return replace(shape, lines=_rings(shape.region.difference(hidden), slit))
     hidden = hidden.buffer(-slit)
     if shape.words:
-        return replace(shape, words="" if own.intersects(hidden) else shape.words)
+        return replace(shape, words="" if _line_of(shape).intersects(hidden) else shape.words)
     lines: list[tuple[Floats, bool]] = []
     for points, closed in shape.lines:
         line = shapely.linestrings(points)
@@ -220,13 +244,10 @@ def _line_of(shape: _Shape) -> Any:
     return shapely.Point((shape.circle or shape.at)[:2])
 
 
-def _region(shape: _Shape) -> Any:
-    """What a filled shape covers, by the non-zero rule."""
+def _region(rings: Sequence[Floats]) -> Any:
+    """What rings (k, 2) cover, by the non-zero rule."""
     import shapely
 
-    rings = [points for points, _ in shape.lines]
-    if len(rings) == 1 and shapely.is_valid(whole := shapely.polygons(rings[0])):
-        return whole
     edges = shapely.get_parts(shapely.union_all([shapely.linestrings(ring) for ring in rings]))
     faces = shapely.get_parts(shapely.polygonize(edges))
     within = shapely.get_coordinates(shapely.point_on_surface(faces))
@@ -241,12 +262,13 @@ def _winding(ring: Floats, point: Floats) -> Ints:
     return np.asarray((rising & (across > 0.0)).sum(axis=0) - (falling & (across < 0.0)).sum(axis=0))
 
 
-def _rings(region: Any) -> tuple[tuple[Floats, bool], ...]:
-    """Outlines of a region, holes too."""
+def _rings(region: Any, slit: float) -> Lines:
+    """Outlines of a region, holes too, without slivers, which are rounding."""
     import shapely
 
-    polygons = [part for part in shapely.get_parts(region) if part.geom_type == "Polygon"]
-    return tuple((shapely.get_coordinates(ring), True) for ring in shapely.get_rings(polygons))
+    rings = shapely.get_rings([part for part in shapely.get_parts(region) if part.geom_type == "Polygon"])
+    wide = shapely.area(shapely.polygons(rings)) > slit * shapely.length(rings) / 2.0
+    return tuple((shapely.get_coordinates(ring), True) for ring in rings[wide])
 
 
 def _add(document: Any, shape: _Shape) -> None:
@@ -265,9 +287,9 @@ def _add(document: Any, shape: _Shape) -> None:
         corner = _rounded(points)
         if closed:
             space.add_lwpolyline(corner[:-1], close=True, dxfattribs=style)
-        elif len(corner) == 2:
+        elif len(corner) == 2 and corner[0] != corner[1]:
             space.add_line(*corner, dxfattribs=style)
-        else:
+        elif len(corner) > 2:
             space.add_lwpolyline(corner, dxfattribs=style)
 
 
