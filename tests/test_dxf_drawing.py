@@ -78,7 +78,7 @@ def test_a_stone_of_600_by_300_is_that_in_both_files(run, tmp_path):
 def sizes_of_svg(text):
     """Sizes (mm) of the rectangles on the first layer of stones."""
     root = ElementTree.fromstring(text)
-    wide, high = (float(root.get(name).removesuffix("mm")) for name in ("width", "height"))
+    wide = float(root.get("width").removesuffix("mm"))
     box = [float(x) for x in root.get("viewBox").split()]
     stones = next(one for one in root if one.get("{http://www.inkscape.org/namespaces/inkscape}label") == "stones")
     size = [[float(one.get(name)) * wide / box[2] for name in ("width", "height")] for one in stones]
