@@ -3,7 +3,8 @@
 Coordinates are those of the outermost `viewBox`, in the unit that `width` gives it: with `width="300mm"` and a box 300
 wide a unit is a millimetre; where the box has other numbers, lengths are brought to the unit of `width`. A drawing in
 pixels, or without a width, does not say its units. The layer of a line is the label (Inkscape) or the id of the group
-that it lies in, or what our own drawings call it (`data-layer`). Text, images, clones, and what is not displayed are passed over.
+that it lies in, or what our own drawings call it (`data-layer`). Text, images, clones, and what is not displayed are
+passed over.
 
 Source: Scalable Vector Graphics 2, chapters 7 (transforms), 9 (paths) and B.2 (elliptical arcs).
 """
