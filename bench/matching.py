@@ -1,7 +1,7 @@
 """Stones to cells by the earlier protocol: exact Lambda at equal total gap, against the earlier method and plain ones.
 
 Run `python bench/matching.py [--stones DIR] [--seeds 0:20] [--only 45] [--source scans] [--negotiate] [--large]`, or
-`python bench/matching.py --curves docs/images/lambda-gap.svg`.
+`python bench/matching.py --curves docs/images/lambda-gap.svg` or `... --tradeoff docs/images/tradeoff.svg`.
 
 Walls of 15, 24 and 100 cells (5 x 3, 6 x 4, 10 x 10 seeds; depth 0.30 m, coursing 0.5) and stones of 30 to 200 L, 45,
 60 and 150 of them: stand-ins made from real scans (`--stones` or CYCLOPEAN_STONES names their folder) and a synthetic
@@ -13,7 +13,8 @@ told otherwise; that it looks at all of them is compared with too, at the gap it
 no such wish: they are given with their own gap, and their ratio is not at equal gap. Seconds are of the processor.
 
 `--curves` draws Lambda against the gap for one wall of 15 cells and one of 100. `--large` measures 1,100 x 300 and
-10,000 x 1,000 instead, and how well the ranking recalls the pairs that are best by exact volumes.
+10,000 x 1,000 instead, and how well the ranking recalls the pairs that are best by exact volumes. `--tradeoff` makes 24
+walls between least carving and best interlock from 60 stones for 24 cells on two processes, and draws them.
 
 One thread: set OMP_NUM_THREADS=1 before.
 """
@@ -29,15 +30,17 @@ from time import perf_counter, process_time
 
 import numpy as np
 from matching_baselines import METHODS, Yard, measured
-from matching_curves import Panel, svg
+from matching_curves import Panel, svg, walls_svg
 from stand_ins import stand_in
 
+from cyclopean.cli.workers import beside
 from cyclopean.design.matching.candidates import EXACT, POLISHED, Candidates
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.coarse import rank
 from cyclopean.design.matching.match import Match, MatchSettings, match_stones
 from cyclopean.design.matching.negotiation import negotiate
 from cyclopean.design.matching.problem import Problem
+from cyclopean.design.matching.tradeoff import TradeoffSettings, tradeoff
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.sampling import body_points
 from cyclopean.design.stones.stone import Stone
@@ -51,6 +54,7 @@ DEPTH, COURSING = 0.30, 0.5
 LIGHTER = 0.9  # the answer on the other side of the gap is sought at a weight this much lower, again and again
 LIGHTENINGS = 4
 REFERENCES = ("earlier, 6 a cell", "earlier, all pairs")
+TRADED, WALLS = 60, 24  # stones, and walls, of a trade-off
 CURVED = (45, 150)  # stones of the walls whose curves are drawn
 WEIGHTS = (0.15, 0.25, 0.4, 0.65, 1.0, 1.6, 2.5, 4.0, 6.5)  # of void; negotiated at every second
 
@@ -193,6 +197,24 @@ def panel(title: str, stones: Sequence[Stone], columns: int, rows: int, chosen: 
     return Panel(title, series)
 
 
+def trade(chosen: argparse.Namespace) -> None:
+    """Walls between least carving and best interlock, of the middle size, as SVG."""
+    source, make = next((s, m) for s, m in sources(chosen.stones).items() if chosen.source in (None, s))
+    stones = make(TRADED, chosen.seeds[0])
+    wall = wall_for(stones, *SIZES[TRADED], chosen.seeds[0])
+    began = perf_counter()
+    with beside(2) as executor:
+        found = tradeoff(stones, wall, TradeoffSettings(WALLS), MatchSettings(gap=0.1, points=1024), executor)
+    took = perf_counter() - began
+    worked = resource.getrusage(resource.RUSAGE_CHILDREN)
+    work = worked.ru_utime + worked.ru_stime
+    print(f"{len(found)} walls ({source}): {took:.0f} s on two processes, {work:.0f} s of processors; not beaten:")
+    for k in found.non_dominated:
+        one = found.alternatives[k]
+        print(f"  {k + 1}: Lambda {one.imposition:.4f} gap {one.gap:.4f} J {one.interlock:.3f} {one.asked}")
+    Path(chosen.tradeoff).write_text(walls_svg(found), encoding="utf-8")
+
+
 def large(chosen: argparse.Namespace) -> None:
     """Seconds, memory and recall where there are many."""
     for count, (columns, rows) in LARGE.items():
@@ -244,8 +266,10 @@ def main() -> None:
     parser.add_argument("--negotiate", action="store_true")
     parser.add_argument("--large", action="store_true")
     parser.add_argument("--curves", metavar="FILE")
+    parser.add_argument("--tradeoff", metavar="FILE")
     chosen = parser.parse_args()
-    (draw_curves if chosen.curves else large if chosen.large else compare)(chosen)
+    asked = (("curves", draw_curves), ("tradeoff", trade), ("large", large), ("negotiate", compare))
+    next((work for name, work in asked if getattr(chosen, name)), compare)(chosen)
 
 
 if __name__ == "__main__":

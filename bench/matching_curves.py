@@ -1,8 +1,12 @@
-"""Curves of Lambda against the total gap, as plain SVG."""
+"""Curves of Lambda against the total gap, and of J against Lambda with two of the walls, as plain SVG."""
 
+import re
 from dataclasses import dataclass
 
-__all__ = ["Panel", "svg"]
+from cyclopean.design.matching.tradeoff import Tradeoff
+from cyclopean.view.tradeoff_page import alternative_svg, tradeoff_svg
+
+__all__ = ["Panel", "svg", "walls_svg"]
 
 WIDTH, HEIGHT = 420.0, 360.0  # of a panel
 LEFT, RIGHT, TOP, FOOT = 58.0, 14.0, 40.0, 96.0  # about its axes
@@ -84,3 +88,20 @@ def _curves(panel: Panel, most: tuple[float, float]) -> list[str]:
 
 def _mark(x: float, y: float, colour: str) -> str:
     return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{colour}"/>'
+
+
+def walls_svg(found: Tradeoff) -> str:
+    """The curve of a trade-off; below it, of the walls that none beats, the least carved and the best interlocked."""
+    ends = dict.fromkeys((found.non_dominated[0], found.non_dominated[-1]))
+    drawn = [tradeoff_svg(found), *(alternative_svg(found.alternatives[k], f"wall {k + 1}") for k in ends)]
+    wide, parts, left, down = 1000.0, [], 0.0, 0.0
+    for k, one in enumerate(drawn):
+        across, high = map(float, re.search(r'viewBox="0 0 (\d+) (\d+)"', one).groups())
+        width = wide if k == 0 else wide / 2.0
+        place = f'x="{left:g}" y="{down:g}" width="{width:g}" height="{high * width / across:g}"'
+        parts.append(one.replace("<svg ", f"<svg {place} ", 1))
+        left, down = (0.0, down + high * width / across + 30.0) if k == 0 else (left + width, down)
+        high *= width / across
+    names = [f'<text x="{24 + 500 * k}" y="{down - 8:g}">wall {k_ + 1}</text>' for k, k_ in enumerate(ends)]
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide:g} {down + high:g}" font-family="sans-serif">'
+    return "\n".join([head, '<rect width="100%" height="100%" fill="white"/>', *parts, *names, "</svg>"]) + "\n"

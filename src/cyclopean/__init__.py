@@ -15,6 +15,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.api import (
         StoneCarving,
         StoneMatch,
+        StoneTradeoff,
         build_sequence,
         card,
         carve,
@@ -25,6 +26,7 @@ if typing.TYPE_CHECKING:
         polygonal_wall,
         save,
         settle,
+        tradeoff,
         verify,
         verify_file,
     )
@@ -48,6 +50,7 @@ __all__ = [
     "Settings",
     "StoneCarving",
     "StoneMatch",
+    "StoneTradeoff",
     "arch",
     "build_sequence",
     "card",
@@ -66,6 +69,7 @@ __all__ = [
     "save",
     "settle",
     "stack",
+    "tradeoff",
     "vault",
     "verify",
     "verify_file",
@@ -81,8 +85,8 @@ __getattr__, __dir__ = _lazy_exports(
     __name__,
     {
         "analysis": "LimitResult Result Settings",
-        "api": "StoneCarving StoneMatch build_sequence card carve check interlock limit match polygonal_wall save"
-        " settle verify verify_file",
+        "api": "StoneCarving StoneMatch StoneTradeoff build_sequence card carve check interlock limit match"
+        " polygonal_wall save settle tradeoff verify verify_file",
         "api.notebook": "load_ipython_extension",
         "assembly": "Assembly Block Contacts Load detect",
         "design": "arch dome stack vault wall",

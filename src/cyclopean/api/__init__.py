@@ -14,7 +14,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.api.limiting import limit
     from cyclopean.api.notebook import card, load_ipython_extension
     from cyclopean.api.saving import save
-    from cyclopean.api.stones import StoneCarving, StoneMatch, carve, match, settle
+    from cyclopean.api.stones import StoneCarving, StoneMatch, StoneTradeoff, carve, match, settle, tradeoff
     from cyclopean.api.verifying import verify, verify_file
     from cyclopean.api.walls import chosen_pattern, interlock, polygonal_wall
 
@@ -23,6 +23,7 @@ __all__ = [
     "Model",
     "StoneCarving",
     "StoneMatch",
+    "StoneTradeoff",
     "Stones",
     "build_sequence",
     "card",
@@ -36,6 +37,7 @@ __all__ = [
     "polygonal_wall",
     "save",
     "settle",
+    "tradeoff",
     "verify",
     "verify_file",
 ]
@@ -49,7 +51,7 @@ __getattr__, __dir__ = _lazy_exports(
         "limiting": "limit",
         "notebook": "card load_ipython_extension",
         "saving": "save",
-        "stones": "StoneCarving StoneMatch carve match settle",
+        "stones": "StoneCarving StoneMatch StoneTradeoff carve match settle tradeoff",
         "verifying": "verify verify_file",
         "walls": "chosen_pattern interlock polygonal_wall",
     },

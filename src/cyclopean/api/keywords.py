@@ -20,6 +20,7 @@ __all__ = [
     "SequenceKeywords",
     "SettingsKeywords",
     "SettleKeywords",
+    "TradeoffKeywords",
     "given_to",
     "takes",
 ]
@@ -115,6 +116,22 @@ class MatchKeywords(TypedDict, total=False):
     negotiate: float
     rounds: int | None
     supports: str
+    units: str | None
+    strict: bool
+
+
+class TradeoffKeywords(TypedDict, total=False):
+    """Types of the options of `tradeoff`."""
+
+    gap: float | None
+    points: int | None
+    shortlist: int
+    starts: int
+    bond: Literal["free", "into", "along"] | None
+    bond_angle: float | None
+    climbs: int
+    depths: tuple[float, float] | None
+    rounds: int | None
     units: str | None
     strict: bool
 

@@ -5,7 +5,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from cyclopean.api.inputs import HasAssembly, Path
-from cyclopean.api.stones import StoneCarving, StoneMatch
+from cyclopean.api.stones import StoneCarving, StoneMatch, StoneTradeoff
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ def save(thing: "Assembly | HasAssembly | BuildSequence | Mapping[str, Any]", pa
     certificate (dict)  .json
     BuildSequence       .json, .html (page), .dot (graph)
     StoneMatch          .json (match file; stones.obj and wall.json go beside it), .html (page)
+    StoneTradeoff       .json (walls and what they come to), .html (page), .svg (curve)
     StoneCarving        .csv (cut list), .json (wall as it will be built), meshes
     what has a drawing  .svg, .dxf (extra `dxf`), 1:1 in millimetres
     ==================  ==========================================================================
@@ -84,6 +85,8 @@ def _writers(thing: Any) -> dict[str, Writer]:
         return _of_sequence(thing)
     if isinstance(thing, StoneMatch):
         return {".json": lambda file: _write_match(file, thing), ".html": lambda file: _write_match_page(file, thing)}
+    if isinstance(thing, StoneTradeoff):
+        return _of_tradeoff(thing)
     if isinstance(thing, StoneCarving):
         return _of_carving(thing)
     if isinstance(thing, Assembly):
@@ -181,6 +184,18 @@ def _write_match_page(file: FilePath, found: StoneMatch) -> None:
     from cyclopean.view.match_page import match_html
 
     write_text(file, match_html(found.match, found.stones, found.cells, found.rounds))
+
+
+def _of_tradeoff(found: StoneTradeoff) -> dict[str, Writer]:
+    from cyclopean import io
+    from cyclopean.io.matches import tradeoff_dict
+    from cyclopean.view.tradeoff_page import tradeoff_html, tradeoff_svg
+
+    return {
+        ".json": lambda file: io.write_json(file, tradeoff_dict(found.tradeoff)),
+        ".html": lambda file: io.write_text(file, tradeoff_html(found.tradeoff)),
+        ".svg": lambda file: io.write_text(file, tradeoff_svg(found.tradeoff)),
+    }
 
 
 def _of_carving(carving: StoneCarving) -> dict[str, Writer]:

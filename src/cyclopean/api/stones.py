@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Unpack
 
 from cyclopean.api.inputs import Model, StoneReading, Stones, assembly_of, inventory_of
-from cyclopean.api.keywords import MatchKeywords, SettleKeywords, given_to
+from cyclopean.api.keywords import MatchKeywords, SettleKeywords, TradeoffKeywords, given_to
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
 
@@ -20,12 +20,24 @@ if TYPE_CHECKING:
     from cyclopean.design.matching.cells import Cells
     from cyclopean.design.matching.match import Match, MatchSettings
     from cyclopean.design.matching.negotiation import Round
+    from cyclopean.design.matching.tradeoff import Tradeoff, TradeoffSettings
     from cyclopean.design.rubble.settle import RubbleWall, SettleSettings
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
     from cyclopean.design.walls.polygonal import PolygonalWall
 
-__all__ = ["MatchOptions", "StoneCarving", "StoneMatch", "carve", "match", "matched", "settle"]
+__all__ = [
+    "MatchOptions",
+    "StoneCarving",
+    "StoneMatch",
+    "StoneTradeoff",
+    "carve",
+    "match",
+    "matched",
+    "settle",
+    "traded",
+    "tradeoff",
+]
 
 LISTED = 5  # cells named one by one
 
@@ -64,6 +76,28 @@ class StoneMatch:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class StoneTradeoff:
+    """Walls between least carving and best interlock, and the stones that they were matched from."""
+
+    tradeoff: "Tradeoff"
+    stones: "tuple[Stone, ...]"
+    warnings: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.tradeoff)
+
+    def __getitem__(self, k: int) -> StoneMatch:
+        """One of the walls with its stones, as `match` gives it: to be carved, saved, shown."""
+        one = self.tradeoff.alternatives[k]
+        return StoneMatch(one.match, self.stones, one.cells, one.wall, warnings=one.match.notes)
+
+    @property
+    def non_dominated(self) -> tuple[int, ...]:
+        """Those that no other beats, the one of least carving first."""
+        return self.tradeoff.non_dominated
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StoneCarving:
     """Carved stones, and the wall that they make."""
 
@@ -99,10 +133,6 @@ class MatchOptions:
 
     def __post_init__(self) -> None:
         check_options(self)
-        if self.rounds is not None and not self.negotiate > 0.0:
-            raise InputError.of(
-                "rounds", None, "has no say where cells stay as drawn; add `negotiate`, or leave it out"
-            )
         if self.supports and self.negotiate > 0.0:
             raise InputError.of(
                 "supports", None, "has no say where cells move; the ground of a drawn wall is its support"
@@ -175,6 +205,8 @@ def matched(
     from cyclopean.design.walls.interlock import interlock as score_of
     from cyclopean.design.walls.polygonal import PolygonalWall
 
+    if wanted.rounds is not None and not wanted.negotiate > 0.0:
+        raise InputError.of("rounds", None, "has no say where cells stay as drawn; add `negotiate`, or leave it out")
     drawn, scores = wall if isinstance(wall, PolygonalWall) else None, None
     if wanted.negotiate > 0.0:
         drawn, said = _drawn(wall)
@@ -192,8 +224,71 @@ def matched(
     return StoneMatch(found, inventory.stones, cells, drawn, rounds, wanted.supports, notes, scores)
 
 
-def _drawn(wall: Model) -> "tuple[PolygonalWall, tuple[str, ...]]":
-    """How the wall was drawn, so that its cells can move.
+def tradeoff(
+    stones: Stones,
+    wall: Model,
+    walls: int | None = None,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = _silent,
+    **options: Unpack[TradeoffKeywords],
+) -> StoneTradeoff:
+    """Make walls between least carving and best interlock, all at one gap, and say which of them no other beats.
+
+    Parameters
+    ----------
+    stones : path, Inventory or sequence of Stone
+        As for `match`.
+    wall : path or PolygonalWall
+        From `polygonal_wall`, or the file of one: the others are drawn as it was.
+    walls : int, optional
+        How many, the wall as it is drawn included; 12 where not given.
+    executor : Executor, optional
+        Makes every wall as one call; the answer is the same.
+    progress : callable
+        Is told what is being done.
+    **options
+        depths (least and greatest, m), rounds of each negotiation, gap (0.1 where not given), bond, bond_angle, points
+        and the like as for `match`, and units of the stones' lengths, where the files do not say it.
+
+    Returns
+    -------
+    StoneTradeoff
+        Each of its walls, `found[k]`, can be given to `carve` and `save`.
+
+    Raises
+    ------
+    InputError
+        As `match`, and for a wall that was not drawn, or a weight, which a trade-off finds.
+    """
+    from cyclopean.design.matching.match import MatchSettings
+    from cyclopean.design.matching.tradeoff import TradeoffSettings
+
+    given: dict[str, Any] = {**options, "walls": walls}
+    chosen, wanted, reading = given_to(tradeoff, given, MatchSettings(), TradeoffSettings(), StoneReading())
+    inventory, assumed = inventory_of(stones, reading)
+    found = traded(inventory, wall, chosen, wanted, executor, progress)
+    return replace(found, warnings=(*assumed, *found.warnings))
+
+
+def traded(
+    inventory: "Inventory",
+    wall: Model,
+    settings: "MatchSettings",
+    wanted: "TradeoffSettings",
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = _silent,
+) -> StoneTradeoff:
+    """`tradeoff` with stones that are read and options in objects, as every front end calls it."""
+    from cyclopean.design.matching.tradeoff import tradeoff as trade
+
+    drawn, said = _drawn(wall, "tradeoff")
+    found = trade(inventory, drawn, wanted, settings, executor, progress)
+    return StoneTradeoff(found, inventory.stones, (*said, *found.notes))
+
+
+def _drawn(wall: Model, asking: str = "negotiate") -> "tuple[PolygonalWall, tuple[str, ...]]":
+    """How the wall was drawn, so that its cells can move, as an option asks.
 
     Raises
     ------
@@ -209,7 +304,7 @@ def _drawn(wall: Model) -> "tuple[PolygonalWall, tuple[str, ...]]":
     if drawn is None:
         way = "cells can move only in a wall from 'make polygonal' or polygonal_wall, and not round a corner"
         which = wall if isinstance(wall, str | os.PathLike) else "the wall"
-        raise InputError.of("negotiate", None, said[-1] if said else f"{which}: does not say how it was drawn; {way}")
+        raise InputError.of(asking, None, said[-1] if said else f"{which}: does not say how it was drawn; {way}")
     return drawn, said
 
 

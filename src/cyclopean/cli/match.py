@@ -1,16 +1,19 @@
 """`match`: which found stone goes into which cell of a wall."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.api.inputs import StoneReading, inventory_of
-from cyclopean.api.stones import MatchOptions, matched
+from cyclopean.api.stones import MatchOptions, StoneTradeoff, matched, traded
 from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files, folder
 from cyclopean.cli.terminal import long_work, warn
+from cyclopean.cli.tradeoff import contents_of, names_of, summary, wanted_walls
 from cyclopean.cli.workers import workers as hands
 from cyclopean.design.matching.match import MatchSettings
+from cyclopean.design.matching.tradeoff import TradeoffSettings
 from cyclopean.errors import InputError
 from cyclopean.options import Option, options_of
 from cyclopean.texts import choice, number
@@ -37,6 +40,8 @@ def match(
     bond: Annotated[str, Option("Where the stones' longest axes lie.", metavar="free|into|along[:DEG]")] = "free",
     weight: Annotated[float | None, options_of(MatchSettings)["weight"]] = None,
     options: MatchOptions = MatchOptions(),
+    tradeoff: Annotated[int | None, options_of(TradeoffSettings)["walls"]] = None,
+    depths: Annotated[tuple[float, float] | None, options_of(TradeoffSettings)["depths"]] = None,
     reading: StoneReading = StoneReading(),
     workers: Annotated[int, Option("Processes that share the work.", "whole", metavar="N")] = 1,
     cluster: Annotated[str | None, Option("Scheduler of a dask cluster that does the work.", metavar="ADDRESS")] = None,
@@ -48,18 +53,19 @@ def match(
 ) -> int:
     """Match found stones to the cells of a wall, so that as little as possible is carved away.
 
-    DIR gets match.json, and negotiated.json where cells were moved. A run that is interrupted goes on where it stopped
-    when it is started again.
+    DIR gets match.json, and negotiated.json where cells were moved; with --tradeoff, a model, a match and a picture of
+    each wall. A run that is interrupted goes on where it stopped when it is started again.
     """
+    trade = wanted_walls(tradeoff, depths, weight, options)
+    if trade is not None and (one := next((name for name in ("svg", "dxf") if name in files.to), "")):
+        raise InputError.of(one, None, "a `tradeoff` draws each of its walls in DIR; leave it out")
     settings, asked = _asked(settings, bond, weight, options)
     place = folder("--out", out, out)
-    files = files.within(place, (MATCH, WALL) if options.negotiate > 0.0 else (MATCH,), (stones, wall))
+    usual = (MATCH, WALL) if options.negotiate > 0.0 else (MATCH,)
+    files = files.within(place, usual if trade is None else names_of(trade.walls), (stones, wall))
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
-    from cyclopean import io
-    from cyclopean.api.drawings import drawn
     from cyclopean.io.checkpoints import Checkpoints
-    from cyclopean.view.match_page import match_html
 
     with hands(workers, cluster) as executor, long_work(f"matching {stones}") as stage:
         inventory, said = inventory_of(stones, reading)
@@ -68,32 +74,49 @@ def match(
             parts.clear()
         resumed = any(parts)
         try:
-            found = matched(inventory, wall, settings, options, parts, stage)
+            found: StoneMatch | StoneTradeoff
+            if trade is None:
+                found = matched(inventory, wall, settings, options, parts, stage)
+            else:
+                found = traded(inventory, wall, settings, trade, parts, stage)
         except InputError:
             if not resumed and not parts.made:  # a slip in the command must not cost what was done before it
                 parts.clear()
             raise
-    notes = (*said, *_unfit(parts), *inventory.notes, *_unlike(inventory, found.cells), *found.warnings)
+    one = found[0] if isinstance(found, StoneTradeoff) else found
+    notes = (*said, *_unfit(parts), *inventory.notes, *_unlike(inventory, one.cells), *found.warnings)
     for warning in dict.fromkeys(notes):
         warn(warning)
-    wall_drawn, moved = found.drawn, options.negotiate > 0.0
-    data = _data(found, place, stones, WALL if moved else _seen_from(place, wall), reading.units, asked)
-    files.write(
-        {
-            WALL: lambda: (
-                lambda file: io.write_model(
-                    file, found.assembly, drawing=None if wall_drawn is None else io.drawing_dict(wall_drawn)
-                )
-            ),
-            MATCH: lambda: data,
-            "json": lambda: data,
-            "report": lambda: match_html(found.match, found.stones, found.cells, found.rounds),
-            **drawn(found),
-        }
-    )
+
+    def told(of: "StoneMatch", model: str) -> dict[str, Any]:
+        return _data(of, place, stones, model, reading.units, asked)
+
+    if isinstance(found, StoneTradeoff):
+        data, contents = contents_of(found, lambda k, model: told(found[k], model))
+        lines = summary(found.tradeoff, place, files)
+    else:
+        data = told(found, WALL if options.negotiate > 0.0 else _seen_from(place, wall))
+        contents, lines = _contents(found, data), _lines(data, inventory, files)
+    files.write(contents)
     parts.clear()
-    files.tell(data, _lines(data, inventory, files))
+    files.tell(data, lines)
     return 0
+
+
+def _contents(found: "StoneMatch", data: dict[str, Any]) -> dict[str, Callable[[], Any]]:
+    """What each file of a match holds."""
+    from cyclopean import io
+    from cyclopean.api.drawings import drawn
+    from cyclopean.view.match_page import match_html
+
+    drawing = None if found.drawn is None else io.drawing_dict(found.drawn)
+    return {
+        WALL: lambda: lambda file: io.write_model(file, found.assembly, drawing=drawing),
+        MATCH: lambda: data,
+        "json": lambda: data,
+        "report": lambda: match_html(found.match, found.stones, found.cells, found.rounds),
+        **drawn(found),
+    }
 
 
 def _asked(

@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # only names here: reading a file must not load the matching
 
     from cyclopean.design.matching.cells import Cells
     from cyclopean.design.matching.match import Match
+    from cyclopean.design.matching.tradeoff import Tradeoff
     from cyclopean.design.stones.stone import Stone
 
 __all__ = [
@@ -36,10 +37,12 @@ __all__ = [
     "read_match",
     "read_matched",
     "stone_hash",
+    "tradeoff_dict",
     "wall_hash",
 ]
 
 SCHEMA = "cyclopean.match/1"
+TRADEOFF = "cyclopean.tradeoff/1"
 MATCH_FILE = "match.json"  # in the folder that a match is written to
 STRAIGHT = 1e-9  # departure from a rotation that the digits of a file explain
 
@@ -112,6 +115,33 @@ def read_matched(stored: StoredMatch) -> "tuple[Assembly, tuple[tuple[Stone, Blo
     return wall, tuple(
         (stones[p.stone], blocks[p.cell], p.transform[:3, :3], p.transform[:3, 3]) for p in stored.placements
     )
+
+
+def tradeoff_dict(found: "Tradeoff", names: "Sequence[Mapping[str, str]]" = ()) -> dict[str, Any]:
+    """Return what the walls of a trade-off come to, ready for JSON; `names` are the files of each, by what they are."""
+    files = names or [{}] * len(found)
+    rows = [
+        {
+            **files[k],
+            "Lambda": one.imposition,
+            "gap": one.gap,
+            "J": one.interlock,
+            "verdict": one.verdict,
+            "non_dominated": k in found.non_dominated,
+            "fault": one.fault(found.gap) or None,
+            "carved": sum(p.carved for p in one.match.placements),
+            "asked": {**picked(one.asked, "seed", "coursing", "depth", "improved"), "negotiate": one.asked.share},
+            "notes": list(one.match.notes),
+        }
+        for k, one in enumerate(found.alternatives)
+    ]
+    return {
+        "schema": TRADEOFF,
+        "gap": found.gap,
+        "alternatives": rows,
+        "notes": list(found.notes),
+        "provenance": {"cyclopean": __version__},
+    }
 
 
 def stone_hash(stone: "Stone") -> str:

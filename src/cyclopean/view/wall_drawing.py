@@ -31,17 +31,19 @@ OUTLINE = f'stroke="{EDGE}" stroke-width="1.5" stroke-linejoin="round"'
 ALIGNED = ACCENT["unstable"]
 
 
-def wall_svg(pattern: Pattern, found: Interlock, title: str, *, tints: Sequence[str] | None = None) -> str:
+def wall_svg(
+    pattern: Pattern, found: Interlock, title: str, *, tints: Sequence[str] | None = None, key: str = ""
+) -> str:
     """Draw a pattern with what its interlock is made of, as one `<svg>` element.
 
     The title is for readers that do not see it. Where no `tints` (#rrggbb) of the cells are given, field stones have
-    one and dressed stones another.
+    one and dressed stones another. What they mean may be drawn as a `key` from (0, 0) on, below the legend.
     """
     scale = (WIDTH - 2.0 * MARGIN) / pattern.settings.width
     wall = pattern.settings.height * scale
     foot = np.array([MARGIN, MARGIN + wall])
     parts = _face(pattern, found, tints, foot, scale)
-    return _with_legend(parts, foot, scale, [found], found.score, title)
+    return _with_legend(parts, foot, scale, [found], found.score, title, key)
 
 
 def corner_svg(made: CornerWall, title: str, *, tints: Sequence[str] | None = None) -> str:
@@ -85,7 +87,13 @@ def _face(pattern: Pattern, found: Interlock, tints: Sequence[str] | None, foot:
 
 
 def _with_legend(
-    parts: list[str], foot: Floats, scale: float, found: Sequence[Interlock], score: float, title: str
+    parts: list[str],
+    foot: Floats,
+    scale: float,
+    found: Sequence[Interlock],
+    score: float,
+    title: str,
+    key: str = "",
 ) -> str:
     """Everything drawn; the legend below its foot: the score, what the marks mean, how many there are."""
     top, sample = float(foot[1]) + MARGIN, np.array([[0.0, -6.0], [26.0, -6.0]])
@@ -95,8 +103,11 @@ def _with_legend(
         (_line(sample, FORCE, 2.0, "5 4"), f"running joints {sum(len(one.running) for one in found)}"),
         (_crossing(13.0, -6.0), f"crossings {sum(len(one.crossings) for one in found)}"),
     )
-    told = layer("legend", legend(f"J = {score:.3f}", marks, COLUMNS, (MARGIN, top + 18.0)))
-    return sheet((WIDTH, top + LEGEND), title, [*parts, told], letters=19.0, more=to_scale(scale, foot))
+    told = legend(f"J = {score:.3f}", marks, COLUMNS, (MARGIN, top + 18.0))
+    if key:
+        told.append(f'<g transform="translate({MARGIN:g} {top + LEGEND + 6.0:.1f})">{key}</g>')
+    size = WIDTH, top + (1.6 if key else 1.0) * LEGEND
+    return sheet(size, title, [*parts, layer("legend", told)], letters=19.0, more=to_scale(scale, foot))
 
 
 def _ring(ring: Floats, colour: str) -> str:
