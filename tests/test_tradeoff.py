@@ -8,7 +8,7 @@ verdict, the depth or the seed of the plan not kept; the share of the third wall
 """
 
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cyclopean
+from cyclopean.api.inputs import StoneReading
+from cyclopean.api.keywords import TradeoffKeywords
 from cyclopean.api.stones import StoneTradeoff
 from cyclopean.cli.workers import beside
 from cyclopean.design.matching.match import MatchSettings, match_stones
@@ -150,6 +152,11 @@ def test_refusals(stock, wall, options, said):
         cyclopean.tradeoff(stock, wall, **options)
 
 
+def test_keywords_are_those_of_the_settings():
+    kept = {field.name for kind in (MatchSettings, TradeoffSettings, StoneReading) for field in fields(kind)}
+    assert set(TradeoffKeywords.__annotations__) == kept - {"weight", "walls"}
+
+
 def test_a_wall_that_was_not_drawn_is_refused(stock):
     with pytest.raises(cyclopean.InputError, match=r"tradeoff: the wall: does not say how it was drawn"):
         cyclopean.tradeoff(stock, cyclopean.wall(2, 2), 3)
@@ -180,6 +187,7 @@ def test_files_words_and_what_carve_makes_of_them(run, made, stock, tmp_path, mo
     for row in data["alternatives"]:
         kept = json.loads(Path("out", row["match"]).read_text(encoding="utf-8"))
         assert (kept["Lambda"], kept["wall"]) == (row["Lambda"], row["wall"])
+        assert (kept["settings"]["gap"], kept["settings"]["negotiate"]) == (0.35, row["asked"]["negotiate"])
         assert Path("out", row["picture"]).read_text(encoding="utf-8").startswith("<svg")
     curve = Path("out/tradeoff.svg").read_text(encoding="utf-8")
     page = Path("page.html").read_text(encoding="utf-8")

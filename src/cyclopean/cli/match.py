@@ -88,11 +88,11 @@ def match(
     for warning in dict.fromkeys(notes):
         warn(warning)
 
-    def told(of: "StoneMatch", model: str) -> dict[str, Any]:
-        return _data(of, place, stones, model, reading.units, asked)
+    def told(of: "StoneMatch", model: str, **more: Any) -> dict[str, Any]:
+        return _data(of, place, stones, model, reading.units, asked | more)
 
     if isinstance(found, StoneTradeoff):
-        data, contents = contents_of(found, lambda k, model: told(found[k], model))
+        data, contents = contents_of(found, lambda k, model, **more: told(found[k], model, **more))
         lines = summary(found.tradeoff, place, files)
     else:
         data = told(found, WALL if options.negotiate > 0.0 else _seen_from(place, wall))

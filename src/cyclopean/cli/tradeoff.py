@@ -10,7 +10,7 @@ from cyclopean.errors import InputError
 if TYPE_CHECKING:
     from cyclopean.api.stones import StoneTradeoff
     from cyclopean.cli.outputs import Files
-    from cyclopean.design.matching.tradeoff import Tradeoff, TradeoffSettings
+    from cyclopean.design.matching.tradeoff import Alternative, Tradeoff, TradeoffSettings
 
 __all__ = ["contents_of", "names_of", "summary", "wanted_walls"]
 
@@ -49,10 +49,11 @@ def names_of(count: int) -> list[str]:
 
 
 def contents_of(
-    found: "StoneTradeoff", matches: Callable[[int, str], Mapping[str, Any]]
+    found: "StoneTradeoff", matches: Callable[..., Mapping[str, Any]]
 ) -> tuple[dict[str, Any], dict[str, Callable[[], Any]]]:
-    """The trade-off as plain data, and what each file holds; `matches` gives a match, by its number and its wall."""
-    from cyclopean import io
+    """The trade-off as plain data, and what each file holds; `matches` gives a match, by its number,
+    its wall, and what was asked of it.
+    """
     from cyclopean.io.matches import tradeoff_dict
     from cyclopean.view.svg import true_size
     from cyclopean.view.tradeoff_page import alternative_svg, tradeoff_html, tradeoff_svg
@@ -62,21 +63,30 @@ def contents_of(
     pictures = [alternative_svg(one, f"wall {k}") for k, one in enumerate(trade.alternatives, 1)]
     data = tradeoff_dict(trade, names)
 
-    def model(k: int) -> Callable[[Path], None]:
-        wall = trade.alternatives[k].wall
-        return lambda file: io.write_model(file, wall.assembly, drawing=io.drawing_dict(wall))
-
     contents: dict[str, Callable[[], Any]] = {
         DATA: lambda: data,
         CURVE: lambda: tradeoff_svg(trade),
         "json": lambda: data,
         "report": lambda: tradeoff_html(trade, pictures),
     }
-    for k, row in enumerate(names):
-        contents[row["wall"]] = lambda k=k: model(k)  # type: ignore[misc]
-        contents[row["match"]] = lambda k=k, row=row: matches(k, row["wall"])  # type: ignore[misc]
-        contents[row["picture"]] = lambda k=k: true_size(pictures[k])  # type: ignore[misc]
+    for k, (one, row) in enumerate(zip(trade.alternatives, names, strict=True)):
+        kept = matches(k, row["wall"], gap=trade.gap, negotiate=one.asked.share)
+        contents |= _contents_of_one(one, row, kept, pictures[k])
     return data, contents
+
+
+def _contents_of_one(
+    one: "Alternative", names: Mapping[str, str], match: Mapping[str, Any], picture: str
+) -> dict[str, Callable[[], Any]]:
+    """What the files of one wall hold."""
+    from cyclopean import io
+
+    drawing = io.drawing_dict(one.wall)
+    return {
+        names["wall"]: lambda: lambda file: io.write_model(file, one.wall.assembly, drawing=drawing),
+        names["match"]: lambda: match,
+        names["picture"]: lambda: picture,
+    }
 
 
 def summary(trade: "Tradeoff", place: Path, files: "Files") -> list[str]:

@@ -319,6 +319,6 @@ def _alternative(
     wall = drawing.relaid(asked, Seeds(point, weight), float(coursing), float(sliver))
     cells = cells_of(wall.assembly)
     rows = zip(pairs.tolist(), rotation, shift, volumes.tolist(), strict=True)
-    placements = [Placement(*pair, turn, move, *shares) for pair, turn, move, shares in rows]
+    placements = [Placement(i, j, turn, move, *shares) for (i, j), turn, move, shares in rows]
     match = replace(Match.of(placements, stones, cells, float(price), settings), notes=tuple(said[1:].tolist()))
     return Alternative(asked, wall, cells, match, interlock(wall.pattern).score, str(said[0]))
