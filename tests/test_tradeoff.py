@@ -20,6 +20,7 @@ import cyclopean
 from cyclopean.api.inputs import StoneReading
 from cyclopean.api.keywords import TradeoffKeywords
 from cyclopean.api.stones import StoneTradeoff
+from cyclopean.cli.tradeoff import first_line
 from cyclopean.cli.workers import beside
 from cyclopean.design.matching.match import MatchSettings, match_stones
 from cyclopean.design.matching.tradeoff import Tradeoff, TradeoffSettings, _judged, tradeoff, unbeaten
@@ -29,6 +30,7 @@ from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.design.walls.polygonal import verdict
 from cyclopean.errors import InputError
 from cyclopean.io.checkpoints import Checkpoints
+from cyclopean.view.tradeoff_page import tradeoff_svg
 from laws import examples
 
 FAST = MatchSettings(gap=0.35, climbs=0, points=64, shortlist=3, starts=1)
@@ -101,7 +103,16 @@ def test_what_falls_or_is_half_empty_beats_nobody(made):
                    replace(better, match=replace(better.match, gap_of_wall=FAST.gap + 0.02))):  # fmt: skip
         assert _judged([faulty, good], FAST, ()).non_dominated == (1,)
     assert _judged([better, good], FAST, ()).non_dominated == (0,)
-    assert _judged([replace(good, verdict="unstable")], FAST, ()).non_dominated == ()
+    assert first_line(_judged([good, better], FAST, ())) == (
+        "2 walls at gap 0.35: wall 2 beats all others, 0.0 % carved away with J 2.000"
+    )
+    none = _judged([replace(good, verdict="unstable")], FAST, ())
+    assert none.non_dominated == ()
+    assert "none of them is shown to stand with so little void" in first_line(none)
+    assert tradeoff_svg(none).count("l10 10m0 -10l-10 10") == 2  # the wall, and in the legend
+    apart = replace(good, match=replace(good.match, imposition=0.25), interlock=0.5), replace(better, interlock=0.1)
+    said = "2 walls at gap 0.35: from 0.0 % carved away with J 0.100 to 25.0 % carved away with J 0.500; 2 of them are"
+    assert first_line(_judged(apart, FAST, ())) == f"{said} not beaten by another"
 
 
 def bits(found: Tradeoff) -> list[bytes]:

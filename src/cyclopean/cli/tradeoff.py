@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cyclopean.cli.outputs import Files
     from cyclopean.design.matching.tradeoff import Alternative, Tradeoff, TradeoffSettings
 
-__all__ = ["contents_of", "names_of", "summary", "wanted_walls"]
+__all__ = ["contents_of", "first_line", "names_of", "summary", "wanted_walls"]
 
 DATA, CURVE = "tradeoff.json", "tradeoff.svg"
 FILES = {"wall": "wall-{}.json", "match": "match-{}.json", "picture": "wall-{}.svg"}  # of each wall, by its number
@@ -91,7 +91,7 @@ def _contents_of_one(
 
 def summary(trade: "Tradeoff", place: Path, files: "Files") -> list[str]:
     """Say what came out, the walls that none beats with a star."""
-    lines = [_first(trade)]
+    lines = [first_line(trade)]
     for k, one in enumerate(trade.alternatives):
         star, asked, fault = "*" if k in trade.non_dominated else " ", one.asked, one.fault(trade.gap)
         made = "as drawn" if not asked.redrawn else f"seed {asked.seed}, coursing {asked.coursing:.2f}"
@@ -108,7 +108,7 @@ def summary(trade: "Tradeoff", place: Path, files: "Files") -> list[str]:
     return [*lines, f"  written  in {place}: {written}{''.join(f'; {name}' for name in also)}"]
 
 
-def _first(trade: "Tradeoff") -> str:
+def first_line(trade: "Tradeoff") -> str:
     """The line for whoever reads one line only."""
     best = [trade.alternatives[k] for k in trade.non_dominated]
     head = f"{len(trade)} walls at gap {trade.gap:g}"

@@ -51,7 +51,8 @@ def tradeoff_svg(found: Tradeoff) -> str:
     joined = place[list(found.non_dominated)]
     if len(joined) > 1:
         parts.append(f'<path d="{open_path(joined)}" fill="none" stroke="{CHOSEN}" stroke-width="2"/>')
-    labels = _labels(place)
+    way = np.linspace(joined[:-1], joined[1:], 9).reshape(-1, 2)  # places on the line
+    labels = _labels(place, way)
     for k, (one, at, label) in enumerate(zip(found.alternatives, place, labels, strict=True)):
         kind = "cross" if one.fault(found.gap) else "full" if k in found.non_dominated else "hollow"
         parts.append(_mark(at, kind, square=k == 0))
@@ -79,13 +80,13 @@ def _ticks(low: float, high: float, room: float, start: float) -> list[tuple[flo
     return [(start + room * (v - low) / (high - low), f"{v:.{digits}f}") for v in value.tolist()]
 
 
-def _labels(place: Floats) -> Floats:
-    """Where the number of each mark (n, 2) is written: beside it, farthest from the others and from their numbers."""
+def _labels(place: Floats, line: Floats) -> Floats:
+    """Where the number of each mark (n, 2) is written: beside it, far from others, numbers and a line (m, 2)."""
     turn = np.radians(45.0 * np.arange(8))
     ways = LABEL * np.stack([np.cos(turn), -np.sin(turn)], -1)
     found: list[Floats] = []
     for k, at in enumerate(place):
-        taken = np.array([*np.delete(place, k, axis=0), *found]).reshape(-1, 2)
+        taken = np.array([*np.delete(place, k, axis=0), *line, *found]).reshape(-1, 2)
         apart = np.linalg.norm((at + ways)[:, None] - taken, axis=2).min(axis=1, initial=3.0 * LABEL)
         found.append(at + ways[int(apart.round(6).argmax())])
     return np.array(found)
