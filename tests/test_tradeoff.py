@@ -23,7 +23,7 @@ from cyclopean.api.stones import StoneTradeoff
 from cyclopean.cli.tradeoff import first_line
 from cyclopean.cli.workers import beside
 from cyclopean.design.matching.match import MatchSettings, match_stones
-from cyclopean.design.matching.tradeoff import Tradeoff, TradeoffSettings, _judged, tradeoff, unbeaten
+from cyclopean.design.matching.tradeoff import Tradeoff, TradeoffSettings, _drawing, _judged, _plan, tradeoff, unbeaten
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.walls.interlock import interlock
 from cyclopean.design.walls.pattern import PatternSettings
@@ -94,6 +94,22 @@ def test_walls_are_what_the_plan_says(made, stock, wall):
         assert (k in made.non_dominated) <= (not one.fault(made.gap))
     assert [one.asked.share for one in made.alternatives[:2]] == [0.0, 1.0]
     assert len({one.asked.depth for one in made.alternatives}) > 2
+
+
+def test_the_plan_begins_with_the_drawing_and_stays_in_its_ranges(wall):
+    poor = cyclopean.polygonal_wall(PatternSettings(0.9, 0.7, 2, 2, 3, courses=2), depth=0.3)
+    assert (interlock(poor.pattern).score, interlock(wall.pattern).score) == (0.0, 1.0)
+    for drawn, many in ((poor, 4), (wall, 2)):  # there is nothing to lay out better where J is 1
+        plan = list(_plan(_drawing(drawn, WANTED), TradeoffSettings(40, (0.25, 0.35))))
+        ends = [(0, False), (1, False), (0, True), (1, True)]
+        assert [(one.share, one.improved) for one in plan[:many]] == ends[:many]
+        assert [one.redrawn for one in plan] == [False] * many + [True] * (40 - many)
+        assert len({one.seed for one in plan}) == 41 - many
+        for name, low, high in (("share", 0.0, 1.0), ("coursing", 0.15, 0.65), ("depth", 0.25, 0.35)):
+            values = np.sort([getattr(one, name) for one in plan[many:]])
+            assert low <= values[0] < low + 0.1 * (high - low)
+            assert high - 0.1 * (high - low) < values[-1] <= high
+            assert np.diff(values).max() < 0.15 * (high - low)
 
 
 def test_what_falls_or_is_half_empty_beats_nobody(made):

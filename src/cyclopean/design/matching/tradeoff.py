@@ -7,8 +7,8 @@ made here by a plan that depends on nothing but their number:
     1  the wall as drawn                         2  its cells moved freely (share 1 of `negotiation`)
     3  the wall as drawn, with the best J         4  that one, its cells moved freely (unless J is 1 as drawn)
     5  and more: other seeds, every other one with the best J to begin with; the share, the coursing about that of the
-       drawing, and the depth where a range of it is allowed, by the additive recurrence of [Roberts]_, which fills its
-       ranges evenly however long it runs; shares near 1 are more frequent
+       drawing, and the depth where a range of it is allowed, by multiples of irrationals [Richtmyer]_, which fill
+       their ranges evenly however many there are; shares near 1 are more frequent
 
 Every wall is drawn with exact joints, its stones are matched at the gap, and coupled analysis says whether it stands.
 A wall is beaten (dominated) by one that carves no more and interlocks no less, and is better in one of the two
@@ -24,8 +24,8 @@ the second.
 References
 ----------
 .. [Pareto] Pareto: Manuale di economia politica (1906), chapter 6.
-.. [Roberts] Roberts: The unreasonable effectiveness of quasirandom sequences (2018): multiples of powers of 1 / g,
-   g^(d + 1) = g + 1.
+.. [Richtmyer] Richtmyer: The evaluation of definite integrals, and a quasi-Monte-Carlo method based on the properties
+   of algebraic numbers. Los Alamos LA-1342 (1951): fractional parts of multiples of square roots.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -56,7 +56,7 @@ __all__ = ["Alternative", "Asked", "Tradeoff", "TradeoffSettings", "tradeoff", "
 WALLS = 12  # where no number is given
 GAP = 0.1  # where none is given: of stock hardly larger than the cells, less void cannot be had without much carving
 COURSING = 0.25  # by which the coursing may be more or less than that of the drawing
-RECURRENCE = 1.2207440846057596  # g of the additive recurrence in three dimensions: g^4 = g + 1
+STEPS = ((5**0.5 - 1.0) / 2.0, 2**0.5, 3**0.5)  # of share, coursing and depth, from wall to wall: no two keep pace
 STABLE = "stable"
 
 
@@ -270,7 +270,7 @@ def _plan(drawing: _Drawing, wanted: TradeoffSettings) -> Iterator[Asked]:
     for k in range(min(drawn, wanted.walls)):
         yield Asked(settings.seed, settings.coursing, depth, float(k % 2), k >= 2, redrawn=False)
     for k in range(1, wanted.walls - drawn + 1):
-        share, level, deep = (float((0.5 + k / RECURRENCE**d) % 1.0) for d in (1, 2, 3))
+        share, level, deep = (float((0.5 + k * step) % 1.0) for step in STEPS)
         share = 1.0 - share * share  # more of them near 1: of walls of 24 cells those below a half were mostly beaten
         coursing = min(1.0, max(0.0, settings.coursing + COURSING * (2.0 * level - 1.0)))
         yield Asked(settings.seed + k, coursing, low + deep * (high - low), share, k % 2 == 1, redrawn=True)
