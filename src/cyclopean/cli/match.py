@@ -57,8 +57,8 @@ def match(
     each wall. A run that is interrupted goes on where it stopped when it is started again.
     """
     trade = wanted_walls(tradeoff, depths, weight, options)
-    if trade is not None and (one := next((name for name in ("svg", "dxf") if name in files.to), "")):
-        raise InputError.of(one, None, "a `tradeoff` draws each of its walls in DIR; leave it out")
+    if trade is not None and (drawing := next((name for name in ("svg", "dxf") if name in files.to), "")):
+        raise InputError.of(drawing, None, "a `tradeoff` draws each of its walls in DIR; leave it out")
     settings, asked = _asked(settings, bond, weight, options)
     place = folder("--out", out, out)
     usual = (MATCH, WALL) if options.negotiate > 0.0 else (MATCH,)

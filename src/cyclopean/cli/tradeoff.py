@@ -55,7 +55,6 @@ def contents_of(
     its wall, and what was asked of it.
     """
     from cyclopean.io.matches import tradeoff_dict
-    from cyclopean.view.svg import true_size
     from cyclopean.view.tradeoff_page import alternative_svg, tradeoff_html, tradeoff_svg
 
     trade, count = found.tradeoff, range(1, len(found) + 1)
@@ -80,12 +79,13 @@ def _contents_of_one(
 ) -> dict[str, Callable[[], Any]]:
     """What the files of one wall hold."""
     from cyclopean import io
+    from cyclopean.view.svg import true_size
 
     drawing = io.drawing_dict(one.wall)
     return {
         names["wall"]: lambda: lambda file: io.write_model(file, one.wall.assembly, drawing=drawing),
         names["match"]: lambda: match,
-        names["picture"]: lambda: picture,
+        names["picture"]: lambda: true_size(picture),
     }
 
 

@@ -23,7 +23,7 @@ from cyclopean.view.svg import EXACT, PAPER, WIDTH, closed, layer, legend, open_
 __all__ = ["corner_svg", "wall_svg"]
 
 MARGIN = 24.0  # drawing units
-LEGEND = 44.0  # height below the wall
+LEGEND, LINE = 44.0, 5  # height below the wall, and parts of it in one line
 SEAM = 30.0  # between two walls of a corner
 COLUMNS = (180.0, 400.0, 570.0, 812.0)  # of the legend
 FIELD, DRESSED, EDGE = "#eceae4", "#d3cec2", "#7d766a"
@@ -43,7 +43,7 @@ def wall_svg(
     wall = pattern.settings.height * scale
     foot = np.array([MARGIN, MARGIN + wall])
     parts = _face(pattern, found, tints, foot, scale)
-    return _with_legend(parts, foot, scale, [found], found.score, title, key)
+    return _drawn(title, parts, foot, scale, _legend([found], found.score, key))
 
 
 def corner_svg(made: CornerWall, title: str, *, tints: Sequence[str] | None = None) -> str:
@@ -62,7 +62,7 @@ def corner_svg(made: CornerWall, title: str, *, tints: Sequence[str] | None = No
         along = np.array([k * (widths[0] * scale + SEAM), 0.0])
         face = _face(pattern, found[k], own, foot + along, scale)
         parts.append(layer(f"wall-{k + 1}", face))
-    return _with_legend(parts, foot, scale, found, joint_score(made), title)
+    return _drawn(title, parts, foot, scale, _legend(found, joint_score(made)))
 
 
 def _face(pattern: Pattern, found: Interlock, tints: Sequence[str] | None, foot: Floats, scale: float) -> list[str]:
@@ -86,28 +86,25 @@ def _face(pattern: Pattern, found: Interlock, tints: Sequence[str] | None, foot:
     ]
 
 
-def _with_legend(
-    parts: list[str],
-    foot: Floats,
-    scale: float,
-    found: Sequence[Interlock],
-    score: float,
-    title: str,
-    key: str = "",
-) -> str:
-    """Everything drawn; the legend below its foot: the score, what the marks mean, how many there are."""
-    top, sample = float(foot[1]) + MARGIN, np.array([[0.0, -6.0], [26.0, -6.0]])
+def _drawn(title: str, parts: list[str], foot: Floats, scale: float, told: list[str]) -> str:
+    """Everything drawn, at a scale from its foot, and the legend below it."""
+    top = float(foot[1]) + MARGIN
+    below = layer("legend", [f'<g transform="translate(0 {top:.1f})">', *told, "</g>"])
+    size = WIDTH, top + (1.0 if len(told) <= LINE else 1.6) * LEGEND
+    return sheet(size, title, [*parts, below], letters=19.0, more=to_scale(scale, foot))
+
+
+def _legend(found: Sequence[Interlock], score: float, key: str = "") -> list[str]:
+    """The score, what the marks mean, how many there are; and a key in a line of its own."""
+    sample = np.array([[0.0, -6.0], [26.0, -6.0]])
     marks = (
         (_line(sample, INK, 3.0), f"head joints {sum(len(one.head) for one in found)}"),
         (_line(sample, ALIGNED, 7.0), f"aligned {sum(len(np.unique(one.aligned)) for one in found)}"),
         (_line(sample, FORCE, 2.0, "5 4"), f"running joints {sum(len(one.running) for one in found)}"),
         (_crossing(13.0, -6.0), f"crossings {sum(len(one.crossings) for one in found)}"),
     )
-    told = legend(f"J = {score:.3f}", marks, COLUMNS, (MARGIN, top + 18.0))
-    if key:
-        told.append(f'<g transform="translate({MARGIN:g} {top + LEGEND + 6.0:.1f})">{key}</g>')
-    size = WIDTH, top + (1.6 if key else 1.0) * LEGEND
-    return sheet(size, title, [*parts, layer("legend", told)], letters=19.0, more=to_scale(scale, foot))
+    told = legend(f"J = {score:.3f}", marks, COLUMNS, (MARGIN, 18.0))
+    return [*told, f'<g transform="translate({MARGIN:g} {LEGEND + 6.0:.1f})">{key}</g>'] if key else told
 
 
 def _ring(ring: Floats, colour: str) -> str:

@@ -6,7 +6,6 @@ also prove that no state exists. Whatever a route claims is measured here at eve
 factorisations, programmes and nodes, so that the same question has the same answer on any machine; time only stops.
 """
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -31,6 +30,7 @@ DENSE = 40_000  # points times blocks beyond which the conic programmes of alter
 TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
 GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
 PROGRAMMES, WORK = 200, 2_000_000  # of the alternation, before the tree; where that only glances, points times blocks
+HASTY = 12  # programmes of the alternation at most where less effort is asked; a larger model then has no tree
 FOLDS = 8  # contact points named where the search ends
 
 Route = tuple[str, str, Callable[[], Attempt]]  # name, solver, and what to run
@@ -196,6 +196,7 @@ def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats], folds
     def alternated() -> Attempt:
         large = system.points > TREE_POINTS
         most = int(asked.effort * WORK) // (system.points * system.blocks) if large else PROGRAMMES
+        most = most if asked.effort >= 1.0 else min(most, HASTY)
         return alternation(system, asked.bounds, given, min(most, 2 * asked.nodes), asked.deadline)
 
     if asked.solver not in ("clarabel", "osqp"):
@@ -213,10 +214,12 @@ def _branched(
         folds = folds or _amiss(system, bounds, best)
         return _undecided(best, tried, folds, 0.0, "the time was up before the refuting search began")
     small = system.points <= TREE_POINTS
+    if not small and asked.effort < 1.0:
+        return _undecided(
+            best, tried, folds or _amiss(system, bounds, best), 0.0, "less than the usual effort was asked"
+        )
     asked.progress("refuting by branching")
-    answer = refute(
-        system, bounds, asked.nodes if small else min(asked.nodes, math.ceil(asked.effort * GLANCE)), asked.deadline
-    )
+    answer = refute(system, bounds, asked.nodes if small else min(asked.nodes, GLANCE), asked.deadline)
     tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
     if answer.word == "refuted":
         provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
