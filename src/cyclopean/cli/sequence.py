@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["sequence"]
 
-MANY = 100  # blocks beyond which a process more is worth its start
+MANY = 40  # blocks beyond which a process more is worth its start
 SHOWN = 8  # props that are said
 
 

@@ -9,6 +9,7 @@ factorisations, programmes and nodes, so that the same question has the same ans
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -30,6 +31,7 @@ DENSE = 40_000  # points times blocks beyond which the conic programmes of alter
 TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
 GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
 PROGRAMMES, WORK = 200, 2_000_000  # of the alternation, before the tree; where that only glances, points times blocks
+FIRST = 6  # the continuation, after an alternation that failed with less effort, has its budget over this: one path
 HASTY = 12  # programmes of the alternation at most where less effort is asked; a larger model then has no tree
 FOLDS = 8  # contact points named where the search ends
 
@@ -186,23 +188,31 @@ def _component(system: EquilibriumSystem, asked: _Asked, given: Floats | None, t
 
 
 def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats], folds: list[int]) -> Iterator[Route]:
-    """The routes to a state in the order of their cost; `folds` takes the points where the continuation folds."""
+    """The routes to a state in the order of their cost; `folds` takes the points where the continuation folds.
 
-    def continued() -> Attempt:
-        found = continuation(system, asked.bounds, None, asked.factorisations, asked.deadline)
-        folds.extend(found.folds)
+    Where less effort is asked, the alternation goes before the paths of the continuation, which take longer where none
+    leads to a state; programme A alone, with which these begin, is quick.
+    """
+    hasty = asked.effort < 1.0
+
+    def continued(budget: int = asked.factorisations) -> Attempt:
+        found = continuation(system, asked.bounds, None, budget, asked.deadline)
+        folds[:] = found.folds
         return found.attempt
 
     def alternated() -> Attempt:
         large = system.points > TREE_POINTS
         most = int(asked.effort * WORK) // (system.points * system.blocks) if large else PROGRAMMES
-        most = most if asked.effort >= 1.0 else min(most, HASTY)
+        most = min(most, HASTY) if hasty else most
         return alternation(system, asked.bounds, given, min(most, 2 * asked.nodes), asked.deadline)
 
-    if asked.solver not in ("clarabel", "osqp"):
-        yield "continuation", "interior", continued
-    if system.points * system.blocks <= DENSE:
+    paths, dense = asked.solver not in ("clarabel", "osqp"), system.points * system.blocks <= DENSE
+    if paths:
+        yield "continuation", "interior", partial(continued, 0) if hasty and dense else continued
+    if dense:
         yield "alternation", "clarabel", alternated
+    if paths and hasty and dense:
+        yield "continuation", "interior", partial(continued, asked.factorisations // FIRST)
 
 
 def _branched(

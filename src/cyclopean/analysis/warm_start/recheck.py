@@ -156,6 +156,8 @@ def _near(
     down, rooms = way_down(system, fresh), _Rooms(system)
     for radius in RADII:
         blocks = around(system, fresh, radius)
+        if radius and len(blocks) > MOST * system.blocks:
+            break  # to seat most of them anew is to begin from nothing
         start = _seat(system, bounds, blocks, old_point, f, dq)
         if start is not None:
             if attempt(system, bounds, *start).found:
@@ -164,7 +166,7 @@ def _near(
                 near, moved, residuals = inward(system, *rooms.of(room), bounds, *start)
                 if residuals.accepted:
                     return near, moved, radius + 1
-        if not len(fresh) or len(blocks) == system.blocks:
+        if not len(fresh):
             break
     return None
 
