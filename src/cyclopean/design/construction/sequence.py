@@ -39,7 +39,7 @@ __all__ = ["BuildSequence", "GivenOrder", "Step", "build_sequence", "dot_text"]
 
 SECONDS = 30.0  # for the coupled search of one stage: it stops by the work it has done, long before
 EFFORT = 0.08  # of a usual search: there are many stages
-FEW = 4  # runs at least, so that several processes have something to do
+FEW, SHORT = 4, 10  # runs at least, so that several processes have something to do, unless they would be that short
 CLEARANCE = 0.1  # m, of approach and retreat
 
 
@@ -276,7 +276,7 @@ class _Work:
 
     def verdicts(self, order: Sequence[int], start: int = 0) -> list[Judged]:
         """Verdicts of every stage of an order from a number on, without props."""
-        size = min(RUN, -(-len(order) // FEW))
+        size = min(RUN, max(SHORT, -(-len(order) // FEW)))
         runs = [range(k, min(k + size, len(order))) for k in range(start, len(order), size)]
         watch = self.watch if start == 0 else None
         do = partial(_run, (self.whole, self.settings, tuple(order), watch is not None))
