@@ -173,7 +173,7 @@ def test_refused():
     other = Block("elsewhere", cell.vertices, cell.faces)
     with pytest.raises(InputError, match="the wall has no block 'elsewhere'"):
         carved_wall(drawn, [carve(stone_like(cell), other, *STAY)])
-    with pytest.raises(InputError, match="block 'ground' is held, it is no cell"):
+    with pytest.raises(InputError, match="block 'ground' is held or sawn, it is no cell"):
         carved_wall(drawn, [carve(stone_like(GROUND), GROUND, *STAY)])
     with pytest.raises(InputError, match="at least 3"):
         carved_wall(drawn, [good], corners=2)

@@ -57,7 +57,8 @@ def composer(thing: Any) -> Callable[[], str] | None:
     if isinstance(thing, StoneMatch):
         return lambda: placed_svg(thing.match, thing.stones, thing.cells)
     if isinstance(thing, StoneCarving):
-        return lambda: carving_svg(thing.drawn, thing.fixed, thing.carved, f"{thing.drawn.name} after carving")
+        of = thing.drawn, thing.fixed, thing.carved, f"{thing.drawn.name} after carving"
+        return lambda: carving_svg(*of, "after", thing.built.sawn)
     return _wall(thing)
 
 

@@ -113,6 +113,7 @@ class MatchKeywords(TypedDict, total=False):
     bond: Literal["free", "into", "along"] | None
     bond_angle: float | None
     climbs: int
+    sawn: str
     negotiate: float
     rounds: int | None
     supports: str

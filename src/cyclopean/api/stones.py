@@ -13,7 +13,7 @@ from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
 
 if TYPE_CHECKING:
-    from cyclopean.arrays import Bools
+    from cyclopean.arrays import Bools, Ints
     from cyclopean.assembly import Assembly
     from cyclopean.design.carving.carve import Carved, Total
     from cyclopean.design.carving.carved_wall import CarvedWall
@@ -130,6 +130,11 @@ class MatchOptions:
         None, "Times that cells are moved and stones placed again [3 to 12].", "whole", metavar="N", least=1, most=100
     )
     supports: str = option("", "below=Z or ids=a,b instead of what the model says.", metavar="S")
+    sawn: str = option(
+        "",
+        "Sawn new, and given no stone: voussoirs, lintels, quoins, coping, ids, patterns such as c01-*; by commas.",
+        metavar="NAMES",
+    )
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -210,15 +215,17 @@ def matched(
     drawn, scores = wall if isinstance(wall, PolygonalWall) else None, None
     if wanted.negotiate > 0.0:
         drawn, said = _drawn(wall)
+        new = _sawn(drawn.assembly, held_blocks(drawn.assembly)[0], drawn, wanted.sawn)
         done = negotiate(
-            inventory, drawn, settings, wanted.negotiate, rounds=wanted.rounds, executor=executor, progress=progress
+            inventory, drawn, settings, wanted.negotiate, wanted.rounds, executor, progress, sawn=new.tolist()
         )
-        cells, found, said = cells_of(done.wall.assembly), done.match, (*said, *done.notes)
+        cells, found, said = cells_of(done.wall.assembly, None, new), done.match, (*said, *done.notes)
         scores = score_of(drawn.pattern).score, score_of(done.wall.pattern).score
         drawn, rounds = done.wall, done.rounds
     else:
         assembly, said = assembly_of(wall)
-        cells, rounds = cells_of(assembly, held_blocks(assembly, wanted.supports)[0]), ()
+        held = held_blocks(assembly, wanted.supports)[0]
+        cells, rounds = cells_of(assembly, held, _sawn(assembly, held, wall, wanted.sawn)), ()
         found = match_stones(inventory, cells, settings, executor, progress)
     notes = (*said, *_unfilled(found, cells), *found.notes)
     return StoneMatch(found, inventory.stones, cells, drawn, rounds, wanted.supports, notes, scores)
@@ -285,6 +292,19 @@ def traded(
     drawn, said = _drawn(wall, "tradeoff")
     found = trade(inventory, drawn, wanted, settings, executor, progress)
     return StoneTradeoff(found, inventory.stones, (*said, *found.notes))
+
+
+def _sawn(assembly: "Assembly", held: "Bools", wall: Model, asked: str) -> "Ints":
+    """Blocks that are sawn new, by what a wall says of how it was drawn, if it does."""
+    from cyclopean.design.matching.sawn import sawn_blocks
+    from cyclopean.design.walls.polygonal import PolygonalWall
+    from cyclopean.io import read_drawing
+
+    drawn = wall if isinstance(wall, PolygonalWall) else None
+    if asked and isinstance(wall, str | os.PathLike):
+        drawn = read_drawing(wall)[0]
+    kinds = () if drawn is None else drawn.pattern.kind
+    return sawn_blocks([block.id for block in assembly.blocks], held, kinds, asked)
 
 
 def _drawn(wall: Model, asking: str = "negotiate") -> "tuple[PolygonalWall, tuple[str, ...]]":
@@ -354,15 +374,17 @@ def carve(
     if not depth >= 0.0:
         raise InputError(f"least: {depth:g} is not a depth of at least 0 m")
     if isinstance(found, StoneMatch):
-        wall, rule = found.assembly, supports or found.supports
+        wall, rule, new = found.assembly, supports or found.supports, found.cells.sawn.tolist()
         cut = carve_match(found.match, found.stones, found.cells, least=depth, progress=progress)
     else:
         stored = read_match(found)
         wall, placed = read_matched(stored)
         cut = carve_all(placed, least=depth, progress=progress)
         rule = supports or stored.supports or ""
+        place = {block.id: k for k, block in enumerate(wall.blocks)}
+        new = [place[name] for name in stored.sawn]
     fixed, _ = held_blocks(wall, rule)
-    built = carved_wall(wall, cut, fixed=fixed)
+    built = carved_wall(wall, cut, fixed=fixed, sawn=new)
     notes = (*(note for c in cut for note in c.notes), *built.notes)
     return StoneCarving(cut, total(cut), wall, fixed, built, notes)
 

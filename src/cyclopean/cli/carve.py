@@ -84,8 +84,8 @@ def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", le
     carved, name, to = made.carved, made.drawn.name, files.to
     verdict = {"verdict": result.verdict, "reason": result.reason, "method": result.method}
     data = carving_dict(carved, made.total, made.built, least, verdict)
-    before = carving_svg(made.drawn, made.fixed, carved, f"{name} before carving", "before")
-    after = carving_svg(made.drawn, made.fixed, carved, f"{name} after carving", "after")
+    before = carving_svg(made.drawn, made.fixed, carved, f"{name} before carving", "before", made.built.sawn)
+    after = carving_svg(made.drawn, made.fixed, carved, f"{name} after carving", "after", made.built.sawn)
     proof = seen_from(to.get("report"), to["certificate.json"] if result.certificate is not None else None)
     drawn: dict[str, Any] = {"before": before, "after": after, "least": least, "certificate_file": proof}
     with io.together():

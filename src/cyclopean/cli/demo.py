@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 
 __all__ = ["demo"]
 
-STOCK = 80  # stones at hand, about two a cell
-SPAN = 0.6, 4.0  # least and largest stone, in mean cells
-WEIGHT = 4.5  # what a litre of void costs, where a litre carved off costs 1: the joints have to bear
-TURNS = 2  # of negotiation
+STOCK = 300  # stones at hand, ten a cell: a quarry, not a heap
+SPAN = 0.9, 2.0  # least and largest stone, in mean cells: what comes off is stone, so that a stone has to be the larger
+GAP = 0.05  # share of the cells that may stay void: the joints have to bear
+TURNS = 6  # of negotiation
+SAWN = "voussoirs"  # no boulder is like one
 
 FILES = {
     "model.json": "the wall as drawn, negotiated with the stones",
@@ -50,7 +51,7 @@ def demo(
     """Draw a wall, find it stones, carve them, prove that it stands, and plan how it is built.
 
     A wall of polygonal stones on a gently curved face, around an arched door; its cells are negotiated with the stones
-    of a synthetic quarry.
+    of a synthetic quarry, and the arch is sawn.
     """
     place = folder("--out", out, "demo")
 
@@ -70,16 +71,17 @@ def demo(
 
     with long_work("demo") as stage:
         drawn = _curved_wall()
-        mean = float(cells_of(drawn.assembly).volume.mean())
+        sawn = _sawn(drawn)
+        mean = float(cells_of(drawn.assembly, None, sawn).volume.mean())
         stones = quarry(STOCK, seed=1, volume=(SPAN[0] * mean, SPAN[1] * mean), detail=2)
         stage("negotiating")
-        talk = negotiate(stones, drawn, MatchSettings(weight=WEIGHT), rounds=TURNS)
-        wall, cells = talk.wall.assembly, cells_of(talk.wall.assembly)
+        talk = negotiate(stones, drawn, MatchSettings(gap=GAP), rounds=TURNS, sawn=sawn)
+        wall, cells = talk.wall.assembly, cells_of(talk.wall.assembly, None, sawn)
         stage("checking")
         result = analysis.check(wall)
         stage("carving")
         carved = carve_match(talk.match, stones, cells)
-        built = carved_wall(wall, carved)
+        built = carved_wall(wall, carved, sawn=sawn)
         final = analysis.check(built.assembly)
         stage("sequencing")
         sequence = build_sequence(wall)
@@ -98,8 +100,8 @@ def demo(
             io.write_json(at["sequence.json"], io.sequence_dict(sequence, dot_text(sequence)))
             io.write_text(at["building.html"], view.building_html(sequence))
             whole = total(carved)
-            before = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as placed", "before")
-            after = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as carved", "after")
+            before = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as placed", "before", built.sawn)
+            after = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as carved", "after", built.sawn)
             page = overview_html(
                 result, Inventory(stones).stones, (carved, whole, before, after), (built, final), sequence, FILES
             )
@@ -110,6 +112,7 @@ def demo(
     held = [step for step in sequence.steps if step.verdict != "stable"]
     say(f"drawn      {wall.name}: {result.verdict}, {_proof(proofs[''])}")
     say(f"matched    {len(talk.match)} of {STOCK} stones: Lambda {whole.imposition:.3f}, gap {whole.gap:.3f}")
+    say(f"sawn       {len(sawn)} voussoirs, new")
     say(f"as built   {final.verdict}, {_proof(proofs['carved.'])}")
     props = f", {len(held)} of them with props" if held else ""
     say(f"sequence   {len(sequence.steps)} stages, each with a verified verdict{props}")
@@ -142,6 +145,16 @@ def _write(result: "Result", place: "Path", prefix: str, report: str | None) -> 
 
 def _proof(proved: bool) -> str:
     return "certificate verified" if proved else "NO valid certificate"
+
+
+def _sawn(drawn: "PolygonalWall") -> list[int]:
+    """Blocks that are sawn new."""
+    from cyclopean.assembly import supports
+    from cyclopean.design.matching.sawn import sawn_blocks
+
+    ids, fixed = [block.id for block in drawn.assembly.blocks], supports(drawn.assembly)[0]
+    found: list[int] = sawn_blocks(ids, fixed, drawn.pattern.kind, SAWN).tolist()
+    return found
 
 
 def _curved_wall() -> "PolygonalWall":

@@ -140,7 +140,12 @@ def _asked(
     settings = settings if weight is None else replace(settings, weight=weight)
     given: dict[str, Any] = {"bond": kind, **({"bond_angle": number("`bond`", degrees)} if colon else {})}
     asked = {"weight": settings.weight, "gap": settings.gap, "points": settings.points, **given}
-    asked |= {"negotiate": options.negotiate, "rounds": options.rounds, "supports": options.supports or None}
+    asked |= {
+        "negotiate": options.negotiate,
+        "rounds": options.rounds,
+        "supports": options.supports or None,
+        "sawn": options.sawn or None,
+    }
     return replace(settings, **given), asked
 
 
@@ -204,6 +209,9 @@ def _lines(data: dict[str, Any], inventory: "Inventory", files: Files) -> list[s
         f"  most is carved off {worst['stone']} for {worst['cell']}: lambda {worst['lambda']:.3f}",
         "  datum    Lambda 0.27 was built: Cyclopean Cannibalism (Clifford & McGee 2018)",
     ]
+    if data["sawn"]:
+        litres = 1e3 * sum(row["volume"] for row in data["sawn"])
+        lines.append(f"  sawn     {len(data['sawn'])} stones new, as drawn, {litres:.1f} L; no part of Lambda and gap")
     if "J" in data:
         lines.append(f"  J        {data['J']['before']:.3f} as drawn, {data['J']['after']:.3f} as negotiated")
     for k, row in enumerate(data["rounds"]):

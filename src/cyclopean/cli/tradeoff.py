@@ -36,6 +36,8 @@ def wanted_walls(
         return None
     if options.negotiate > 0.0:
         raise InputError.of("negotiate", None, "a `tradeoff` tries shares from 0 to 1; leave out one of the two")
+    if options.sawn:
+        raise InputError.of("sawn", None, "a `tradeoff` draws walls anew, with other stones; leave out one of the two")
     if options.supports:
         raise InputError.of("supports", None, "has no say in a `tradeoff`; the ground of a drawn wall is its support")
     if weight is not None:

@@ -71,12 +71,16 @@ class StoredMatch:
     hashes: "Mapping[str, str]"  # of each placed stone
     wall_hash: str | None
     supports: str | None = None  # which blocks were held, where the command said so
+    sawn: tuple[str, ...] = ()  # blocks that are sawn new
 
     def changed(self, stones: "Mapping[str, Stone]", wall: Assembly) -> str | None:
         """What is not as it was when the match was made, in a line; None where all is."""
         if self.wall_hash is not None and wall_hash(wall) != self.wall_hash:
             return f"the wall '{one_line(self.wall)}' has changed since the match was made; match again"
         blocks = {block.id for block in wall.blocks}
+        for name in self.sawn:
+            if name not in blocks:
+                return f"the wall '{one_line(self.wall)}' has no block {label(name)}"
         for placed in self.placements:
             if placed.stone not in stones:
                 return f"stone {label(placed.stone)} is not among the stones of '{one_line(self.stones)}'"
@@ -197,7 +201,7 @@ def match_dict(
     settings : mapping, optional
         What was asked for.
     """
-    ids = [block.id for block in cells.assembly.blocks]
+    ids, volume = [block.id for block in cells.assembly.blocks], cells.assembly.mass.volume.tolist()
     return {
         "schema": SCHEMA,
         "stones": stones_path,
@@ -219,6 +223,7 @@ def match_dict(
         ],
         "unused": [stones[i].id for i in match.unused.tolist()],
         "empty": [ids[cells.block[j]] for j in match.empty.tolist()],
+        "sawn": [{"cell": ids[k], "volume": volume[k]} for k in cells.sawn.tolist()],
         "rounds": [dict(row) for row in rounds],
         "settings": dict(settings or {}),
         "hashes": {stones[placed.stone].id: stone_hash(stones[placed.stone]) for placed in match.placements},
@@ -266,6 +271,10 @@ def read_match(path: PathLike) -> StoredMatch:
         {name: text(value, f"{shown}: hashes.{one_line(name, 40)}") for name, value in hashes.items()},
         optional(data.get("wall_hash"), f"{shown}: wall_hash", text),
         optional(settings.get("supports"), f"{shown}: settings.supports", text),
+        tuple(
+            text(_field(where, mapping(row, where), "cell"), f"{where}.cell")
+            for where, row in ((f"{shown}: sawn[{k}]", row) for k, row in enumerate(data.get("sawn") or ()))
+        ),
     )
 
 

@@ -5,7 +5,7 @@ in their cells, and what they do not fill stays white. Colour is lambda, the sha
 scale stand Lambda of the wall, and 0.27, what Clifford & McGee's *Cyclopean Cannibalism* wall (ACADIA 2018) came to.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from html import escape
 from typing import Literal
 
@@ -57,26 +57,32 @@ FULL = 0.5  # lambda at which the colours end
 FINE = 0.3  # drawing units: what is narrower is not seen
 APART = 0.8  # drawing units between the corners of an outline
 
+SAWN = "#dcd9d2"  # neutral: nothing is carved there
+
 When = Literal["before", "after"]
 
 
-def carving_svg(wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: str, when: When = "after") -> str:
+def carving_svg(
+    wall: Assembly, fixed: Bools, carved: Sequence[Carved], title: str, when: When = "after", sawn: Collection[str] = ()
+) -> str:
     """Draw a wall and the stones in its cells as one `<svg>` element: as placed, with what comes off, or as carved.
 
-    `fixed` (n,) are its held blocks; the title is for readers that do not see it.
+    `fixed` (n,) are its held blocks, `sawn` the ids of those that are sawn new; the title is for readers that do not
+    see it.
     """
     paper = _paper(wall, carved, fixed, when)
     outline = {b.id: _outline(paper.of(b.vertices), fans(b.faces)) for b in wall.blocks}
     held, free = ([b.id for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
-    filled = {c.cell for c in carved if len(c.triangles)}
+    filled = {c.cell for c in carved if len(c.triangles)} | {*sawn}
     stones = (_stone(paper, c, outline[c.cell], f"{when}-{k}", when) for k, c in enumerate(carved) if c.cell in outline)
     parts = [
         layer("supports", (f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held)),
+        layer("sawn", (f'<path d="{outline[name]}" fill="{SAWN}"/>' for name in sawn)),
         layer("stones", stones),
         layer("cells", (_cell(outline[name], name in filled) for name in free)),
     ]
     clip = f'<clipPath id="{when}">{rect(0.0, 0.0, WIDTH, paper.height, "")}</clipPath>'
-    told = layer("legend", _legend(carved, paper.height, when))
+    told = layer("legend", [*_legend(carved, paper.height, when), *_sawn_key(len(sawn), paper.height)])
     shown = [_patterns(), clip, f'<g clip-path="url(#{when})">', *parts, "</g>", told]
     more = to_scale(paper.scale, paper.foot)
     return sheet((WIDTH, paper.height + LEGEND), title, shown, letters=17.0, more=more)
@@ -183,6 +189,15 @@ def _legend(carved: Sequence[Carved], top: float, when: When) -> list[str]:
     ]
 
 
+def _sawn_key(count: int, top: float) -> list[str]:
+    """What the neutral colour means, where some stones are sawn."""
+    if not count:
+        return []
+    y = top + 70.0
+    words = f"sawn new, {count} stone{'s' * (count != 1)}"
+    return [rect(536.0, y, 34.0, 16.0, f'fill="{SAWN}" stroke="{INK}"'), text(580.0, y + 14.0, words, 'font-size="14"')]
+
+
 def carving_html(
     carved: Sequence[Carved],
     whole: Total,
@@ -230,6 +245,7 @@ def _headline(carved: Sequence[Carved], whole: Total, built: CarvedWall, result:
         ("stones", len(carved)),
         ("cuts", cuts),
         ("litres come off", f"{1e3 * (whole.stone_volume - whole.volume):,.0f}"),
+        *([("sawn new", len(built.sawn))] if built.sawn else []),
     ]
     answer = result.verdict.capitalize(), reason
     return headline(built.assembly.name, figures, f"method {result.method}", answer=answer)

@@ -34,6 +34,7 @@ def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequ
         ("stones placed", f"{len(match):,} of {len(stones):,}"),
         ("cells without a stone", len(match.empty)),
         ("weight of void", f"{match.weight:.3g}"),
+        *([("sawn new", len(cells.sawn))] if len(cells.sawn) else []),
     ]
     body = (
         headline(title, figures),
@@ -51,7 +52,8 @@ def placed_svg(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
     placed = [(stones[p.stone], blocks[cells.block[p.cell]], p.rotation, p.shift) for p in match.placements]
     carved = tuple(carve(*row) for row in placed)
     held, _ = supports(cells.assembly)
-    return carving_svg(cells.assembly, held, carved, f"{cells.assembly.name}, stones as placed", "before")
+    sawn = [blocks[k].id for k in cells.sawn.tolist()]
+    return carving_svg(cells.assembly, held, carved, f"{cells.assembly.name}, stones as placed", "before", sawn)
 
 
 _ROUNDS = "In each round the cells were moved to suit their stones, drawn again, and the stones placed again."

@@ -22,8 +22,8 @@ rigid-block equilibrium found for it is one of the true wall. A mechanism, and t
 are those of the reduced joints; `CarvedWall.kept` says how much of each hull is left.
 
 Joints of the drawn wall keep their friction; what they may pull is left out, for a hull is larger than R. Blocks that
-are held stay as they are drawn. A cell without a stone is left out, with its joints. Curved joints that were drawn as
-the best plane through their corners stay that plane, and both faces are laid into it.
+are held or sawn stay as they are drawn. A cell without a stone is left out, with its joints. Curved joints that were
+drawn as the best plane through their corners stay that plane, and both faces are laid into it.
 """
 
 from collections.abc import Sequence
@@ -65,6 +65,7 @@ class CarvedWall:
     kept: Floats  # (c,) area of the contact over that of the hull of the touching region; 1 where nothing was given up
     joint: Ints  # drawn joint of each contact of the assembly
     notes: tuple[str, ...]
+    sawn: tuple[str, ...] = ()  # blocks that are sawn as they are drawn
 
     @property
     def touching_share(self) -> float:
@@ -74,7 +75,12 @@ class CarvedWall:
 
 
 def carved_wall(
-    wall: Assembly, carved: Sequence[Carved], *, fixed: ArrayLike | None = None, corners: int = CORNERS
+    wall: Assembly,
+    carved: Sequence[Carved],
+    *,
+    fixed: ArrayLike | None = None,
+    corners: int = CORNERS,
+    sawn: Sequence[int] = (),
 ) -> CarvedWall:
     """Put carved stones into a wall and find where they touch.
 
@@ -88,17 +94,20 @@ def carved_wall(
         Blocks that are held and stay as drawn; what `supports` says of the wall where not given.
     corners : int
         Most corners of a contact, at least 3.
+    sawn : sequence of int
+        Numbers of blocks that are sawn as they are drawn.
 
     Raises
     ------
     InputError
-        A stone for a cell that the wall does not have or that is held, two for one, or fewer than 3 corners.
+        A stone for a cell that the wall does not have, that is held or sawn, two for one, or fewer than 3 corners.
     """
     if corners < 3:
         raise InputError(f"corners: a contact needs at least 3, got {corners}")
     held = supports(wall)[0] if fixed is None else sealed("fixed", fixed, len(wall), dtype=np.bool_)
-    stones = _by_block(wall, carved, held.tolist())
-    present = [i for i in range(len(wall)) if held[i] or i in stones]
+    whole = held | np.isin(np.arange(len(wall)), list(sawn))
+    stones = _by_block(wall, carved, whole.tolist())
+    present = [i for i in range(len(wall)) if whole[i] or i in stones]
     place = np.full(len(wall), -1)
     place[present] = np.arange(len(present))
     joints, furthest = _drawn_joints(wall)
@@ -121,11 +130,11 @@ def carved_wall(
     contacts = Contacts.of([(int(a), int(b)) for a, b in place[ends[which]]], polygons, mu)
     blocks = tuple(_block(wall.blocks[i], stones.get(i), bool(held[i])) for i in present)
     built = part(loaded, blocks, contacts, place, name=f"{wall.name}, carved")
-    missing = tuple(wall.blocks[i].id for i in np.flatnonzero(place < 0))
+    missing, new = (tuple(wall.blocks[i].id for i in rows) for rows in (np.flatnonzero(place < 0), sawn))
     apart = np.flatnonzero((place[ends] >= 0).all(axis=1) & ~(touching > 0.0))
     names = [f"{wall.blocks[a].id}-{wall.blocks[b].id}" for a, b in ends[apart]]
     notes = _notes(missing, _loads(loaded) - _loads(built), bool(joints.strength.any()), names)
-    return CarvedWall(built, missing, joints.area, touching, kept, np.array(which, np.int64), notes)
+    return CarvedWall(built, missing, joints.area, touching, kept, np.array(which, np.int64), notes, new)
 
 
 def _by_block(wall: Assembly, carved: Sequence[Carved], held: Sequence[bool]) -> dict[int, Carved]:
@@ -137,7 +146,7 @@ def _by_block(wall: Assembly, carved: Sequence[Carved], held: Sequence[bool]) ->
             raise InputError(f"stone '{stone.stone}': the wall has no block '{stone.cell}'")
         i = number[stone.cell]
         if held[i]:
-            raise InputError(f"stone '{stone.stone}': block '{stone.cell}' is held, it is no cell")
+            raise InputError(f"stone '{stone.stone}': block '{stone.cell}' is held or sawn, it is no cell")
         if i in found:
             raise InputError(f"cell '{stone.cell}': has two stones, '{found[i].stone}' and '{stone.stone}'")
         if stone.volume > 0.0:
@@ -158,7 +167,7 @@ def _touching(
 ) -> tuple[Floats, float, float] | None:
     """Contact polygon, touching area and share of the hull of one joint; None where the stones do not touch.
 
-    A side that is None is a held block, which reaches all over the drawn joint.
+    A side that is None is a held or a sawn block, which reaches all over the drawn joint.
     """
     import shapely
 

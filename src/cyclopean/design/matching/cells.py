@@ -16,7 +16,7 @@ parts, each a set of half-spaces about the cell's centroid:
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -63,6 +63,7 @@ class Cells:
     offset: Floats  # (m, p, k) m
     part_count: Ints  # (m,)
     form: tuple[Form, ...]  # (m,)
+    sawn: Ints = field(default_factory=lambda: np.zeros(0, np.int64))  # blocks that get no found stone
 
     def __post_init__(self) -> None:
         m, (parts, planes) = len(self.block), self.offset.shape[1:]
@@ -79,7 +80,7 @@ class Cells:
         return len(self.block)
 
 
-def cells_of(assembly: Assembly, fixed: ArrayLike | None = None) -> Cells:
+def cells_of(assembly: Assembly, fixed: ArrayLike | None = None, sawn: ArrayLike = ()) -> Cells:
     """Read the cells of a model.
 
     Parameters
@@ -88,6 +89,8 @@ def cells_of(assembly: Assembly, fixed: ArrayLike | None = None) -> Cells:
         Closed blocks.
     fixed : (n,) bool, optional
         Blocks that are supports, and therefore no cells; by `assembly.supports` where not given.
+    sawn : (k,) int
+        Numbers of blocks that are sawn new, and therefore no cells either.
 
     Returns
     -------
@@ -100,9 +103,11 @@ def cells_of(assembly: Assembly, fixed: ArrayLike | None = None) -> Cells:
         A block is open or has no volume, or none is free.
     """
     held = supports(assembly)[0] if fixed is None else sealed("fixed", fixed, len(assembly), dtype=np.bool_)
-    block = np.flatnonzero(~held)
+    new = np.asarray(sawn, np.int64)
+    block = np.setdiff1d(np.flatnonzero(~held), new)
     if not len(block):
-        raise InputError("cells: every block of the model is a support, so that there is nothing to match stones to")
+        what = "a support or sawn" if len(new) else "a support"
+        raise InputError(f"cells: every block of the model is {what}, so that there is nothing to match stones to")
     for body, fault in mesh_faults(assembly.mesh):
         if not held[body]:
             raise InputError(f"block '{assembly.blocks[body].id}': {fault}; a cell must be a closed solid")
@@ -126,6 +131,7 @@ def cells_of(assembly: Assembly, fixed: ArrayLike | None = None) -> Cells:
         offset=offset,
         part_count=np.array([len(parts) for _, parts in shapes]),
         form=tuple(form for form, _ in shapes),
+        sawn=new,
     )
 
 

@@ -98,8 +98,13 @@ class _Turn:
     match: Match
 
     @property
+    def place(self) -> Ints:
+        """Which cell of the pattern each cell is: some may be sawn, and are none."""
+        return self.cells.block - (len(self.wall.assembly) - len(self.wall.pattern.subdivision))
+
+    @property
     def site(self) -> Ints:
-        """Seed of each cell; -1 for dressed stones."""
+        """Seed of each cell of the pattern; -1 for dressed stones."""
         return self.wall.pattern.subdivision.site
 
     @property
@@ -130,6 +135,7 @@ class _Talk:
     points: Singles
     settings: MatchSettings
     climb: Climb
+    sawn: tuple[int, ...]  # blocks of the wall, in any drawing of it
     executor: Executor | None
     progress: Callable[[str], None]
 
@@ -166,6 +172,7 @@ def negotiate(
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
     climb: Climb | None = None,
+    sawn: Sequence[int] = (),
 ) -> Negotiation:
     """Match stones to a wall whose cells move towards them.
 
@@ -188,6 +195,8 @@ def negotiate(
         Told what is being done.
     climb : Climb, optional
         How sites and poses climb; its tether is set by the share.
+    sawn : sequence of int
+        Blocks of the wall that are sawn new, and get no stone.
 
     Returns
     -------
@@ -211,8 +220,8 @@ def negotiate(
     points = body_points(stock, max(POINTS, settings.points))
     seeds, _ = _freed(drawn, 0.0)
     tether = TETHER * (1.0 - share) / share if share else 0.0
-    talk = _Talk(stock, points, settings, replace(climb or Climb(), tether=tether), executor, progress)
-    cells = cells_of(drawn.assembly)
+    talk = _Talk(stock, points, settings, replace(climb or Climb(), tether=tether), tuple(sawn), executor, progress)
+    cells = cells_of(drawn.assembly, None, sawn)
     first = _Turn(drawn, seeds, cells, talk.matched(cells, None))
     story = [first.told(began)]
     if share == 0.0 or rounds == 0:
@@ -313,7 +322,7 @@ def _relaid(wall: PolygonalWall, pattern: Pattern) -> PolygonalWall:
 def _climbed(talk: _Talk, turn: _Turn) -> _Turn | None:
     """The same stones in cells that have moved towards them, measured; None where none can move."""
     cell = np.concatenate([[p.cell for p in turn.match.placements], turn.match.empty]).astype(np.int64)
-    cell = cell[turn.site[cell] >= 0]
+    cell = cell[turn.site[turn.place[cell]] >= 0]
     if not len(cell):
         return None
     bodies, state = _laid_flat(talk, turn, cell)
@@ -323,9 +332,9 @@ def _climbed(talk: _Talk, turn: _Turn) -> _Turn | None:
     if found is None:
         return None
     wall, seeds = found
-    frames = frames_at(wall.surface, wall.pattern.subdivision.centroids()[cell])
+    frames = frames_at(wall.surface, wall.pattern.subdivision.centroids()[turn.place[cell]])
     poses = dict(zip(cell.tolist(), zip(*frames.laid(moved.rotation, moved.shift), strict=True), strict=True))
-    cells = cells_of(wall.assembly)
+    cells = cells_of(wall.assembly, None, talk.sawn)
     return _Turn(wall, seeds, cells, _polished(talk, turn.match, cells, poses))
 
 
@@ -343,7 +352,7 @@ def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, Variables]
             poses.append((stone.axes.T, stone.centroid))
             points.append(body_points([stone], POINTS)[0])
         bodies.append(stone)
-    frames = frames_at(turn.wall.surface, turn.wall.pattern.subdivision.centroids()[cell])
+    frames = frames_at(turn.wall.surface, turn.wall.pattern.subdivision.centroids()[turn.place[cell]])
     rotation, shift = (np.stack(part) for part in zip(*poses, strict=True))
     held = np.array([j not in placed for j in cell.tolist()])
     bonds = talk.settings.bonds(turn.cells)
@@ -351,7 +360,7 @@ def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, Variables]
         bonds = replace(bonds, way=np.einsum("nij,nj->ni", frames.axes, bonds.way[cell]))
     volume = np.array([stone.volume for stone in bodies])
     return (
-        Bodies(np.stack(points), volume, turn.site[cell], held, bonds),
+        Bodies(np.stack(points), volume, turn.site[turn.place[cell]], held, bonds),
         Variables(turn.seeds.point, turn.seeds.weight, *frames.flat(rotation, shift)),
     )
 
@@ -489,7 +498,7 @@ def _standing(talk: _Talk, first: _Turn, best: _Turn) -> tuple[_Turn, tuple[str,
         found = _redrawn(best, seeds)
         if found is None or verdict(found[0].assembly) != STABLE:
             continue
-        cells = cells_of(found[0].assembly)
+        cells = cells_of(found[0].assembly, None, talk.sawn)
         match = talk.matched(cells, best.match.weight, _polished(talk, best.match, cells, {}))
         return _Turn(*found, cells, match), (f"{why}: the seeds went back to {share:.0%} of their way",)
     return first, (f"{why}, nor any wall on the way: it is left as drawn",)
