@@ -183,7 +183,7 @@ def _write_match_page(file: FilePath, found: StoneMatch) -> None:
     from cyclopean.io import write_text
     from cyclopean.view.match_page import match_html
 
-    write_text(file, match_html(found.match, found.stones, found.cells, found.rounds))
+    write_text(file, match_html(found.match, found.stones, found.cells, found.rounds, found.misfits))
 
 
 def _of_tradeoff(found: StoneTradeoff) -> dict[str, Writer]:

@@ -58,6 +58,7 @@ class StoneMatch:
     supports: str = ""  # which blocks are held, where that was said
     warnings: tuple[str, ...] = ()
     interlock: tuple[float, float] | None = None  # J before and after a negotiation
+    misfits: tuple[str, ...] = ()  # why these stones cannot make this wall well; also among the warnings
 
     @property
     def assembly(self) -> "Assembly":
@@ -201,11 +202,13 @@ def matched(
     wanted: MatchOptions,
     executor: Executor | None = None,
     progress: Callable[[str], None] = _silent,
+    early: Callable[[str], None] = _silent,
 ) -> StoneMatch:
     """`match` with stones that are read and options in objects, as every front end calls it."""
     from cyclopean.assembly import supports as held_blocks
     from cyclopean.design.matching.cells import cells_of
     from cyclopean.design.matching.match import match_stones
+    from cyclopean.design.matching.misfit import misfits
     from cyclopean.design.matching.negotiation import negotiate
     from cyclopean.design.walls.interlock import interlock as score_of
     from cyclopean.design.walls.polygonal import PolygonalWall
@@ -216,6 +219,8 @@ def matched(
     if wanted.negotiate > 0.0:
         drawn, said = _drawn(wall)
         new = _sawn(drawn.assembly, held_blocks(drawn.assembly)[0], drawn, wanted.sawn)
+        faults = misfits(inventory.stones, cells_of(drawn.assembly, None, new), settings.gap)
+        early("\n".join(faults))
         done = negotiate(
             inventory, drawn, settings, wanted.negotiate, wanted.rounds, executor, progress, sawn=new.tolist()
         )
@@ -226,9 +231,11 @@ def matched(
         assembly, said = assembly_of(wall)
         held = held_blocks(assembly, wanted.supports)[0]
         cells, rounds = cells_of(assembly, held, _sawn(assembly, held, wall, wanted.sawn)), ()
+        faults = misfits(inventory.stones, cells, settings.gap)
+        early("\n".join(faults))
         found = match_stones(inventory, cells, settings, executor, progress)
-    notes = (*said, *_unfilled(found, cells), *found.notes)
-    return StoneMatch(found, inventory.stones, cells, drawn, rounds, wanted.supports, notes, scores)
+    notes = (*faults, *said, *_unfilled(found, cells), *found.notes)
+    return StoneMatch(found, inventory.stones, cells, drawn, rounds, wanted.supports, notes, scores, faults)
 
 
 def tradeoff(

@@ -20,7 +20,6 @@ from cyclopean.texts import choice, number
 
 if TYPE_CHECKING:
     from cyclopean.api.stones import StoneMatch
-    from cyclopean.design.matching.cells import Cells
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.io.checkpoints import Checkpoints
 
@@ -28,7 +27,7 @@ __all__ = ["match"]
 
 PARTS = "match.parts"  # folder with what is done so far, gone once all is
 MATCH, WALL = "match.json", "negotiated.json"
-ALIKE = 30.0  # times that stones may be larger than cells, or smaller, before it looks like a slip of units
+VOID = 0.3  # gap above which a wall of stones is none
 
 
 @command(fields={"bond_angle": "bond angle"})
@@ -67,6 +66,13 @@ def match(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean.io.checkpoints import Checkpoints
 
+    warned: list[str] = []
+
+    def early(lines: str) -> None:
+        warned.extend(lines.splitlines())
+        for line in warned:
+            warn(line)
+
     with hands(workers, cluster) as executor, long_work(f"matching {stones}") as stage:
         inventory, said = inventory_of(stones, reading)
         parts = Checkpoints(place / PARTS, executor)
@@ -76,17 +82,17 @@ def match(
         try:
             found: StoneMatch | StoneTradeoff
             if trade is None:
-                found = matched(inventory, wall, settings, options, parts, stage)
+                found = matched(inventory, wall, settings, options, parts, stage, early)
             else:
                 found = traded(inventory, wall, settings, trade, parts, stage)
         except InputError:
             if not resumed and not parts.made:  # a slip in the command must not cost what was done before it
                 parts.clear()
             raise
-    one = found[0] if isinstance(found, StoneTradeoff) else found
-    notes = (*said, *_unfit(parts), *inventory.notes, *_unlike(inventory, one.cells), *found.warnings)
+    notes = (*said, *_unfit(parts), *inventory.notes, *found.warnings)
     for warning in dict.fromkeys(notes):
-        warn(warning)
+        if warning not in warned:
+            warn(warning)
 
     def told(of: "StoneMatch", model: str, **more: Any) -> dict[str, Any]:
         return _data(of, place, stones, model, reading.units, asked | more)
@@ -114,7 +120,7 @@ def _contents(found: "StoneMatch", data: dict[str, Any]) -> dict[str, Callable[[
         WALL: lambda: lambda file: io.write_model(file, found.assembly, drawing=drawing),
         MATCH: lambda: data,
         "json": lambda: data,
-        "report": lambda: match_html(found.match, found.stones, found.cells, found.rounds),
+        "report": lambda: match_html(found.match, found.stones, found.cells, found.rounds, found.misfits),
         **drawn(found),
     }
 
@@ -174,18 +180,6 @@ def _data(
     return said
 
 
-def _unlike(inventory: "Inventory", cells: "Cells") -> tuple[str, ...]:
-    """Name the suspicion that stones and wall are not in the same units."""
-    import numpy as np
-
-    stone, cell = np.median([s.volume for s in inventory.stones]), np.median(cells.volume)
-    times = float(np.cbrt(cell / stone))
-    if 1.0 / ALIKE <= times <= ALIKE:
-        return ()
-    said = f"{times:.3g} times as large as" if times > 1.0 else f"{1.0 / times:.3g} times smaller than"
-    return (f"cells are {said} stones; check the units of the wall and of the stones (--units)",)
-
-
 def _unfit(parts: "Checkpoints") -> tuple[str, ...]:
     """Tell of what an interrupted run has left in vain."""
     if not parts.unfit:
@@ -202,8 +196,8 @@ def _lines(data: dict[str, Any], inventory: "Inventory", files: Files) -> list[s
     worst = max(rows, key=lambda row: row["lambda"])
     placed, cells = sum(row["stone_volume"] for row in rows), sum(row["cell_volume"] for row in rows)
     lines = [
-        f"matched: {len(rows)} of {len(inventory.stones)} stones to {len(rows)} of {len(rows) + len(data['empty'])}"
-        f" cells, Lambda {data['Lambda']:.4f}, gap {data['gap']:.4f}",
+        f"{_praise(data)}{len(rows)} of {len(inventory.stones)} stones to"
+        f" {len(rows)} of {len(rows) + len(data['empty'])} cells, Lambda {data['Lambda']:.4f}, gap {data['gap']:.4f}",
         f"  volumes  {1e3 * placed:.1f} L of stone for {1e3 * cells:.1f} L of wall, {1e3 * placed * data['Lambda']:.1f}"
         f" L to carve away, {1e3 * cells * data['gap']:.1f} L void; w {data['settings']['weight']:.3g}",
         f"  most is carved off {worst['stone']} for {worst['cell']}: lambda {worst['lambda']:.3f}",
@@ -217,6 +211,12 @@ def _lines(data: dict[str, Any], inventory: "Inventory", files: Files) -> list[s
     for k, row in enumerate(data["rounds"]):
         lines.append(f"  round {k:<2} Lambda {row['Lambda']:.4f}, gap {row['gap']:.4f}, {row['seconds']:.1f} s")
     return lines + files.line()
+
+
+def _praise(data: dict[str, Any]) -> str:
+    """How the first line begins: a wall that is mostly holes is not called matched."""
+    void = float(data["gap_of_wall"])
+    return "matched: " if void <= VOID else f"NO WALL YET: {100.0 * void:.0f} % of it stays void; "
 
 
 def _seen_from(place: Path, file: str) -> str:

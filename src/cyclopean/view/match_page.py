@@ -21,11 +21,13 @@ _CAPTION = (
 )
 
 
-def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequence[Round] = ()) -> str:
+def match_html(
+    match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequence[Round] = (), misfits: Sequence[str] = ()
+) -> str:
     """Write the page of a match: self-contained, without a script.
 
     `stones` are those that were matched, `cells` as they are in the end, after `rounds` of a negotiation, where there
-    was one.
+    was one; `misfits` say why the stones do not suit the wall, and stand first, in red.
     """
     title = f"Stones for {cells.assembly.name}"
     figures = [
@@ -37,13 +39,13 @@ def match_html(match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequ
         *([("sawn new", len(cells.sawn))] if len(cells.sawn) else []),
     ]
     body = (
-        headline(title, figures),
+        headline(title, figures, answer=("Does not fit", f"{'; '.join(misfits)}.") if misfits else None),
         section("Stones as placed", figure(placed_svg(match, stones, cells), _CAPTION)),
         section("How the cells were negotiated", figure(rounds_svg(rounds)) if len(rounds) > 1 else "", _ROUNDS),
         section("Stone by stone", _table(match, stones, cells), "The most carved first."),
         section("What to know", listed(match.notes)),
     )
-    return document(title, body)
+    return document(title, body, word="unstable" if misfits else "")
 
 
 def placed_svg(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
