@@ -28,11 +28,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MatchOptions",
+    "MatchSite",
     "StoneCarving",
     "StoneMatch",
     "StoneTradeoff",
     "carve",
     "match",
+    "match_site",
     "matched",
     "settle",
     "traded",
@@ -191,51 +193,67 @@ def match(
     base = MatchSettings() if settings is None else settings
     chosen, wanted, reading = given_to(match, given, base, MatchOptions(), StoneReading())
     inventory, assumed = inventory_of(stones, reading)
-    found = matched(inventory, wall, chosen, wanted, executor, progress)
+    found = matched(match_site(inventory, wall, chosen, wanted), chosen, wanted, executor, progress)
     return replace(found, warnings=(*assumed, *found.warnings))
 
 
-def matched(
-    inventory: "Inventory",
-    wall: Model,
-    settings: "MatchSettings",
-    wanted: MatchOptions,
-    executor: Executor | None = None,
-    progress: Callable[[str], None] = _silent,
-    early: Callable[[str], None] = _silent,
-) -> StoneMatch:
-    """`match` with stones that are read and options in objects, as every front end calls it."""
+@dataclass(frozen=True, slots=True, eq=False)
+class MatchSite:
+    """Stones and a wall that are to be matched."""
+
+    inventory: "Inventory"
+    drawn: "PolygonalWall | None"  # whose cells are to move, or who is the wall
+    cells: "Cells"
+    misfits: tuple[str, ...]  # why these stones cannot make this wall well
+    warnings: tuple[str, ...]
+
+
+def match_site(inventory: "Inventory", wall: Model, settings: "MatchSettings", wanted: MatchOptions) -> MatchSite:
+    """Read the wall, and say what can be said before stones are placed; errors as `match`."""
     from cyclopean.assembly import supports as held_blocks
     from cyclopean.design.matching.cells import cells_of
-    from cyclopean.design.matching.match import match_stones
     from cyclopean.design.matching.misfit import misfits
-    from cyclopean.design.matching.negotiation import negotiate
-    from cyclopean.design.walls.interlock import interlock as score_of
     from cyclopean.design.walls.polygonal import PolygonalWall
 
     if wanted.rounds is not None and not wanted.negotiate > 0.0:
         raise InputError.of("rounds", None, "has no say where cells stay as drawn; add `negotiate`, or leave it out")
-    drawn, scores = wall if isinstance(wall, PolygonalWall) else None, None
+    drawn = wall if isinstance(wall, PolygonalWall) else None
     if wanted.negotiate > 0.0:
         drawn, said = _drawn(wall)
-        new = _sawn(drawn.assembly, held_blocks(drawn.assembly)[0], drawn, wanted.sawn)
-        faults = misfits(inventory.stones, cells_of(drawn.assembly, None, new), settings.gap)
-        early("\n".join(faults))
-        done = negotiate(
-            inventory, drawn, settings, wanted.negotiate, wanted.rounds, executor, progress, sawn=new.tolist()
-        )
-        cells, found, said = cells_of(done.wall.assembly, None, new), done.match, (*said, *done.notes)
-        scores = score_of(drawn.pattern).score, score_of(done.wall.pattern).score
-        drawn, rounds = done.wall, done.rounds
+        assembly = drawn.assembly
     else:
         assembly, said = assembly_of(wall)
-        held = held_blocks(assembly, wanted.supports)[0]
-        cells, rounds = cells_of(assembly, held, _sawn(assembly, held, wall, wanted.sawn)), ()
-        faults = misfits(inventory.stones, cells, settings.gap)
-        early("\n".join(faults))
-        found = match_stones(inventory, cells, settings, executor, progress)
-    notes = (*faults, *said, *_unfilled(found, cells), *found.notes)
-    return StoneMatch(found, inventory.stones, cells, drawn, rounds, wanted.supports, notes, scores, faults)
+    held = held_blocks(assembly, wanted.supports)[0]
+    cells = cells_of(assembly, held, _sawn(assembly, held, drawn or wall, wanted.sawn))
+    return MatchSite(inventory, drawn, cells, misfits(inventory.stones, cells, settings.gap), said)
+
+
+def matched(
+    site: MatchSite,
+    settings: "MatchSettings",
+    wanted: MatchOptions,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = _silent,
+) -> StoneMatch:
+    """`match` with stones and wall that are read and options in objects, as every front end calls it."""
+    from cyclopean.design.matching.cells import cells_of
+    from cyclopean.design.matching.match import match_stones
+    from cyclopean.design.matching.negotiation import negotiate
+    from cyclopean.design.walls.interlock import interlock as score_of
+
+    drawn, cells, said, scores = site.drawn, site.cells, site.warnings, None
+    rounds: tuple[Round, ...] = ()
+    if wanted.negotiate > 0.0:
+        assert drawn is not None
+        new = cells.sawn.tolist()
+        done = negotiate(site.inventory, drawn, settings, wanted.negotiate, wanted.rounds, executor, progress, sawn=new)
+        scores = score_of(drawn.pattern).score, score_of(done.wall.pattern).score
+        drawn, found, rounds, said = done.wall, done.match, done.rounds, (*said, *done.notes)
+        cells = cells_of(drawn.assembly, None, new)
+    else:
+        found = match_stones(site.inventory, cells, settings, executor, progress)
+    notes = (*site.misfits, *said, *_unfilled(found, cells), *found.notes)
+    return StoneMatch(found, site.inventory.stones, cells, drawn, rounds, wanted.supports, notes, scores, site.misfits)
 
 
 def tradeoff(

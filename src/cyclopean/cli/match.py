@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.api.inputs import StoneReading, inventory_of
-from cyclopean.api.stones import MatchOptions, StoneTradeoff, matched, traded
+from cyclopean.api.stones import MatchOptions, StoneMatch, StoneTradeoff, match_site, matched, traded
 from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files, folder
 from cyclopean.cli.terminal import long_work, warn
@@ -19,7 +19,6 @@ from cyclopean.options import Option, options_of
 from cyclopean.texts import choice, number
 
 if TYPE_CHECKING:
-    from cyclopean.api.stones import StoneMatch
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.io.checkpoints import Checkpoints
 
@@ -66,13 +65,6 @@ def match(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean.io.checkpoints import Checkpoints
 
-    warned: list[str] = []
-
-    def early(lines: str) -> None:
-        warned.extend(lines.splitlines())
-        for line in warned:
-            warn(line)
-
     with hands(workers, cluster) as executor, long_work(f"matching {stones}") as stage:
         inventory, said = inventory_of(stones, reading)
         parts = Checkpoints(place / PARTS, executor)
@@ -82,7 +74,10 @@ def match(
         try:
             found: StoneMatch | StoneTradeoff
             if trade is None:
-                found = matched(inventory, wall, settings, options, parts, stage, early)
+                site = match_site(inventory, wall, settings, options)
+                for line in site.misfits:
+                    warn(line)
+                found = matched(site, settings, options, parts, stage)
             else:
                 found = traded(inventory, wall, settings, trade, parts, stage)
         except InputError:
@@ -90,18 +85,18 @@ def match(
                 parts.clear()
             raise
     notes = (*said, *_unfit(parts), *inventory.notes, *found.warnings)
-    for warning in dict.fromkeys(notes):
-        if warning not in warned:
-            warn(warning)
+    told = found.misfits if isinstance(found, StoneMatch) else ()
+    for warning in dict.fromkeys(note for note in notes if note not in told):
+        warn(warning)
 
-    def told(of: "StoneMatch", model: str, **more: Any) -> dict[str, Any]:
+    def plain(of: StoneMatch, model: str, **more: Any) -> dict[str, Any]:
         return _data(of, place, stones, model, reading.units, asked | more)
 
     if isinstance(found, StoneTradeoff):
-        data, contents = contents_of(found, lambda k, model, **more: told(found[k], model, **more))
+        data, contents = contents_of(found, lambda k, model, **more: plain(found[k], model, **more))
         lines = summary(found.tradeoff, place, files)
     else:
-        data = told(found, WALL if options.negotiate > 0.0 else _seen_from(place, wall))
+        data = plain(found, WALL if options.negotiate > 0.0 else _seen_from(place, wall))
         contents, lines = _contents(found, data), _lines(data, inventory, files)
     files.write(contents)
     parts.clear()
