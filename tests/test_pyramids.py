@@ -158,6 +158,38 @@ def test_damaged_pyramids_are_found():
     assert "pyramids are no part" in of(coupled, lambda c: c["contacts"][0].update(edges=wide))
 
 
+def test_cones_and_pyramids_side_by_side():
+    """Where some contacts have pyramids and others cones, what balances exactly does so over the right contacts.
+
+    The first contact gets its own four forces for edges, each point bears along one of them: the forces are the same.
+    """
+    certificate = check(wall(2, 3), Settings(method="rbe", mu=0.7, tilt=(3.0, 20.0))).certificate
+    plain = verify(certificate)
+    assert plain.figures["exact"] == 1.0
+
+    def one_pyramid(certificate):
+        rows = certificate["forces"][:4]
+        assert len(certificate["contacts"][0]["polygon"]) == 4
+        certificate["contacts"][0]["edges"] = [[sum(row[k::3]) for k in range(3)] for row in rows]
+        certificate["forces"][:4] = np.eye(4).tolist()
+
+    mixed = verify(resealed(certificate, one_pyramid))
+    assert mixed.proved
+    assert mixed.figures["equilibrium_force"] == pytest.approx(plain.figures["equilibrium_force"], abs=1e-12)
+    last = copy.deepcopy(certificate)
+    last["contacts"].append(last["contacts"].pop(0))  # the same with the pyramid last
+    last["forces"] = last["forces"][4:] + last["forces"][:4]
+    last["seal"] = seal(last)
+
+    def last_pyramid(certificate):
+        certificate["contacts"][-1]["edges"] = [
+            [sum(row[k::3]) for k in range(3)] for row in certificate["forces"][-4:]
+        ]
+        certificate["forces"][-4:] = np.eye(4).tolist()
+
+    assert verify(resealed(last, last_pyramid)).figures["exact"] == mixed.figures["exact"]
+
+
 def test_a_certificate_is_held_against_the_model():
     model = replace(stack(1, size=(1.0, 1.0, 0.01)), contacts=None)
     certificate = judged(model, "circumscribed:6", 0.7).certificate

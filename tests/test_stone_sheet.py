@@ -31,7 +31,7 @@ def box(name, a, b, c):
 def drawn(svg):
     """Triangles (t, 3, 2) in drawing units, and colours, of every stone."""
     found = []
-    for group in ElementTree.fromstring(svg).findall(f"{SVG}g"):
+    for group in ElementTree.fromstring(svg).findall(f"{SVG}g[@transform]"):
         scale = float(re.search(r"scale\(([\d.]+)\)", group.get("transform"))[1])
         paths = group.findall(f"{SVG}path")
         faces = [(way, path.get("color")) for path in paths for way in path.get("d").split("z")[:-1]]

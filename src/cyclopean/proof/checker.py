@@ -2881,12 +2881,12 @@ def _forest(model: _Model, state: tuple[Sizes, list[bool]]) -> tuple[Ways, list[
     """The forest, and its blocks from the supports on."""
     stones, patches, (sizes, inner) = model.sheet.stones, model.patches, state
     beside: list[list[tuple[int, int, int]]] = [[] for _ in stones]
-    for patch in patches:
+    for number, patch in enumerate(patches):  # not that of the contact, which may stand for several
         inside = [size[1] for size, strictly in zip(sizes[patch.rows], inner[patch.rows], strict=True) if strictly]
         if len(inside) >= 3:
             strength = sorted(inside)[-3]
-            beside[patch.a].append((-strength, patch.number, patch.b))
-            beside[patch.b].append((-strength, patch.number, patch.a))
+            beside[patch.a].append((-strength, number, patch.b))
+            beside[patch.b].append((-strength, number, patch.a))
     ways: Ways = {}
     order: list[int] = []
     heap = [entry for stone, near in zip(stones, beside, strict=True) if stone.fixed for entry in near]
@@ -3655,7 +3655,9 @@ class _Hinge(NamedTuple):
 def _hinges(patch: _Patch, model: _Model, far: Fraction) -> list[_Hinge]:
     """Both ways across a contact: r0 is its first point, r1 the one furthest from it, r2 the one furthest aside."""
     k = model.per_length
-    r0, r1, r2 = (patch.points[i] for i in _spread(patch.points, range(len(patch.points))))
+    if not (three := _spread(patch.points, range(len(patch.points)))):
+        return []  # about a point blocks turn as they like
+    r0, r1, r2 = (patch.points[i] for i in three)
     e1, e2 = _minus(r1, r0), _minus(r2, r0)
     one, two, area2 = _length2(e1), _length2(e2), _length2(_cross(e1, e2))
     both = (_root_of(one, k) + _root_of(two, k)) / _root_of(area2, 2 * k, up=False)

@@ -180,7 +180,7 @@ def true_size(drawing: str) -> str:
     >>> file = true_size(sheet((500.0, 300.0), "2 m of wall", [layer("stones", ["..."])], more=to_scale(250.0, (0, 0))))
     >>> file.split(" viewBox")[1].partition('width="')[2].partition(" data")[0]
     '2000mm" height="1200mm"'
-    >>> file.partition("</title>")[2]
+    >>> file[file.index('<g id="stones"') :]
     '<g id="stones" inkscape:groupmode="layer" inkscape:label="stones">...</g></svg>'
     """
     scale = re.search(r' data-units-per-metre="([^"]+)"', drawing)
