@@ -1,0 +1,127 @@
+"""Certificates by chance and ways to damage them, to hold two checkers against each other."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import cyclopean
+from cyclopean import Settings
+from cyclopean.assembly import Assembly, Load
+from cyclopean.proof import seal
+
+Certificate = dict[str, Any]
+SUBSTITUTES = (None, True, "1", [], {}, 0, -1, 1.0, 1e200, 1e-200, float("nan"), 9007199254740993, 10**40, "x\ud800\u20ac")
+
+
+def any_model(rng: np.random.Generator) -> Assembly:
+    """A stack, an arch, a wall, a vault or a dome, some with loads, some held in part."""
+    mu = float(rng.choice([0.0, *rng.uniform(0.2, 1.0, 6)]))
+    made = {
+        "stack": lambda: cyclopean.stack(
+            int(rng.integers(1, 6)), tuple(rng.uniform(0.3, 1.0, 3)), slope=float(rng.uniform(0.0, 40.0)), mu=mu
+        ),
+        "leaning": lambda: cyclopean.stack(int(rng.integers(2, 6)), offset=float(rng.uniform(0.0, 0.4)), mu=mu),
+        "arch": lambda: cyclopean.arch(
+            int(rng.integers(3, 12)), span=3.0, thickness=float(rng.uniform(0.08, 0.5)), mu=mu,
+            facets=int(rng.integers(1, 3)),
+        ),
+        "wall": lambda: cyclopean.wall(int(rng.integers(2, 4)), int(rng.integers(1, 4)), mu=mu),
+        "vault": lambda: cyclopean.vault(int(rng.integers(4, 7)), 2, thickness=float(rng.uniform(0.1, 0.3)), mu=mu),
+        "dome": lambda: cyclopean.dome(int(rng.integers(2, 4)), 6, thickness=float(rng.uniform(0.1, 0.4)), mu=mu),
+    }  # fmt: skip
+    model = made[str(rng.choice(list(made)))]()
+    if rng.random() < 0.3:
+        block = int(rng.integers(len(model)))
+        push = rng.normal(0.0, rng.choice([100.0, 3000.0]), 3)
+        model = replace(model, loads=(Load(block, push, model.mass.centroid[block]),))
+    return model
+
+
+def any_certificate(rng: np.random.Generator) -> Certificate | None:
+    """The proof of an answer about a model by chance; None where there is none."""
+    model, way = any_model(rng), rng.random()
+    if way < 0.25:
+        settings = Settings(seconds=5.0, nodes=100)
+    elif way < 0.4:
+        settings = Settings(method="rbe")
+    elif way < 0.5:
+        settings = Settings(method="rbe", tension=float(rng.choice([10.0, 1e3, 1e5])))
+    elif way < 0.6:
+        settings = Settings(method="rbe", cone=str(rng.choice(["inscribed:8", "circumscribed:6"])))
+    elif way < 0.7:
+        settings = Settings(method="rbe", within=float(rng.choice([1e-4, 1e-3, 5e-3])))
+    elif way < 0.8:
+        support = str(rng.choice([block.id for block in model.blocks if block.fixed]))
+        settings = Settings(method="rbe", settlement=((support, tuple(float(x) for x in rng.normal(0.0, 1e-3, 6))),))
+    else:
+        name = str(rng.choice([block.id for block in model.blocks if not block.fixed]))
+        live = [{"push": (1.0, 0.0, 0.0)}, {"tilt": 30.0}, {"loads": ((name, (0.0, 100.0, -1000.0), None),)}]
+        return cyclopean.limit(model, **live[int(rng.integers(3))]).certificate
+    try:
+        return cyclopean.check(model, settings).certificate
+    except cyclopean.InputError:  # such as a settlement of a model that falls
+        return None
+
+
+def damaged(certificate: Certificate, rng: np.random.Generator) -> str:
+    """Text of a certificate with something changed anywhere; most are sealed again, some have their text damaged."""
+    copy = json.loads(json.dumps(certificate))
+    for _ in range(1 + int(rng.random() < 0.2)):
+        _change(copy, rng)
+    if rng.random() < 0.9:
+        copy["seal"] = seal(copy)
+    text = json.dumps(copy, sort_keys=True, separators=(",", ":"))
+    if rng.random() < 0.1:
+        at = int(rng.integers(len(text)))
+        text = [text[:at], text[:at] + str(rng.choice(list('0"]}-.e\\'))) + text[at + 1 :], text + "{"][int(rng.integers(3))]
+    return text
+
+
+def _change(root: Certificate, rng: np.random.Generator) -> None:
+    """Change one value in place: any key of the certificate is as likely, then any branch below it."""
+    holder: Any = root
+    key: Any = str(rng.choice([name for name in root if name != "seal"]))
+    while isinstance(holder[key], dict | list) and len(holder[key]) and rng.random() < 0.93:
+        holder = holder[key]
+        names = list(holder) if isinstance(holder, dict) else range(len(holder))
+        key = names[int(rng.integers(len(names)))]
+    value = holder[key]
+    if isinstance(value, bool):
+        holder[key] = not value
+    elif isinstance(value, int | float) and rng.random() < 0.85:
+        holder[key] = _other_number(value, rng)
+    elif isinstance(value, list) and len(value) > 1 and rng.random() < 0.7:
+        _reorder(value, rng)
+    elif rng.random() < 0.3:
+        del holder[key]
+    else:
+        holder[key] = SUBSTITUTES[int(rng.integers(len(SUBSTITUTES)))]
+
+
+def _other_number(value: float, rng: np.random.Generator) -> float:
+    changes: list[Callable[[], float]] = [
+        lambda: -value,
+        lambda: 0.0,
+        lambda: int(value) + 1,
+        lambda: value * (1 + 2.0 ** -float(rng.integers(1, 53))),
+        lambda: value * (1 - 2.0 ** -float(rng.integers(1, 53))),
+        lambda: value + float(rng.normal()) * 10.0 ** float(rng.integers(-16, 2)),
+        lambda: float(value),
+        lambda: value * 10.0 ** float(rng.integers(-12, 13)),
+    ]
+    return changes[int(rng.integers(len(changes)))]()
+
+
+def _reorder(items: list[Any], rng: np.random.Generator) -> None:
+    at, other = (int(x) for x in rng.integers(len(items), size=2))
+    if (way := rng.random()) < 0.3:
+        del items[at]
+    elif way < 0.5:
+        items.insert(at, json.loads(json.dumps(items[other])))
+    elif way < 0.6:
+        items.reverse()
+    else:
+        items[at], items[other] = items[other], items[at]
