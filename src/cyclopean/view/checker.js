@@ -405,7 +405,7 @@ function readForm(text, root) {
   if (must.includes("eta")) demand(model.beta_min < model.eta, "beta_min is not less than eta");
   let counts = model.contacts.map((c) => c.polygon.length);
   if (must.includes("within")) readWithin(model, root, must.includes("points"));
-  if (model.points) counts = model.points.map((points) => points.length);
+  if (model.inner) counts = model.inner.map((points) => points.length);
   if (must.includes("forces") || model.lower !== undefined) model.rows = readRows(root.get("forces"), counts, model.contacts, "forces");
   if (root.has("recession")) model.recession = readRows(root.get("recession"), counts, model.contacts, "recession");
   for (const key of ["mechanism", "motions"]) if (root.has(key)) model.motion = readMotions(root.get(key), model.blocks, key);
@@ -442,6 +442,29 @@ function readSettlements(model, root, index) {
     demand(index.has(id) && model.blocks[index.get(id)].fixed, () => `settlement of ${quoted(id)}, which is no fixed block`);
     model.settlements.set(index.get(id), numbers(row, 6, `settlement of ${quoted(id)}`));
   }
+}
+
+function readWithin(model, root, state) {
+  const within = record(root.get("within"), ["length"], ["slope"], "within");
+  model.within = { length: positive(within.get("length"), "length of within") };
+  if (within.has("slope")) {
+    model.within.slope = number(within.get("slope"), "slope of within");
+    demand(model.within.slope >= 0, "slope of within is negative");
+  }
+  demand(!model.blocks.some((block) => block.partly), "partial supports are not known in this kind");
+  if (!state) return;
+  const points = list(root.get("points"), "points"), ways = root.get("ways");
+  demand(points.length === model.contacts.length, "points are not those of every contact");
+  model.inner = points.map((some, c) => list(some, `points of contact ${c}`).map((p) => numbers(p, 3, `a point of contact ${c}`)));
+  demand(ways instanceof Map && ways.size === model.blocks.filter((b) => !b.fixed).length, "ways are not those of every free block");
+  model.ways = model.blocks.map((block, k) => {
+    if (block.fixed) return -1;
+    demand(ways.has(block.id), () => `ways lack block ${quoted(block.id)}`);
+    const c = whole(ways.get(block.id), points.length, `way of ${quoted(block.id)}`);
+    demand(model.contacts[c].a === k || model.contacts[c].b === k, () => `the way of ${quoted(block.id)} is a contact of others`, { block: block.id });
+    return c;
+  });
+  demand(new Set(model.ways.filter((c) => c >= 0)).size === ways.size, "a contact is the way of two blocks");
 }
 
 // The part of the model that hangs together with one block: a model of its own, in which points are counted.
@@ -506,7 +529,7 @@ function toUnits(model) {
   const liveLoads = live ? live.loads : [], within = model.within;
   const lengths = Math.max(
     ...all.blocks.map((b) => bitsOf(b.vertices)), ...all.contacts.map((c) => bitsOf(c.polygon)),
-    bitsOf([...loads, ...liveLoads].map((l) => l.point), model.tolerance, within ? within.length : 0, model.points ?? []),
+    bitsOf([...loads, ...liveLoads].map((l) => l.point), model.tolerance, within ? within.length : 0, model.inner ?? []),
     ...all.contacts.map((c) => (c.normal ? Math.ceil(bitsOf(c.normal) / 2) : 0)));
   const densities = bitsOf(blocks.map((b) => b.density)), standard = 9.80665;
   const multiplier = bitsOf([model.lower ?? 0, model.upper ?? 0]);
@@ -526,6 +549,7 @@ function toUnits(model) {
   model.unit.motion = (row) => ({ v: wholeVector(row.slice(0, 3), lengths + turns), w: wholeVector(row.slice(3), turns) });
   model.unit.speed = (x) => toWhole(x, lengths + turns);
   model.tol = toWhole(model.tolerance, lengths);
+  if (within) model.L = toWhole(within.length, lengths);
   for (const block of all.blocks) block.corners = block.vertices.map((v) => wholeVector(v, lengths));
   blocks.forEach((block, k) => { block.corners = all.blocks[k].corners; });
   for (const contact of all.contacts) {
@@ -1008,11 +1032,14 @@ function checkState(model, rows, loading, own, { corrected = true, pulls = true,
   }
   const slight = new Map(); // least w^2 of each component
   blocks.forEach((block, k) => { if (left[k]) slight.set(group[k], least(slight.get(group[k]) ?? own[k], own[k])); });
+  blocks.forEach(({ held, q, M }, k) => { // before anything is handed on
+    if (!left[k]) return;
+    const { F, T } = left[k];
+    left[k].rest = [F.map((x, i) => (held[i] ? 0n : x)), sub(times(T, q), cross(M, F)).map((x, i) => (held[3 + i] ? 0n : x))];
+  });
   const balanced = (k, scale) => {
-    const { q, held, DD, M } = blocks[k], { F, T } = left[k];
-    const rF = F.map((x, i) => (held[i] ? 0n : x)), rM = sub(times(T, q), cross(M, F)).map((x, i) => (held[3 + i] ? 0n : x));
-    left[k].rest = [rF, rM];
-    return square(rF) * BALANCE ** 2n <= scale && square(rM) * BALANCE ** 2n <= scale * DD * q * q;
+    const { q, DD } = blocks[k], [rF, rM] = left[k].rest.map(square);
+    return rF * BALANCE ** 2n <= scale && rM * BALANCE ** 2n <= scale * DD * q * q;
   };
   const unbalanced = (k) => () => `${what}block ${quoted(blocks[k].id)} is out of balance`;
   blocks.forEach((block, k) => { if (left[k]) demand(balanced(k, own[k]), unbalanced(k), { block: block.id }); });
@@ -1357,8 +1384,201 @@ function refute(tree, leaf, cell) {
   demand(left > right, `leaf ${tree.leaves} of the tree does not show that its cell is empty`);
 }
 
+// ---- Every drawing of a family. Bounds in 2^-128 of their unit, rounded so that they hurt the claim
+
+// How much volume and its first moment about the centre may change: V', and Q' along each axis.
+function changes(block, L) {
+  let V6 = 0n;
+  const Q = [0n, 0n, 0n];
+  for (const [a, b, c] of block.faces.flatMap((face) => trianglesOf(face, block.corners))) {
+    const u = sub(b, a), v = sub(c, a); // the sides that meet in the first corner
+    const B6 = 3n * rootUp(square(cross(u, v))) + 3n * L * (rootUp(square(u)) + rootUp(square(v))) + (4n * L * L << GUARD);
+    V6 += L * B6;
+    const away = [a, b, c].map((r) => sub(times(r, block.q), block.M));
+    for (let k = 0; k < 3; k++) {
+      const [x, y, z] = away.map((r) => r[k]), mean = ceilDiv(x * x + y * y + z * z + (x + y + z) ** 2n, 12n);
+      Q[k] += timesUp(L * B6, ceilDiv(rootUp(mean), block.q) + (L << GUARD));
+    }
+  }
+  return { V: ceilDiv(V6, 6n), Q: Q.map((x) => ceilDiv(x, 6n)) };
+}
+
+// tan(atan mu -+ theta), rounded down in a state and up in a mechanism; negative where there is none.
+function leaning(model, contact, way) {
+  const one = 1n << GUARD, mu = floorDiv(contact.p << GUARD, contact.q) + (way > 0 ? 1n : 0n);
+  let tan;
+  if (model.within.slope !== undefined) {
+    const [m, e] = parts(model.within.slope);
+    tan = e < 0 ? over(BigInt(m), 1n << BigInt(-e)) : BigInt(m) << BigInt(e) << GUARD;
+  } else {
+    const { points, NN } = contact, around = points.reduce((sum, r, i) => sum + rootUp(square(sub(points[(i + 1) % points.length], r))), 0n);
+    const sine = over(2n * model.L * around, rootDown(NN)); // twice the length, as |N| is twice the area
+    if (sine >= one) return -1n;
+    tan = over(sine, isqrt(one * one - sine * sine));
+  }
+  if (way < 0) return floorDiv((mu - tan) << GUARD, one + timesUp(mu + 1n, tan));
+  const rest = one - timesUp(mu, tan);
+  return rest > 0n ? over(mu + tan, rest) : -1n;
+}
+
+const planeOf = ({ points, N }) => { // two axes along it, and the height of a point times |N| n
+  const n = BigInt(points.length), sum = points.reduce(add), e = points.map((r) => cross(N, sub(r, points[0]))).find((x) => !isZero(x));
+  return { u: e, v: cross(N, e), height: (r) => size(dot(sub(times(r, n), sum), N)), n };
+};
+
+function checkStateWithin(model, own) {
+  const { blocks, contacts, L } = model, group = components(model), loading = loadingAt(model), given = loadsOn(model, loading);
+  const sizes = new Map(), rub = blocks.map(() => 0n);
+  contacts.forEach((contact, c) => {
+    const told = `contact ${c} of ${quoted(blocks[contact.a].id)} and ${quoted(blocks[contact.b].id)}`, where = { contact: c };
+    const at = groupOf(model, group, contact), plane = planeOf(contact);
+    contact.low = rootDown(contact.NN);
+    contact.high = rootUp(contact.NN);
+    contact.inner = model.inner[c].map((p) => wholeVector(p, model.unit.lengths));
+    demand(contact.inner.every((p) => isInner(contact, plane, p, L)), `${told}: a point is nearer to its outline than the length`, where);
+    contact.h = (L << GUARD) + over(contact.inner.map(plane.height).reduce(most, 0n) << GUARD, plane.n * contact.low);
+    contact.mu1 = leaning(model, contact, -1);
+    contact.F = model.rows[c].map((row) => forceOf(model, contact, row).F);
+    demand(contact.mu <= STEEP || !contact.F.length, `${told}: mu is above ${STEEP}`, where);
+    contact.F.forEach((F, i) => {
+      const along = dot(F, contact.N), across2 = square(F) * contact.NN - along * along;
+      demand(isZero(F) || (along > 0n && contact.mu1 >= 0n && across2 << (2n * GUARD) <= (contact.mu1 * along) ** 2n), `${told}, point ${i}: the force is outside a cone of the family`, where);
+      sizes.set(at, (sizes.get(at) ?? 0n) + square(F));
+      for (const [k, way] of [[contact.b, 1n], [contact.a, -1n]]) {
+        rub[k] += timesUp(contact.h, over(rootUp(across2), contact.low));
+        given[k] = { F: add(given[k].F, times(F, way)), T: add(given[k].T, times(cross(contact.inner[i], F), way)) };
+      }
+    });
+  });
+  const total = totals(model, loading, group, true);
+  for (const [at, sum] of sizes) demand(100n * (sum << (2n * GUARD)) <= (BOUND * total.get(at)) ** 2n, () => `forces around block ${quoted(blocks[at].id)} are absurd`, { block: blocks[at].id });
+  for (const { block, F } of loading.loads) rub[block] += L * rootUp(square(F));
+  const left = blocks.map((block, k) => (block.fixed ? null : leftOn(block, given[k], loading.pulls[k], rub[k], L)));
+  const above = blocks.map(() => []); // whose errors come down through each block's way
+  blocks.forEach((block, k) => {
+    let at = k;
+    for (let steps = 0; at >= 0 && !blocks[at].fixed; steps++) {
+      demand(steps <= blocks.length, "ways go round and do not lead to a support", { block: block.id });
+      above[at].push(k);
+      const way = contacts[model.ways[at]];
+      at = way.a === at ? way.b : way.a;
+    }
+  });
+  blocks.forEach((block, k) => { if (!block.fixed) passesOn(model, contacts[model.ways[k]], above[k].map((i) => ({ ...left[i], ...blocks[i] })), model.ways[k]); });
+}
+
+function isInner(contact, { u, v }, p, L) {
+  const flat = (r) => [dot(r, u), dot(r, v)], { points, N, NN } = contact;
+  return strictlyInside(flat(p), points.map(flat)) && points.every((r, i) => {
+    const x = cross(sub(p, r), N), e = cross(sub(points[(i + 1) % points.length], r), N), t = dot(x, e), ee = square(e), reach = L * L * NN;
+    if (t <= 0n || ee === 0n) return square(x) >= reach;
+    if (t >= ee) return square(sub(x, e)) >= reach;
+    return square(cross(x, e)) >= reach * ee;
+  });
+}
+
+function leftOn(block, { F, T }, pull, rub, L) { // what a drawing may leave on a block; G is rho V' g, as far as V' goes
+  const { V, Q } = changes(block, L), g = pull.map(size);
+  const twist = [0, 1, 2].map((k) => Q[(k + 1) % 3] * g[(k + 2) % 3] + Q[(k + 2) % 3] * g[(k + 1) % 3]);
+  return {
+    pull, swell: 24n * V, // rho V' g is pull times this
+    T: 24n * (isqrt(square(twist)) + 1n), U: rub + ceilDiv(rootUp(square(sub(times(T, block.q), cross(block.M, F)))), block.q), rF: rootUp(square(F)),
+  };
+}
+
+function passesOn(model, contact, above, c) {
+  const { N, NN, inner, F, low, high, h, mu1 } = contact, f = F.map((x) => dot(x, N)), P = f.reduce((x, y) => x + y, 0n);
+  const fails = (why) => { throw new NotProved(`contact ${c}: ${why}`, { contact: c }); };
+  if (P <= 0n) fails("it is a way, and bears nothing");
+  const { u, v } = planeOf(contact), m = inner.reduce((sum, r, k) => add(sum, times(r, f[k])), ZERO); // the centre of pressure is m / P
+  const arms = inner.map((r) => sub(times(r, P), m)).map((r) => [dot(r, u), dot(r, v)]);
+  const [xx, xy, yy] = [[0, 0], [0, 1], [1, 1]].map(([i, j]) => arms.reduce((sum, r, k) => sum + f[k] * r[i] * r[j], 0n));
+  const det = xx * yy - xy * xy, uu = square(u);
+  if (det <= 0n) fails("its points are in one line");
+  let wn = 0n, wt = 0n, t1 = 0n, t2 = 0n, tilt = 0n;
+  for (const { pull, swell, T, U, rF, q, M } of above) {
+    const arm = sub(times(M, P), times(m, q)); // times q P
+    wn += over(size(dot(pull, N)) * swell, low) + rF;
+    wt += over(ceilDiv(rootUp(square(cross(pull, N))) * swell, 1n << GUARD), low) + rF;
+    t1 += ceilDiv(timesUp(rootUp(square(cross(pull, arm))), swell), q * P) + T;
+    t2 += U + timesUp(rF, ceilDiv(rootUp(square(arm)), q * P));
+    if (!isZero(pull)) tilt = most(tilt, over(rootUp(square(cross(pull, N))), isqrt(square(pull) * NN << (2n * GUARD)))); // |g x n| / |g|
+  }
+  const t = t1 + t2, tn = timesUp(t1, tilt) + t2;
+  const S = [xx * NN + yy, P ** 3n * uu * NN]; // a fraction
+  const rootS = isqrt((S[0] << (2n * GUARD)) / S[1]);
+  if (rootS === 0n) fails("its points are in one place");
+  const inPlane = t + timesUp(h, wt + over(tn, rootS));
+  const push = floorDiv(P << (2n * GUARD), high);
+  F.forEach((x, k) => {
+    if (isZero(x)) return;
+    const room = mu1 - over(rootUp(square(x) * NN - f[k] * f[k]), f[k] << GUARD);
+    const [p, s] = [yy * arms[k][0] - xy * arms[k][1], xx * arms[k][1] - xy * arms[k][0]];
+    const bend = ceilDiv(inPlane * rootUp(uu * (p * p + NN * s * s)) * P * P, det << GUARD); // |C^-1 rho| t'
+    const arm = rootUp(ceilDiv((arms[k][0] ** 2n * NN + arms[k][1] ** 2n) << 64n, uu * NN)) / (P << 32n) + 1n;
+    const turn = ceilDiv(timesUp(arm, tn) * S[1], S[0]);
+    if (room < 0n || (push * room >> GUARD) < timesUp(mu1 + 1n, wn + bend) + wt + turn) fails(`point ${k}: what drawings within the length leave does not fit into its cone`);
+  });
+}
+
+function checkMechanismWithin(model, own) {
+  const { blocks, contacts, L } = model, group = components(model), loading = loadingAt(model), resisting = new Map();
+  const motions = blocks.map((block, k) => (block.fixed ? { v: ZERO, w: ZERO } : model.unit.motion(model.motion[k])));
+  const alike = (x, y) => isZero(sub(x.v, y.v)) && isZero(sub(x.w, y.w));
+  const fixed = (k) => blocks[k].fixed;
+  contacts.forEach((contact, c) => {
+    const [a, b] = [motions[contact.a], motions[contact.b]], at = groupOf(model, group, contact);
+    if (!alike(a, b) && !opensInAll(model, contact, sub(b.v, a.v), sub(b.w, a.w))) resisting.set(at, c);
+  });
+  const gain = new Map(), count = (k, x) => gain.set(group[k], (gain.get(group[k]) ?? 0n) + x), slight = new Map();
+  blocks.forEach((block, k) => { if (!fixed(k)) slight.set(group[k], least(slight.get(group[k]) ?? own[k], own[k])); });
+  blocks.forEach((block, k) => {
+    if (fixed(k)) return;
+    const { v, w } = motions[k], { q, M } = block, pull = loading.pulls[k], path = add(times(v, q), cross(w, M)), { V, Q } = changes(block, L);
+    count(k, dot(pull, path) << GUARD); // weight by the velocity of the centre
+    count(k, -ceilDiv(24n * V * size(dot(pull, path)), q) - 24n * cross(pull, w).reduce((sum, x, i) => sum + Q[i] * size(x), 0n));
+    const moved = ceilDiv(rootUp(square(path)), q) + rootUp(block.DD * square(w));
+    count(k, -ceilDiv(timesUp(rootUp(slight.get(group[k])), moved), BALANCE));
+  });
+  for (const { block, F, at } of loading.loads) {
+    const { v, w } = motions[block];
+    count(block, (dot(F, add(v, cross(w, at))) << GUARD) - L * rootUp(square(cross(F, w))));
+  }
+  const falling = [...gain].filter(([, x]) => x > 0n).map(([at]) => at);
+  demand(falling.length, "the loads do not drive this motion in every drawing");
+  const bad = falling.map((at) => resisting.get(at));
+  demand(bad.includes(undefined), () => `contact ${bad[0]} may resist in some drawing`, { contact: bad[0] });
+}
+
+function opensInAll(model, contact, v, w) {
+  const { points, N, NN } = contact, plane = planeOf(contact), mu2 = leaning(model, contact, 1), low = rootDown(NN), one = 1n << GUARD;
+  if (mu2 < 0n) return false;
+  const corners = outline(points.map((r) => [dot(r, plane.u), dot(r, plane.v), r])).map(([, , r]) => r);
+  const spin = timesUp(isqrt(one * one + mu2 * mu2) + 1n, rootUp(square(w)));
+  return corners.every((r, i) => {
+    const X = add(v, cross(w, r)), d = dot(X, N), C2 = square(X) * NN - d * d;
+    const opens = floorDiv(d << (2n * GUARD), d < 0n ? low : low + 1n) - timesUp(mu2, over(rootUp(C2), low));
+    const sides = [1, corners.length - 1].map((k) => cross(sub(corners[(i + k) % corners.length], r), N));
+    const lengths2 = rootDown(square(sides[0]) * square(sides[1])), rest = lengths2 - (dot(...sides) << GUARD);
+    if (rest <= 0n) return false;
+    const z = (model.L << GUARD) + over(plane.height(r) << GUARD, plane.n * low);
+    const e = isqrt(over(2n * model.L * model.L * (lengths2 + 1n) << GUARD, rest) + z * z) + 1n;
+    return opens >= timesUp(spin, e);
+  });
+}
+
+function outline(points) { // Andrew's monotone chain: corners of the convex hull, counter-clockwise
+  const sorted = [...points].sort((a, b) => sign(a[0] - b[0]) || sign(a[1] - b[1]));
+  const half = (list) => list.reduce((chain, p) => {
+    while (chain.length > 1 && turn2(chain.at(-2), chain.at(-1), p) <= 0n) chain.pop();
+    return [...chain, p];
+  }, []).slice(0, -1);
+  return [...half(sorted), ...half(sorted.reverse())];
+}
+
 // ---- Each kind, and what is claimed
 
+const drawn = ({ within }) => `in every drawing within ${decimal(within.length)} m of this one, normals within ${within.slope === undefined ? "what that allows" : `a slope of ${decimal(within.slope)}`} (listed contacts)`;
 const PROOFS = {
   "rbe-state"(model, own, progress) {
     const { exact } = checkState(model, model.rows, loadingAt(model), own, { progress });
@@ -1390,7 +1610,7 @@ const PROOFS = {
     if (model.recession) {
       const light = lightest(model, live, own);
       const { exact: also } = checkState(model, model.recession, live, light, { pulls: false, what: "recession: " });
-      if (!also) more = ", of the live loads, for each unit of their multiplier";
+      if (!also) more = " (of the live loads, for each unit of their multiplier)";
       exact = exact && also;
     }
     if (model.upper !== undefined) {
@@ -1405,7 +1625,15 @@ const PROOFS = {
   "rbe-settled"(model, own, progress) {
     const { forces, exact, group } = checkState(model, model.rows, loadingAt(model), own, { corrected: false, progress });
     checkSettling(model, forces, motionsOf(model, model.motion), own, group);
-    return ["comes to rest under rigid-block equilibrium after an infinitesimal settlement", grade(exact)];
+    return ["comes to rest after an infinitesimal settlement, under rigid-block equilibrium (listed contacts, associated flow)", grade(exact)];
+  },
+  "rbe-state-within"(model, own) {
+    checkStateWithin(model, own);
+    return [`stable under rigid-block equilibrium ${drawn(model)}`, ""];
+  },
+  "rbe-mechanism-within"(model, own) {
+    checkMechanismWithin(model, own);
+    return [`unstable under rigid-block equilibrium ${drawn(model)}`, ""];
   },
 };
 
@@ -1421,22 +1649,22 @@ function lightest(model, live, own) { // w^2 of a recession
 
 const grade = (exact) => (exact ? "; every block balances exactly" : "; balancing loads that differ, on each block, by at most 1e-9 of its own weight");
 const short = (x) => doubleText(Number(x.toPrecision(6))).replace(/\.0$/, "");
-const decimal = (x) => doubleText(x).replace(/\.0$/, "");
-const bounds = (model) => `eta = ${short(model.eta / model.eps)} eps, beta_min = ${short(model.beta_min / model.eps)} eps`;
+const decimal = (x) => doubleText(Number(x.toPrecision(15))).replace(/\.0$/, "");
+const bounds = (model) => `eta = ${decimal(model.eta / model.eps)} eps, beta_min = ${decimal(model.beta_min / model.eps)} eps`;
 
 function provisos(model) {
   const { blocks, contacts, gravity } = model, told = [], count = (list, what) => { if (list.length) told.push(what(list)); };
-  count(blocks.filter((b) => b.partly), (list) => `${list.length} of its blocks partly held`);
-  if (gravity.every((x) => x === 0)) told.push("with zero gravity");
-  if (blocks.every((block) => block.fixed)) told.push("no block is free");
-  const mu = Math.max(0, ...contacts.filter((c) => !c.rays).map((c) => c.mu));
-  if (mu > SLIPPERY) told.push(`mu up to ${short(mu)}`);
-  count(contacts.filter((c) => c.tension), (list) => `COUNTING ON JOINTS THAT PULL: ${list.length} of ${contacts.length}, up to ${short(Math.max(...list.map((c) => c.tension)))} Pa`);
-  count(contacts.filter((c) => c.edges), (list) => `COUNTING ON PYRAMIDS OF ${[...new Set(list.map((c) => c.edges.length))].join(", ")} EDGES for friction cones, up to mu ${short(steepest(list))}`);
-  count(contacts.filter((c) => c.surface === "rough" || c.surface === "curved"), (list) => `${list.length} contacts of rough or curved surfaces`);
-  count(contacts.filter((c) => c.surface === "point"), (list) => `${list.length} contacts at points`);
-  count(blocks.filter((b) => b.pieces > 1), (list) => `${list.length} blocks of detached pieces`);
-  return told.map((x) => `, ${x}`).join("");
+  count(blocks.filter((b) => b.partly), (list) => ` (${list.length} of ${blocks.length} blocks partly held)`);
+  if (gravity.every((x) => x === 0)) told.push(", with zero gravity");
+  if (blocks.every((block) => block.fixed)) told.push(", no block is free");
+  const mu = contacts.filter((c) => !c.rays).reduce((x, c) => Math.max(x, c.mu), 0);
+  if (mu > SLIPPERY) told.push(`, mu up to ${short(mu)}`);
+  count(contacts.filter((c) => c.tension), (list) => `, COUNTING ON JOINTS THAT PULL: ${list.length} of ${contacts.length}, up to ${short(list.reduce((x, c) => Math.max(x, c.tension), 0))} Pa`);
+  count(contacts.filter((c) => c.edges), (list) => `, COUNTING ON PYRAMIDS OF ${[...new Set(list.map((c) => c.edges.length))].join(", ")} EDGES for friction cones, up to mu ${short(steepest(list))}`);
+  count(contacts.filter((c) => c.surface === "rough" || c.surface === "curved"), (list) => `, ${list.length} contacts on surfaces said to be rough or curved`);
+  count(contacts.filter((c) => c.surface === "point"), (list) => `, ${list.length} contacts at corners and edges`);
+  count(blocks.filter((b) => b.pieces > 1), (list) => `, ${list.length} blocks of detached pieces`);
+  return told.join("");
 }
 
 const steepest = (contacts) => Math.max(...contacts.flatMap((c) => c.rays.map((ray) => {
@@ -1477,7 +1705,6 @@ function verifyCertificate(text, progress = () => {}) {
     if (model.all) model.blocks.forEach((block, k) => { for (const key of ["V6", "q", "M", "DD", "pieces"]) block[key] = all.blocks[k][key]; });
     all.contacts.forEach((contact, k) => { if (k % 64 === 0) progress(0.3 + 0.3 * k / all.contacts.length, "joints"); checkContact(model, contact); });
     for (const contact of model.contacts) if (contact.tension) spreadPull(model, contact);
-    if (!Object.hasOwn(PROOFS, kind)) throw new NotProved(`this checker does not know the kind ${kind}`);
     const [said, worth] = PROOFS[kind](model, ownWeights(model), (share) => progress(0.6 + 0.4 * share, "proof"));
     progress(1, "done");
     return { proved: true, kind, claim: said + provisos(model) + worth, reason: "", where: null, assumed: assumptions(model), status: 0 };
