@@ -27,7 +27,9 @@ LARGEST = 1 << 30  # bytes that a certificate may have
 
 @command()
 def verify(
-    certificate: Annotated[str, argument("CERTIFICATE", "Certificate file.", source=True)],
+    certificate: Annotated[
+        str | None, argument("CERTIFICATE", "Certificate file; not needed with --page.", source=True)
+    ] = None,
     model: Annotated[
         str | None, Option("Model file that it has to be about; says what differs.", metavar="MODEL")
     ] = None,
@@ -35,12 +37,16 @@ def verify(
     tolerance: Annotated[
         Any, Option("What the model's drawing was forgiven.", "tolerance", metavar="GAP[,DEGREES]|auto")
     ] = None,
-    files: Annotated[Files, written("json")] = Files({}),
+    files: Annotated[
+        Files, written("json", page=("F", "Write a page that checks certificates dropped on it, off line."))
+    ] = Files({}),
 ) -> int:
     """Check a certificate in exact arithmetic.
 
     Exit status: 0 it proves what it claims, 1 it does not, or not of this model, 2 it cannot be read.
     """
+    if certificate is None:
+        return _page_alone(files, model)
     units = reading.units
     if model is not None:
         files.within(Path(), (), (model,))
@@ -50,6 +56,7 @@ def verify(
 
     from cyclopean.proof import NotACertificateError, read_file, verify_file
     from cyclopean.proof import verify as checked
+    from cyclopean.view.proof_here import proof_page
 
     try:
         _refuse_endless(certificate)
@@ -73,9 +80,28 @@ def verify(
     if same is not None:
         data["model"] = {"same": not same.differences, "differences": list(same.differences)}
     if files.to:
-        files.write({"json": lambda: data})
+        files.write({"json": lambda: data, "page": proof_page})
     files.tell(data, _told(report, model, same))
     return 0 if report.proved and not (same and same.differences) else 1
+
+
+def _page_alone(files: Files, model: str | None) -> int:
+    """Write the page that checks certificates, where none is given to be checked now.
+
+    Raises
+    ------
+    InputError
+        Neither a certificate nor a page is asked for, or what only goes with a certificate.
+    """
+    from cyclopean.view.proof_here import proof_page
+
+    if "page" not in files.to:
+        raise InputError("CERTIFICATE is missing: name a certificate file, or write a page that checks them with `page`")
+    if model is not None or "json" in files.to or files.only_json:
+        raise InputError.of("model" if model is not None else "json", model or "-", "goes with a certificate; name one")
+    files.write({"page": proof_page})
+    say(f"{files.to['page']}: drop a certificate on this page to check it; it needs no network")
+    return 0
 
 
 def _compared(

@@ -825,18 +825,18 @@ function isNear(f, p, tol4) {
     if (isZero(f.axes[0])) f.axes = [sub(f.points[2], f.points[0])];
     f.axes.push(cross(f.N, f.axes[0]));
     f.flat = f.points.map((r) => f.axes.map((axis) => dot(r, axis)));
-    f.edges = f.points.map((r, i) => cross(sub(f.points[(i + 1) % f.points.length], r), f.N));
+    f.edges = f.points.map((r, i) => sub(f.points[(i + 1) % f.points.length], r));
   }
   const at = f.axes.map((axis) => dot(p, axis));
   if (strictlyInside(at, f.flat)) return true;
-  const reach = tol4 * f.NN;
-  return f.edges.some((e, i) => {
-    const x = cross(sub(p, f.points[i]), f.N), t = dot(x, e), ee = square(e);
-    if (t <= 0n || ee === 0n) return 40000n * square(x) <= reach;
-    if (t >= ee) return 40000n * square(sub(x, e)) <= reach;
-    const across = square(cross(x, e));
-    return 40000n * across <= reach * ee;
-  });
+  return f.edges.some((e, i) => isBeside(sub(p, f.points[i]), e, tol4));
+}
+
+function isBeside(x, e, tol4) { // whether x is within tol of the segment from 0 to e
+  const t = dot(x, e), ee = square(e);
+  if (t <= 0n || ee === 0n) return 40000n * square(x) <= tol4;
+  if (t >= ee) return 40000n * square(sub(x, e)) <= tol4;
+  return 40000n * square(cross(x, e)) <= tol4 * ee;
 }
 
 const leansLittle = (N, NN, M, MM) => square(cross(N, M)) * 1000000n <= NN * MM; // sine at most 1e-3
@@ -897,9 +897,8 @@ function touching(facets, block, N, p, tol4) {
   const looks = [edge.f, edge.g].filter((f) => dot(f.N, N) > 0n).length;
   const convex = dot(cross(edge.f.N, edge.g.N), edge.along) > 0n;
   if (!(looks === 2 || (looks === 1 && convex))) return null;
-  const [drop, length] = fall(edge), x = sub(p, block.corners[edge.from]), t = dot(x, edge.along);
-  const off = t <= 0n ? [square(x), 1n] : t >= length ? [square(sub(x, edge.along)), 1n] : [square(cross(x, edge.along)), length];
-  if (40000n * off[0] <= tol4 * off[1] && drop * 1000000n <= length * square(N)) return { edge: edge.along };
+  const [drop, length] = fall(edge);
+  if (isBeside(sub(p, block.corners[edge.from]), edge.along, tol4) && drop * 1000000n <= length * square(N)) return { edge: edge.along };
   return 40000n * away(top) <= tol4 ? {} : null;
 }
 
@@ -1648,8 +1647,13 @@ function lightest(model, live, own) { // w^2 of a recession
 }
 
 const grade = (exact) => (exact ? "; every block balances exactly" : "; balancing loads that differ, on each block, by at most 1e-9 of its own weight");
-const short = (x) => doubleText(Number(x.toPrecision(6))).replace(/\.0$/, "");
-const decimal = (x) => doubleText(Number(x.toPrecision(15))).replace(/\.0$/, "");
+function rounded(x, digits) { // as C's %g
+  const [lead, power] = x.toExponential(digits - 1).split("e"), e = Number(power);
+  if (Object.is(x, -0)) return "-0";
+  if (e < -4 || e >= digits) return `${String(Number(lead))}e${e < 0 ? "-" : "+"}${String(Math.abs(e)).padStart(2, "0")}`;
+  return x.toFixed(digits - 1 - e).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+}
+const short = (x) => rounded(x, 6), decimal = (x) => rounded(x, 15);
 const bounds = (model) => `eta = ${decimal(model.eta / model.eps)} eps, beta_min = ${decimal(model.beta_min / model.eps)} eps`;
 
 function provisos(model) {
@@ -1669,7 +1673,7 @@ function provisos(model) {
 
 const steepest = (contacts) => Math.max(...contacts.flatMap((c) => c.rays.map((ray) => {
   const along = dot(ray, c.N), across = square(ray) * c.NN - along * along;
-  return Math.sqrt(Number((across << 80n) / (along * along))) / 2 ** 40;
+  return Math.sqrt(Number((across << 512n) / (along * along))) / 2 ** 256;
 })));
 
 function assumptions(model) {

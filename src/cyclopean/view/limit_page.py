@@ -20,6 +20,7 @@ from cyclopean.view.markup import (
     table,
     written_first,
 )
+from cyclopean.view.proof_here import proof_here
 from cyclopean.view.svg import closed, grid, open_path, sheet, text
 from cyclopean.view.tables import joint_name
 
@@ -232,6 +233,7 @@ def _proof(result: LimitResult, certificate_file: str | None, model_file: str | 
         f"<pre>cyclopean verify {name}</pre><p>It is exact: at the lower multiplier every force is inside its friction"
         " cone and all blocks balance; from the upper one on, forces below a million times weight and loads cannot hold"
         " the mechanism, for the contacts listed and with the dilatancy of associated flow.</p>"
+        f"{proof_here(result.certificate, result.assembly.name)}"
     )
 
 

@@ -23,6 +23,7 @@ from cyclopean.view.markup import (
     section,
     written_first,
 )
+from cyclopean.view.proof_here import proof_here
 from cyclopean.view.proofs import proves, proves_not
 from cyclopean.view.sensitivity_chart import sensitivity_section
 from cyclopean.view.svg import rect
@@ -193,7 +194,7 @@ def _proof(result: Result, certificate_file: str | None, model_file: str | None)
         f"{write}<p>The verdict carries a certificate ({kind}). Check it with</p>"
         f"<pre>cyclopean verify {name}</pre><p>The checker also runs alone. It uses exact arithmetic and"
         f" Python's standard library, and shares no code with the solvers:</p>"
-        f"<pre>python -m cyclopean.proof {name}</pre>"
+        f"<pre>python -m cyclopean.proof {name}</pre>{proof_here(result.certificate, result.assembly.name)}"
         f'<div class="proof"><div><h3>What it proves</h3><ul>{_items(proves(result))}</ul></div>'
         f"<div><h3>What it does not</h3><ul>{_items(proves_not(result))}</ul></div></div>"
     )

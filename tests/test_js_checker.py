@@ -1,0 +1,195 @@
+"""The checker of certificates that pages hold, against Python's: the same answer, whole and damaged, in one browser.
+
+It was written from `docs/certificates.md` alone. The whole comparison is `bench/second_checker.py`; here is a small share,
+with every kind in it, and the pages themselves: the button in a report, and a file dropped on a page of its own.
+"""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cyclopean
+from checker_cases import any_certificate, as_points, damaged
+from chromium import FOUND, Chromium
+from coupled_cases import beams
+from cyclopean import Settings
+from cyclopean.io import write_text
+from cyclopean.proof import NotACertificateError, seal, verify_file
+from cyclopean.view.proof_here import proof_page
+
+pytestmark = pytest.mark.skipif(FOUND is None, reason="no chromium on this machine")
+CHECKER = Path(cyclopean.__file__).parent / "view" / "checker.js"
+Answer = dict[str, Any]
+RBE = Settings(method="rbe")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Chromium]:
+    with Chromium("about:blank") as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def proofs() -> dict[str, dict[str, Any]]:
+    """One certificate of every kind, and of what they may hold."""
+    slope, leaning = cyclopean.stack(3, (1.0, 1.0, 0.5), slope=20.0, mu=0.5), cyclopean.stack(4, offset=0.4)
+    arch = cyclopean.arch(6, span=3.0, thickness=0.5)
+    return {
+        "rbe-state": cyclopean.check(arch, RBE).certificate,
+        "rbe-mechanism": cyclopean.check(leaning, RBE).certificate,
+        "cra-state": cyclopean.check(slope).certificate,
+        "cra-tree": cyclopean.check(beams(0.5, 0.4, 0.3), mu=0.5).certificate,
+        "limit-bounds": cyclopean.limit(arch, push=(1.0, 0.0, 0.0)).certificate,
+        "recession": cyclopean.limit(slope, loads=(("b01", (0.0, 0.0, -1.0), None),)).certificate,
+        "rbe-settled": cyclopean.check(
+            slope, Settings(method="rbe", settlement=(("ground", (0.01, 0.0, -0.01, 0.0, 0.0, 0.0)),))
+        ).certificate,
+        "rbe-state-within": cyclopean.check(arch, Settings(method="rbe", within=1e-3)).certificate,
+        "rbe-mechanism-within": cyclopean.check(leaning, Settings(method="rbe", within=1e-3)).certificate,
+        "tension": cyclopean.check(leaning, Settings(method="rbe", tension=1e6)).certificate,
+        "pyramids": cyclopean.check(arch, Settings(method="rbe", cone="inscribed:8")).certificate,
+        "points": as_points(cyclopean.check(slope, RBE).certificate),
+    }
+
+
+def python_says(text: str, file: Path) -> bool:
+    file.write_text(text)
+    try:
+        return verify_file(file).proved
+    except NotACertificateError:
+        return False
+
+
+def page_says(browser: Chromium, text: str) -> Answer:
+    if not browser.js("typeof verifyCertificate === 'function'"):
+        browser.js(CHECKER.read_text())
+    answer = browser.js(f"verifyCertificate({json.dumps(text)})")
+    assert answer is not None, "the checker threw"
+    return answer
+
+
+def test_both_prove_every_kind_with_the_same_claim(browser: Chromium, proofs, tmp_path: Path) -> None:
+    for name, proof in proofs.items():
+        cyclopean.write_json(tmp_path / "proof.json", proof)
+        first, second = verify_file(tmp_path / "proof.json"), page_says(browser, (tmp_path / "proof.json").read_text())
+        assert first.proved, name
+        assert second["proved"], (name, second["reason"])
+        assert first.claim.split(", contacts up to")[0] == second["claim"].split(", 12 contacts")[0], name
+
+
+def test_both_answer_alike_of_what_was_damaged(browser: Chromium, proofs, tmp_path: Path) -> None:
+    """Anything changed anywhere in any kind; some still prove something, most do not."""
+    answers = []
+    for name, proof in proofs.items():
+        rng = np.random.default_rng([7, len(name)])
+        for number in range(16):
+            text = damaged(proof, rng)
+            answers.append(python_says(text, tmp_path / "damaged.json"))
+            assert page_says(browser, text)["proved"] is answers[-1], (name, number)
+    assert 20 < sum(answers) < len(answers) - 80
+
+
+def test_both_answer_alike_of_models_by_chance(browser: Chromium, tmp_path: Path) -> None:
+    for number in range(12):
+        rng = np.random.default_rng([11, number])
+        if (proof := any_certificate(rng)) is None:
+            continue
+        for text in (json.dumps(proof), damaged(proof, rng)):
+            assert page_says(browser, text)["proved"] is python_says(text, tmp_path / "proof.json"), number
+
+
+def test_a_force_just_outside_its_cone_is_refused(browser: Chromium, proofs) -> None:
+    """By hand: turned sideways by a part in 1e12 beyond friction; the joint is named, and the seal is right."""
+    proof = json.loads(json.dumps(proofs["points"]))
+    contact, mu = proof["contacts"][0], proof["contacts"][0]["mu"]
+    n = np.array(contact["normal"]) / np.linalg.norm(contact["normal"])
+    sideways = np.cross(n, [0.0, 1.0, 0.0])
+    for factor, reason in ((1 + 1e-12, "outside its cone"), (1 - 1e-12, "out of balance")):
+        proof["forces"][0] = [float(x) for x in 1000.0 * (n + factor * mu * sideways)]
+        proof["seal"] = seal(proof)
+        answer = page_says(browser, json.dumps(proof))
+        assert not answer["proved"]
+        assert reason in answer["reason"]
+        assert answer["where"] == ({"contact": 0, "point": 0} if factor > 1 else answer["where"])
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "no JSON"),
+        ('{"schema":"cyclopean.certificate/2","schema":"cyclopean.certificate/2"}', "twice"),
+        ('{"schema":"cyclopean.certificate/1","kind":"rbe-state"}', "version"),
+        ('{"schema":"cyclopean.certificate/2","kind":"__proto__"}', "kind"),
+        ('{"schema":"something/2"}', "schema"),
+        ("[" * 200_000, "nested too deeply"),
+        ("[NaN]", "schema"),
+    ],
+)
+def test_what_is_no_certificate_is_refused_in_one_line(browser: Chromium, text: str, reason: str) -> None:
+    answer = page_says(browser, text)
+    assert not answer["proved"]
+    assert reason in answer["reason"]
+    assert "\n" not in answer["reason"]
+
+
+def test_a_report_checks_its_own_proof(browser: Chromium, tmp_path: Path) -> None:
+    """From a file, off line, with the keyboard; no error is thrown, and the page grows by no more than 40 kB."""
+    result = cyclopean.check(cyclopean.arch(6, span=3.0, thickness=0.5))
+    text = cyclopean.report_html(result)
+    write_text(tmp_path / "report.html", text)
+    here = text[text.index('<style>#proof-here') : text.index('<script type="text/plain" id="certificate"')]
+    assert len(here.encode()) < 40_000
+    open_page(browser, tmp_path / "report.html")
+    browser.js("document.querySelector('#proof-here .check').focus()")
+    for kind in ("keyDown", "keyUp"):
+        browser("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter", windowsVirtualKeyCode=13, text="\r")
+    answered = told(browser)
+    assert answered.startswith("Proved")
+    assert "stable under coupled rigid-block analysis (eta = 10 eps" in answered
+    assert "8, 6 of them free" in answered
+    assert browser.js("window.errors") == []
+
+
+def test_a_page_checks_what_is_dropped_on_it(browser: Chromium, proofs, tmp_path: Path) -> None:
+    """A good file, one cut off, one that is no text, and one with hostile names: one line each, and it stays alive."""
+    write_text(tmp_path / "page.html", proof_page())
+    open_page(browser, tmp_path / "page.html")
+    hostile = json.loads(json.dumps(proofs["rbe-state"]))
+    hostile["blocks"][0]["id"] = "<img src=x onerror=errors.push(1)>"
+    whole = json.dumps(proofs["rbe-state"])
+    files = {
+        "whole.json": (whole.encode(), "Proved"),
+        "cut.json": (whole[:-99].encode(), "Not proved"),
+        "binary.json": (b"\xff\xfe\x00", "cannot be read as text"),
+        "<b>hostile.json": (json.dumps(hostile).encode(), "Not proved"),
+        "again.json": (whole.encode(), "Proved"),
+    }
+    for name, (content, expected) in files.items():
+        (tmp_path / name).write_bytes(content)
+        node = browser("Runtime.evaluate", expression="document.querySelector('#proof-here .file')")["result"]["objectId"]
+        browser.js("document.querySelector('#proof-here [role=status]').replaceChildren()")
+        browser("DOM.setFileInputFiles", files=[str(tmp_path / name)], objectId=node)
+        assert expected in told(browser), name
+    assert browser.js("document.querySelector('#proof-here img')") is None
+    assert browser.js("window.errors") == []
+
+
+def open_page(browser: Chromium, file: Path) -> None:
+    browser("Page.navigate", url=file.as_uri())
+    browser.wait("document.readyState === 'complete' && !!document.getElementById('proof-here')")
+    browser.js(
+        "window.errors=[];addEventListener('error',e=>errors.push(String(e.message)));"
+        "addEventListener('unhandledrejection',e=>errors.push(String(e.reason)))"
+    )
+
+
+def told(browser: Chromium) -> str:
+    answer = "document.querySelector('#proof-here [role=status]')"
+    browser.wait(f"{answer}.className !== '' && {answer}.textContent !== ''")
+    text = browser.js(f"{answer}.innerText")
+    browser.js(f"{answer}.className = ''")
+    return text
