@@ -1,7 +1,7 @@
 """The checker of certificates that pages hold, against Python's: the same answer, whole and damaged, in one browser.
 
-It was written from `docs/certificates.md` alone. The whole comparison is `bench/second_checker.py`; here is a small share,
-with every kind in it, and the pages themselves: the button in a report, and a file dropped on a page of its own.
+It was written from `docs/certificates.md` alone. The whole comparison is `bench/second_checker.py`; here is a small
+share, with every kind in it, and the pages themselves: the button in a report, and a file dropped on a page of its own.
 """
 
 import json
@@ -44,7 +44,7 @@ def proofs() -> dict[str, dict[str, Any]]:
         "cra-state": cyclopean.check(slope).certificate,
         "cra-tree": cyclopean.check(beams(0.5, 0.4, 0.3), mu=0.5).certificate,
         "limit-bounds": cyclopean.limit(arch, push=(1.0, 0.0, 0.0)).certificate,
-        "recession": cyclopean.limit(slope, loads=(("b01", (0.0, 0.0, -1.0), None),)).certificate,
+        "recession": cyclopean.limit(cyclopean.stack(2, mu=0.5), loads=(("b01", (0.0, 0.0, -1.0), None),)).certificate,
         "rbe-settled": cyclopean.check(
             slope, Settings(method="rbe", settlement=(("ground", (0.01, 0.0, -0.01, 0.0, 0.0, 0.0)),))
         ).certificate,
@@ -141,7 +141,7 @@ def test_a_report_checks_its_own_proof(browser: Chromium, tmp_path: Path) -> Non
     result = cyclopean.check(cyclopean.arch(6, span=3.0, thickness=0.5))
     text = cyclopean.report_html(result)
     write_text(tmp_path / "report.html", text)
-    here = text[text.index('<style>#proof-here') : text.index('<script type="text/plain" id="certificate"')]
+    here = text[text.index("<style>#proof-here") : text.index('<script type="text/plain" id="certificate"')]
     assert len(here.encode()) < 40_000
     open_page(browser, tmp_path / "report.html")
     browser.js("document.querySelector('#proof-here .check').focus()")
@@ -170,7 +170,9 @@ def test_a_page_checks_what_is_dropped_on_it(browser: Chromium, proofs, tmp_path
     }
     for name, (content, expected) in files.items():
         (tmp_path / name).write_bytes(content)
-        node = browser("Runtime.evaluate", expression="document.querySelector('#proof-here .file')")["result"]["objectId"]
+        node = browser("Runtime.evaluate", expression="document.querySelector('#proof-here .file')")["result"][
+            "objectId"
+        ]
         browser.js("document.querySelector('#proof-here [role=status]').replaceChildren()")
         browser("DOM.setFileInputFiles", files=[str(tmp_path / name)], objectId=node)
         assert expected in told(browser), name

@@ -96,7 +96,9 @@ def _page_alone(files: Files, model: str | None) -> int:
     from cyclopean.view.proof_here import proof_page
 
     if "page" not in files.to:
-        raise InputError("CERTIFICATE is missing: name a certificate file, or write a page that checks them with `page`")
+        raise InputError(
+            "CERTIFICATE is missing: name a certificate file, or write a page that checks them with `page`"
+        )
     if model is not None or "json" in files.to or files.only_json:
         raise InputError.of("model" if model is not None else "json", model or "-", "goes with a certificate; name one")
     files.write({"page": proof_page})
