@@ -56,7 +56,6 @@ def verify(
 
     from cyclopean.proof import NotACertificateError, read_file, verify_file
     from cyclopean.proof import verify as checked
-    from cyclopean.view.proof_here import proof_page
 
     try:
         _refuse_endless(certificate)
@@ -80,7 +79,7 @@ def verify(
     if same is not None:
         data["model"] = {"same": not same.differences, "differences": list(same.differences)}
     if files.to:
-        files.write({"json": lambda: data, "page": proof_page})
+        files.write({"json": lambda: data, "page": _page})
     files.tell(data, _told(report, model, same))
     return 0 if report.proved and not (same and same.differences) else 1
 
@@ -93,17 +92,21 @@ def _page_alone(files: Files, model: str | None) -> int:
     InputError
         Neither a certificate nor a page is asked for, or what only goes with a certificate.
     """
-    from cyclopean.view.proof_here import proof_page
-
     if "page" not in files.to:
         raise InputError(
             "CERTIFICATE is missing: name a certificate file, or write a page that checks them with `page`"
         )
     if model is not None or "json" in files.to or files.only_json:
         raise InputError.of("model" if model is not None else "json", model or "-", "goes with a certificate; name one")
-    files.write({"page": proof_page})
+    files.write({"page": _page})
     say(f"{files.to['page']}: drop a certificate on this page to check it; it needs no network")
     return 0
+
+
+def _page() -> str:
+    from cyclopean.view.proof_here import proof_page
+
+    return proof_page()
 
 
 def _compared(
