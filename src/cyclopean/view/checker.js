@@ -141,6 +141,7 @@ function readJson(text) {
   }
 }
 
+const jointName = ({ blocks }, { k, a, b }) => `contact ${k} of ${quoted(blocks[a].id)} and ${quoted(blocks[b].id)}`;
 const quoted = (text) => `'${text.length > 60 ? `${text.slice(0, 57)}...` : text}'`;
 
 function byCodePoints(a, b) {
@@ -471,10 +472,8 @@ function readWithin(model, root, state) {
 function restrict(model) {
   const group = components(model), inside = (k) => !model.blocks[k].fixed && group[k] === group[model.component];
   const contacts = model.contacts.filter((c) => inside(c.a) || inside(c.b));
-  const kept = new Set(contacts.flatMap((c) => [c.a, c.b]).concat(model.component));
   model.all = { blocks: model.blocks, contacts: model.contacts };
-  model.part = [...kept].sort((a, b) => a - b);
-  model.blocks = model.blocks.map((block, k) => (inside(k) || block.fixed ? block : { ...block, fixed: true, outside: true }));
+  model.blocks = model.blocks.map((block, k) => (inside(k) || block.fixed ? block : { ...block, fixed: true }));
   model.contacts = contacts;
 }
 
@@ -636,7 +635,8 @@ function measure(block) {
   const sides = [0, 1, 2].map((k) => used.reduce((x, r) => most(x, r[k]), used[0][k]) - used.reduce((x, r) => least(x, r[k]), used[0][k]));
   block.DD = square(sides);
   block.pieces = 1;
-  if (!isStar(triangles, moment.map((x) => floorDiv(x, block.q)))) boundsSolid(block, edges, near, told, where);
+  const shells = shellsOf(block, edges);
+  if (shells.length > 1 || !isStar(triangles, moment.map((x) => floorDiv(x, block.q)))) boundsSolid(block, shells, near, told, where);
 }
 
 // Whether every triangle is seen from the centre from inside, and exactly one of them in the direction of the first. Then
@@ -662,14 +662,16 @@ function isStar(triangles, centre) {
   return hits === 1;
 }
 
-function boundsSolid(block, edges, corners, told, where) {
-  const shell = block.faces.map((_, f) => f);
+function shellsOf(block, edges) { // faces that hang together by edges
+  const shell = block.faces.map((_, f) => f), n = block.corners.length, shells = new Map();
   const find = (f) => (shell[f] === f ? f : (shell[f] = find(shell[f])));
-  const n = corners.length;
   for (const [key, f] of edges) shell[find(f)] = find(edges.get((key % n) * n + Math.floor(key / n)));
-  const shells = new Map();
-  block.faces.forEach((face, f) => shells.set(find(f), [...(shells.get(find(f)) ?? []), f]));
-  const all = [...shells.values()].map((faces) => {
+  block.faces.forEach((_, f) => shells.set(find(f), [...(shells.get(find(f)) ?? []), f]));
+  return [...shells.values()];
+}
+
+function boundsSolid(block, shells, corners, told, where) {
+  const all = shells.map((faces) => {
     const triangles = faces.flatMap((f) => trianglesOf(block.faces[f], corners));
     const flat = triangles.flat();
     const sides = [0, 1, 2].reduce((sum, k) => sum + flat.reduce((x, r) => most(x, r[k]), flat[0][k]) - flat.reduce((x, r) => least(x, r[k]), flat[0][k]), 0n);
@@ -680,7 +682,7 @@ function boundsSolid(block, edges, corners, told, where) {
   });
   if (all.length > 1) {
     for (const one of all) {
-      const depth = all.reduce((sum, other) => (other === one || !contains(other, one, told, where) ? sum : sum + (other.outward ? 1 : -1)), 0);
+      const depth = all.reduce((sum, other) => (other === one || !lies(one, other) ? sum : sum + (other.outward ? 1 : -1)), 0);
       demand(depth === (one.outward ? 0 : 1), `${told}: a shell of it lies where it should not`, where);
     }
     block.pieces = all.filter((one) => one.outward).length;
@@ -688,26 +690,38 @@ function boundsSolid(block, edges, corners, told, where) {
   noFacesOnEachOther(block, corners, told, where);
 }
 
-function contains(shell, other, told, where) { // by a ray that meets no edge
-  for (const triangle of other.triangles) {
-    if (isZero(areaVector(triangle))) continue;
-    const from = triangle.reduce(add); // three times the middle
-    for (let k = 1n; k < 8n; k++) {
-      const ray = [1000003n * k + 17n, 998244353n - 7919n * k * k, 715827883n + 104729n * k];
-      let odd = false, clear = true;
-      for (const corners of shell.triangles) {
-        const [a, b, c] = corners.map((r) => sub(times(r, 3n), from));
-        const signs = [dot(ray, cross(a, b)), dot(ray, cross(b, c)), dot(ray, cross(c, a))];
-        if (signs.some((x) => x > 0n) && signs.some((x) => x < 0n)) continue;
-        const normal = areaVector([a, b, c]), along = dot(normal, ray), ahead = dot(normal, a);
-        if (isZero(normal)) continue;
-        if (signs.some((x) => x === 0n) || along === 0n || ahead === 0n) { clear = false; break; }
-        if (ahead > 0n === along > 0n) odd = !odd;
-      }
-      if (clear) return odd;
-    }
+// Whether a shell lies inside another, by its corners that are not on that. Of shells that cross, stone counts as in stone
+// with one corner, and a hole, or stone in a hole, only with all.
+function lies(one, other) {
+  const sides = new Set(one.triangles.flat()), whole = one.outward !== other.outward;
+  let some = false;
+  for (const corner of sides) {
+    const inside = contains(other, times(corner, 3n));
+    if (inside === null) continue;
+    if (inside !== whole) return inside;
+    some = true;
   }
-  throw new NotProved(`${told}: whether one shell lies inside another could not be told`, where);
+  if (some) return whole;
+  return one.triangles.some((triangle) => contains(other, triangle.reduce(add)));
+}
+
+function contains(shell, from) { // three times a point; null where it is on the surface
+  for (let k = 1n; k < 8n; k++) { // along a ray that meets no edge
+    const ray = [1000003n * k + 17n, 998244353n - 7919n * k * k, 715827883n + 104729n * k];
+    let odd = false, clear = true;
+    for (const corners of shell.triangles) {
+      const [a, b, c] = corners.map((r) => sub(times(r, 3n), from));
+      const signs = [dot(ray, cross(a, b)), dot(ray, cross(b, c)), dot(ray, cross(c, a))];
+      if (signs.some((x) => x > 0n) && signs.some((x) => x < 0n)) continue;
+      const normal = areaVector([a, b, c]), along = dot(normal, ray), ahead = dot(normal, a);
+      if (isZero(normal)) continue;
+      if (along !== 0n && ahead === 0n) return null;
+      if (signs.some((x) => x === 0n) || along === 0n) clear = false;
+      if (ahead > 0n === along > 0n) odd = !odd;
+    }
+    if (clear) return odd;
+  }
+  return null;
 }
 
 function gcd(a, b) {
@@ -846,7 +860,7 @@ function checkContact(model, contact) {
   const sides = [model.all ?? model].flatMap((all) => [all.blocks[contact.a], all.blocks[contact.b]]);
   const rough = surface === "rough" || surface === "curved";
   const tol4 = least(40000n * model.tol * model.tol, least(sides[0].DD, sides[1].DD) * (rough ? 25n : 1n));
-  const told = `contact ${k} of ${quoted(sides[0].id)} and ${quoted(sides[1].id)}`;
+  const told = jointName(model.all ?? model, contact);
   if (surface === "point") return checkPoint(model, contact, sides, tol4, told);
   const plane = { N, NN, n: BigInt(points.length), sum: points.reduce(add) };
   demand(points.every((r) => isWithin(plane, r, tol4)), `${told} is not flat`, where);
@@ -1017,7 +1031,7 @@ function checkState(model, rows, loading, own, { corrected = true, pulls = true,
     return contact.points.map((r, i) => {
       const { F, shares } = forceOf(model, contact, rows[c][i]);
       const fits = shares ? shares.every((x) => x >= 0n) : slackAt(contact, i, F, { pulls }) >= 0;
-      demand(fits, () => `${what}contact ${c} of ${quoted(blocks[contact.a].id)} and ${quoted(blocks[contact.b].id)}, point ${i}: the force is outside its cone`, { contact: c, point: i });
+      demand(fits, () => `${what}${jointName(model, contact)}, point ${i}: the force is outside its cone`, { contact: c, point: i });
       const bears = shares ? shares.reduce((sum, x, k) => sum + x * x * square(contact.rays[k]), 0n) : square(F);
       sizes.set(at, (sizes.get(at) ?? 0n) + bears);
       act(contact.b, F, r, 1);
@@ -1191,7 +1205,7 @@ function checkCoupling(model, forces, motions, own) {
   const { blocks, contacts, unit } = model, [eps, eta, beta] = COUPLED.map((key) => unit.speed(model[key])), t = COUPLING;
   contacts.forEach((contact, c) => contact.points.forEach((r, i) => {
     const { X, Q } = relative(motions, contact, r), F = forces[c][i], { N, NN } = contact;
-    const fail = (rule) => { throw new NotProved(`contact ${c} of ${quoted(blocks[contact.a].id)} and ${quoted(blocks[contact.b].id)}, point ${i}: ${rule}`, { contact: c, point: i }); };
+    const fail = (rule) => { throw new NotProved(`${jointName(model, contact)}, point ${i}: ${rule}`, { contact: c, point: i }); };
     const d = dot(X, N), C2 = square(X) * NN - d * d, unit2 = NN * Q * Q; // dn^2 = d^2 / unit2, |dd_t|^2 = C2 / unit2
     const within = (x2, bound) => x2 * t * t <= (bound * (t + 1n)) ** 2n * unit2;
     if (d < 0n ? !within(d * d, eps) : !within(d * d, eta)) fail(d < 0n ? "overlaps by more than eps" : "opens by more than eta");
@@ -1225,7 +1239,7 @@ function checkSettling(model, forces, motions, own, group) {
   demand(met, "no contact point is on a block that the ground moves");
   contacts.forEach((contact, c) => contact.points.forEach((r, i) => {
     const { X, Q } = relative(motions, contact, r), F = forces[c][i], { N, NN, p, q } = contact, FF = square(F);
-    const fail = (rule) => { throw new NotProved(`contact ${c} of ${quoted(blocks[contact.a].id)} and ${quoted(blocks[contact.b].id)}, point ${i}: ${rule}`, { contact: c, point: i }); };
+    const fail = (rule) => { throw new NotProved(`${jointName(model, contact)}, point ${i}: ${rule}`, { contact: c, point: i }); };
     const U = given.get(groupOf(model, group, contact)) ?? 0n, d = dot(X, N), C2 = square(X) * NN - d * d;
     const opens = ((t * d) << (2n * GUARD)) + U * rootDown(NN) * Q; // (dn + t U) |N| Q, times 1e7
     if (opens < 0n || (opens * q) ** 2n < (p * t) ** 2n * C2 << (4n * GUARD)) fail("it closes, or slides without opening");
@@ -1240,7 +1254,6 @@ function checkSettling(model, forces, motions, own, group) {
 
 const timesUp = (a, b) => ceilDiv(a * b, 1n << GUARD);
 const over = (n, den) => ceilDiv(n << GUARD, den); // whole numbers to 2^-128, upward
-const length = (a, b, { M, q }) => over(rootUp(square(sub(times(a, q), M))), q << GUARD); // |a - c|
 
 // What no coupled state exceeds: displacement and rotation of each block, and the sum of all pushes.
 function reachOf(model, loading) {
@@ -1429,7 +1442,7 @@ function checkStateWithin(model, own) {
   const { blocks, contacts, L } = model, group = components(model), loading = loadingAt(model), given = loadsOn(model, loading);
   const sizes = new Map(), rub = blocks.map(() => 0n);
   contacts.forEach((contact, c) => {
-    const told = `contact ${c} of ${quoted(blocks[contact.a].id)} and ${quoted(blocks[contact.b].id)}`, where = { contact: c };
+    const told = jointName(model, contact), where = { contact: c };
     const at = groupOf(model, group, contact), plane = planeOf(contact);
     contact.low = rootDown(contact.NN);
     contact.high = rootUp(contact.NN);
@@ -1594,13 +1607,12 @@ const PROOFS = {
   },
   "cra-tree"(model, own, progress) {
     checkTree(model, progress);
-    const part = model.component === undefined ? "" : `, already the part with ${quoted(model.blocks[model.component].id)}`;
-    return [`unstable under coupled rigid-block analysis (${bounds(model)}, listed contacts)${part}`, ""];
+    return [`unstable under coupled rigid-block analysis (${bounds(model)}, listed contacts)`, ""];
   },
   "limit-bounds"(model, own, progress) {
     const told = [];
     let exact = null;
-    const live = loadingAt({ ...model, unit: { ...model.unit, multiplier: model.unit.multiplier } }, 1, false);
+    const live = loadingAt(model, 1, false);
     if (model.lower !== undefined) {
       exact = checkState(model, model.rows, loadingAt(model, model.lower), own, { progress }).exact;
       told.push(`forces hold it at ${decimal(model.lower)}${model.recession ? " and at every larger one" : ""}`);
@@ -1677,7 +1689,7 @@ const steepest = (contacts) => Math.max(...contacts.flatMap((c) => c.rays.map((r
 })));
 
 function assumptions(model) {
-  const { blocks, contacts, gravity, loads, tolerance } = model, supports = blocks.filter((b) => b.fixed && !b.outside);
+  const { gravity, loads, tolerance } = model, { blocks, contacts } = model.all ?? model, supports = blocks.filter((b) => b.fixed);
   const span = (values) => (values.length ? [...new Set([values.reduce((x, y) => Math.min(x, y)), values.reduce((x, y) => Math.max(x, y))])].map(short).join(" to ") : "none");
   const names = supports.slice(0, 6).map((b) => b.id).join(", ") + (supports.length > 6 ? ` and ${supports.length - 6} more` : "");
   const free = blocks.filter((b) => !b.fixed);

@@ -90,8 +90,8 @@ def _packed(text: str) -> str:
 
 
 def _without_comments(script: str) -> str:
-    """A script without lines that only comment, and without indentation: a tenth less to embed."""
-    return re.sub(r"^\s+|^\s*//.*\n", "", script, flags=re.MULTILINE)
+    """One of our scripts, in which "// " only begins comments, without these and indentation: an eighth less to embed."""
+    return re.sub(r"^\s+|\s*// .*$", "", script, flags=re.MULTILINE)
 
 
 def _asset(name: str) -> str:
