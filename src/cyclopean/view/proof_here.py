@@ -90,7 +90,7 @@ def _packed(text: str) -> str:
 
 
 def _without_comments(script: str) -> str:
-    """One of our scripts, in which "// " only begins comments, without these and indentation: an eighth less to embed."""
+    """One of our scripts, in which "// " only begins comments, without these and indentation: an eighth less."""
     return re.sub(r"^\s+|\s*// .*$", "", script, flags=re.MULTILINE)
 
 
