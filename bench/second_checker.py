@@ -8,6 +8,7 @@ checker runs in node where there is one, else in headless Chromium; `--chromium`
 """
 
 import argparse
+import atexit
 import json
 import re
 import shutil
@@ -56,6 +57,7 @@ class Page:
 
     def __init__(self) -> None:
         self.page = Chromium("about:blank")
+        atexit.register(self.page.__exit__)
         self.page.js(CHECKER.read_text())
 
     def __call__(self, text: str) -> dict[str, Any]:
