@@ -110,6 +110,7 @@ class StoneCarving:
     fixed: "Bools"  # (n,) blocks of it that are held
     built: "CarvedWall"
     warnings: tuple[str, ...] = ()
+    stones: "tuple[Stone, ...]" = ()  # as they were found, at least those that are carved
 
     @property
     def assembly(self) -> "Assembly":
@@ -400,10 +401,12 @@ def carve(
         raise InputError(f"least: {depth:g} is not a depth of at least 0 m")
     if isinstance(found, StoneMatch):
         wall, rule, new = found.assembly, supports or found.supports, found.cells.sawn.tolist()
+        stones = tuple(found.stones)
         cut = carve_match(found.match, found.stones, found.cells, least=depth, progress=progress)
     else:
         stored = read_match(found)
         wall, placed = read_matched(stored)
+        stones = tuple(stone for stone, *_ in placed)
         cut = carve_all(placed, least=depth, progress=progress)
         rule = supports or stored.supports or ""
         place = {block.id: k for k, block in enumerate(wall.blocks)}
@@ -411,7 +414,7 @@ def carve(
     fixed, _ = held_blocks(wall, rule)
     built = carved_wall(wall, cut, fixed=fixed, sawn=new)
     notes = (*(note for c in cut for note in c.notes), *built.notes)
-    return StoneCarving(cut, total(cut), wall, fixed, built, notes)
+    return StoneCarving(cut, total(cut), wall, fixed, built, notes, stones)
 
 
 def settle(

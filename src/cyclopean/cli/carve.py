@@ -1,14 +1,17 @@
 """`carve`: from a match to stones that can be cut, and does the wall stand as it will be built?"""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.analysis.settings import Settings
-from cyclopean.api.checking import CheckOptions, examined
+from cyclopean.api.checking import CheckOptions, SequenceOptions, examined, sequenced
 from cyclopean.api.inputs import Reading
+from cyclopean.api.site import SiteFiles, SiteOptions, site_files, site_folder
 from cyclopean.cli.check import write_result
 from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files, folder, seen_from
+from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, warn
 from cyclopean.options import Option
 
@@ -44,6 +47,7 @@ def carve(
         ),
     ] = Settings(),
     dxf: Annotated[bool, Option("Write before.dxf and after.dxf too, for CAD (extra dxf).", "flag")] = False,
+    site: SiteOptions = SiteOptions(),
     files: Annotated[Files, written("json", "report")] = Files({}),
 ) -> int:
     """Cut matched stones back to their cells, write the cut list, and check the wall as it will be built.
@@ -52,13 +56,13 @@ def carve(
     """
     from dataclasses import replace
 
-    from cyclopean import api
+    from cyclopean import api, io
     from cyclopean.io.dxf import dxf_library
     from cyclopean.io.matches import read_match
 
     if dxf:
         dxf_library("`dxf`: ")
-    place = folder("--out", out, out)
+    place, sheets_place = folder("--out", out, out), site_folder(site)
     stored = read_match(match)
     files = files.within(
         place, (*NAMES, *(CAD if dxf else ())), (str(stored.file), str(stored.wall), str(stored.stones))
@@ -67,11 +71,22 @@ def carve(
         made = api.carve(stored.file, least=least, supports=settings.supports, progress=stage)
         # supports are those of the drawn wall; the carved one says what is held
         result = examined(made, replace(settings, supports=""), Reading(), CheckOptions(margins=False), stage)
+        sheets = None if sheets_place is None else _sheets(made, settings, site, stage)
     for warning in (*made.warnings, *result.warnings):
         warn(warning)
-    data = _written(files, str(stored.wall), made, result, least)
-    files.tell(data, _lines(data, result, place, files))
+    with io.together():
+        data = _written(files, str(stored.wall), made, result, least)
+        site_line = written_site(sheets_place, sheets)
+    files.tell(data, [*_lines(data, result, place, files), *site_line])
     return 0
+
+
+def _sheets(made: "StoneCarving", settings: Settings, site: SiteOptions, stage: Callable[[str], None]) -> SiteFiles:
+    """The site set of the wall as it will be built, in an order that is found for it."""
+    from dataclasses import replace
+
+    order = sequenced(made, replace(settings, supports=""), Reading(), SequenceOptions(), stage)
+    return site_files(order, site, made, stage)
 
 
 def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", least: float) -> dict[str, Any]:

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.checking import SEQUENCED, SequenceOptions, sequenced
 from cyclopean.api.inputs import Reading, assembly_of
+from cyclopean.api.site import SiteOptions, site_files, site_folder
 from cyclopean.cli.check import MODEL
 from cyclopean.cli.command import command, some, written
 from cyclopean.cli.outputs import Files
+from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, of_file, warn
 from cyclopean.cli.workers import Hands, workers
 
@@ -42,6 +44,7 @@ def sequence(
     ),
     reading: Reading = Reading(),
     options: SequenceOptions = SequenceOptions(),
+    site: SiteOptions = SiteOptions(),
     hands: Hands = Hands(),
 ) -> int:
     """Find the order in which a model is built, or take a given one, and check every stage.
@@ -53,6 +56,7 @@ def sequence(
     from cyclopean.design.construction.sequence import dot_text
     from cyclopean.view import building_html
 
+    place = site_folder(site)
     assembly, warnings = assembly_of(model, reading)
     usual = 2 if len(assembly) > MANY and hands.cluster is None else 1
     with (
@@ -61,13 +65,16 @@ def sequence(
         of_file(model),
     ):
         found = sequenced(assembly, settings, Reading(), options, stage, executor=executor)
+        sheets = None if place is None else site_files(found, site, progress=stage)
     for warning in (*warnings, *found.warnings):
         warn(warning)
     graph = dot_text(found)
     data = io.sequence_dict(found, graph)
     told: dict[str, Callable[[], Any]] = {"out": lambda: data, "json": lambda: data, "dot": lambda: graph}
-    files.write({**told, "report": lambda: building_html(found), **drawn(found)})
-    files.tell(data, [*_lines(found, data), *files.line()])
+    with io.together():
+        files.write({**told, "report": lambda: building_html(found), **drawn(found)})
+        site_line = written_site(place, sheets)
+    files.tell(data, [*_lines(found, data), *site_line, *files.line()])
     return 0
 
 

@@ -32,6 +32,7 @@ FINEST = 3  # decimals of a millimetre that are written; drawings have fewer tha
 DEVIATION = 0.1  # mm that facets may lie off a curve
 CAPITAL = 0.72  # height of a capital in that of its letters, as in Arial and Liberation Sans; DXF measures capitals
 SLIT = 0.05  # drawing units: what is narrower is rounding, nothing seen
+SHADING = "shading"  # a layer of paint alone
 WHITE = {"#fff", "#ffffff", "white"}  # of paper and of halos round lines
 DARK = 0x404040  # a colour darker than this is ink: 7, which CAD draws black on white and white on black
 INK = 7  # that colour
@@ -111,6 +112,8 @@ def _shapes(root: ElementTree.Element, matrix: Floats, slit: float) -> Iterator[
     """What is drawn, with the path as it is written, by which a shape that is painted twice is known."""
     clips = {f"url(#{one.get('id')})": _clip(one, matrix) for one in root.iter(f"{SPACE}clipPath")}
     for one in placed("drawing", root, matrix):
+        if one.layer == SHADING:
+            continue
         if one.kind == "text":
             yield "", _words(one)
             continue

@@ -33,7 +33,8 @@ LENGTH = re.compile(rf"\s*({NUMBER})\s*([a-z%]*)\s*", re.IGNORECASE)
 ABSOLUTE = {"mm": "mm", "cm": "cm", "in": "in", "m": "m", "ft": "ft"}  # units of a width that are lengths of stones
 HIDDEN = {"defs", "clippath", "mask", "pattern", "marker", "symbol", "style", "script", "metadata", "title", "desc"}
 INHERITED = (
-    "fill", "fill-opacity", "stroke", "stroke-dasharray", "clip-path", "font-size", "text-anchor", "data-solid",
+    "fill", "fill-opacity", "stroke", "stroke-dasharray", "stroke-linecap", "stroke-width", "color", "clip-path",
+    "font-size", "font-weight", "text-anchor", "data-solid",
 )  # fmt: skip
 GROUPS = {"svg", "g", "a", "switch"}
 TAKES = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}  # numbers of each command

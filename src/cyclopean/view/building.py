@@ -22,7 +22,7 @@ from cyclopean.view.figures import number
 from cyclopean.view.markup import SUPPORTED, document, figure, headline, key, legend, section, table
 from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, layer, rect, segments, sheet, text, to_scale
 
-__all__ = ["building_html", "building_svg", "outcome"]
+__all__ = ["STONES", "building_html", "building_svg", "middle_of", "outcome", "painting_order"]
 
 MARGIN = 30.0  # drawing units, on every side
 FINE = 3  # decimals: a hundredth of a millimetre where the sheet is 10 m wide
@@ -127,7 +127,7 @@ def building_svg(sequence: BuildSequence) -> str:
     total = float(np.clip(BEAT * len(sequence.steps), SHORTEST, LONGEST))
     step_of = {step.block: k for k, step in enumerate(sequence.steps)}
     bodies = []
-    for block in _painted(sequence, paper.view.sight):
+    for block in painting_order(sequence, paper.view.sight):
         k = step_of.get(block)
         name = "supports" if k is None else "stones"
         drawn = f'<g id="stone-{block}" data-layer="{name}">{_body(sequence, paper, normals, block, k)}</g>'
@@ -154,8 +154,11 @@ def _paper(sequence: BuildSequence) -> Paper:
     return fitted(view, seen, TALLEST, (MARGIN,) * 4, wide=True)
 
 
-def _painted(sequence: BuildSequence, sight: Floats) -> list[int]:
-    """Blocks, the furthest first: where two touch, the joint says which hides the other; else the distance."""
+def painting_order(sequence: BuildSequence, sight: Floats) -> list[int]:
+    """Blocks, the furthest first along a sight (3,), unit.
+
+    Where two touch, the joint says which hides the other; else the distance.
+    """
     contacts, n = sequence.contacts, len(sequence.assembly)
     lean = contacts.frame[:, 0] @ sight if len(contacts) else np.zeros(0)
     far, near = np.where(lean > 0.0, contacts.b, contacts.a), np.where(lean > 0.0, contacts.a, contacts.b)
@@ -213,13 +216,13 @@ def _number(step: int, rings: list[Floats], normal: Floats, paper: Paper) -> str
     """The number of a stone, in the middle of what looks most to the front: one face, or the facets of a bent one."""
     front = normal @ paper.view.into
     facets = [paper.of(rings[k]) for k in np.flatnonzero(front < front.min() + BENT)]
-    x, y, width = _middle(facets[0] if len(facets) == 1 else convex_hull(np.concatenate(facets)))
+    x, y, width = middle_of(facets[0] if len(facets) == 1 else convex_hull(np.concatenate(facets)))
     size = float(np.clip(0.45 * width, 3.0, 17.0))
     style = f'font-size="{size:.1f}" text-anchor="middle" fill="{INK}" stroke="none" data-layer="numbers"'
     return text(x, y + 0.35 * size, str(step), style)
 
 
-def _middle(ring: Floats) -> tuple[float, float, float]:
+def middle_of(ring: Floats) -> tuple[float, float, float]:
     """A point well within a (k, 2) polygon, which may have dents, and how much room there is: its widest level."""
     low, tall = float(ring[:, 1].min()), float(np.ptp(ring[:, 1]))
     best = float(ring[:, 0].mean()), float(ring[:, 1].mean()), 0.0

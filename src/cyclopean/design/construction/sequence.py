@@ -98,6 +98,7 @@ class BuildSequence:
     assumed: dict[str, Any]
     warnings: tuple[str, ...]
     seconds: dict[str, float] = field(default_factory=dict)
+    density: float = np.nan  # kg/m3, of blocks that give none
 
     @property
     def order(self) -> tuple[int, ...]:
@@ -186,6 +187,7 @@ def build_sequence(
         whole.assumed,
         whole.warnings,
         {"order": ordered - began, "stages": done - ordered, "total": done - began},
+        whole.density,
     )
 
 

@@ -1,0 +1,139 @@
+"""Stones as they are drawn on sheets: outline, shading, edges, in mm of paper to the right, down, and to the viewer.
+
+The outline hides what lies behind, in print by its paint and in DXF by cutting that away; shading is for print alone.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats, Ints
+from cyclopean.assembly import Block
+from cyclopean.design.carving.cuts import planes_of
+from cyclopean.errors import InputError
+from cyclopean.geometry import pack
+from cyclopean.geometry.solids import fans
+from cyclopean.view.colours import INK
+from cyclopean.view.drawing import feature_edges
+from cyclopean.view.stone_faces import facing, stone_faces, stone_svg
+from cyclopean.view.svg import View, closed, layer, project, segments
+
+__all__ = ["Body", "Solid", "on_paper", "solid_of_block"]
+
+MANY = 400  # triangles beyond which a stone is a scan: its small faces are joined, and it has no edges
+FINER = 10.0  # steps of shading in a mm
+FINE = 3  # decimals of a mm
+SPECK = 1e-6  # mm2: a triangle below it is seen edge-on
+PALE = 0.5  # light of the darkest shade on paper, on which numbers have to be read
+RIM, EDGE = 0.35, 0.18  # mm, width of lines: ISO 128
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """A stone in the structure's frame."""
+
+    name: str
+    vertices: Floats  # (v, 3) m
+    triangles: Ints  # (t, 3) counter-clockwise from outside
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A stone that is seen from somewhere."""
+
+    name: str
+    corner: Floats  # (t, 3, 3) mm of paper: triangles that look at the viewer, the furthest first
+    light: Floats  # (t,) 0 to 1
+    edge: Floats  # (e, 2, 2) mm of paper
+
+    @cached_property
+    def outline(self) -> Any:
+        """What it covers, as a geometry of shapely."""
+        import shapely
+
+        flat = shapely.polygons(self.corner[:, :, :2])
+        whole = shapely.union_all(shapely.make_valid(flat[shapely.area(flat) > SPECK]))
+        return shapely.union_all([part for part in shapely.get_parts(whole) if part.geom_type == "Polygon"])
+
+    def drawn(self, tint: str, window: Any = None) -> str:
+        """The stone in a tint (#rrggbb); what lies outside a window, a geometry of shapely in mm, is left out."""
+        shape = self.outline if window is None else self.outline.intersection(window)
+        style = f'fill="{tint}" stroke="{INK}" stroke-width="{RIM}" stroke-linejoin="round"'
+        rim = "".join(_rings(shape))
+        if not rim:
+            return ""
+        whole = window is None or window.contains(self.outline)
+        shade = stone_svg(self.name, self.corner * FINER, self.light, tint) if whole else ""
+        lines = f'<path d="{segments(self.edge, FINE)}" fill="none" stroke="{INK}" stroke-width="{EDGE}"/>'
+        return (
+            f'<path d="{rim}" {style}/>'
+            + (layer("shading", [f'<g transform="scale({1.0 / FINER:g})">{shade}</g>']) if shade else "")
+            + (lines if whole and len(self.edge) else "")
+        )
+
+
+def _rings(shape: Any) -> Iterator[str]:
+    """Paths of what a geometry covers, holes too."""
+    import shapely
+
+    for part in shapely.get_parts(shape):
+        if part.geom_type == "Polygon":
+            for ring in shapely.get_rings(part):
+                yield closed(shapely.get_coordinates(ring)[:-1], FINE)
+
+
+def solid_of_block(block: Block) -> Solid:
+    """A block of a structure; faces that are not convex are cut into triangles within themselves."""
+    if all(len(face) == 3 for face in block.faces):
+        return Solid(block.id, block.vertices, fans(block.faces))
+    planes = planes_of(block, np.zeros(3))
+    return Solid(block.id, planes.vertices, planes.triangles)
+
+
+def on_paper(solid: Solid, view: View, times: float, at: Floats, edged: Floats | None = None) -> Body:
+    """A stone as it is seen.
+
+    Parameters
+    ----------
+    solid : Solid
+        The stone.
+    view : View
+        From where.
+    times : float
+        mm of paper a metre.
+    at : (2,) float
+        mm of paper, where the structure's origin lies.
+    edged : (e, 2, 3) float, optional
+        m, edges that are drawn in place of those that are found.
+    """
+    flat, far = project(solid.vertices, view)
+    point = np.column_stack([at + times * flat * [1.0, -1.0], -times * far])
+    found = _found_edges(solid, view) if edged is None else edged
+    edge = at + times * project(found.reshape(-1, 3), view)[0] * [1.0, -1.0]
+    return Body(solid.name, *_faces(point, solid), edge.reshape(-1, 2, 2))
+
+
+def _faces(point: Floats, solid: Solid) -> tuple[Floats, Floats]:
+    """Triangles of a stone that are seen, and their light; those of a scan joined where no eye tells them apart."""
+    if len(solid.triangles) > MANY:
+        try:
+            corner, light = stone_faces(point * FINER, solid.triangles, solid.name)
+            return corner / FINER, PALE + (1.0 - PALE) * light
+        except InputError:  # no closed solid: drawn as it is
+            pass
+    corner, light = facing(point, solid.triangles)
+    order = np.argsort(corner[:, :, 2].mean(axis=1), kind="stable")
+    return corner[order], PALE + (1.0 - PALE) * light[order]
+
+
+def _found_edges(solid: Solid, view: View) -> Floats:
+    """(e, 2, 3) m: edges of a stone that is no scan, those on its far side left out."""
+    if len(solid.triangles) > MANY:
+        return np.zeros((0, 2, 3))
+    corner = solid.vertices[solid.triangles]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    seen = solid.triangles[normal @ view.sight < 0.0]
+    return feature_edges(pack([(solid.vertices, seen)])) if len(seen) else np.zeros((0, 2, 3))

@@ -1,0 +1,252 @@
+"""Elevations and plan to a standard scale, each stone with its number in the order of building.
+
+There are as many views as it takes to show every number: front, back, ends, plan. A number stands where its stone is
+seen, and is left out of a view where there is no room for it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cyclopean.arrays import Floats
+from cyclopean.design.construction.laying import axes_of
+from cyclopean.design.construction.sequence import BuildSequence
+from cyclopean.errors import InputError
+from cyclopean.view.building import STONES, middle_of, painting_order
+from cyclopean.view.colours import INK, SOFT
+from cyclopean.view.figures import number
+from cyclopean.view.site.bodies import Body, Solid, on_paper, solid_of_block
+from cyclopean.view.site.paper import BOLD, BOLDER, HEADING, LETTERS, Form, Page, standard_scale, width, words
+from cyclopean.view.svg import View, layer, project, rect, round_length
+
+__all__ = ["Elevations", "elevation_pages"]
+
+LEFT, TOP, RIGHT, FOOT = 20.0, 12.0, 30.0, 30.0  # mm round the stones: dimensions, heading, levels, scale bar
+BEYOND = 9.0  # mm that supports are shown beyond the stones
+GROUND = "#b9bfc4"  # supports
+LARGEST = 5.0  # mm, letters of a stone's number
+TIGHT = 0.62, 0.74  # width and height of a digit in its size
+BAR = 80.0  # mm that the scale may be long
+FINE = f'stroke="{INK}" stroke-width="0.18" fill="none"'
+MIDDLE = 'text-anchor="middle"'
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Elevations:
+    """Sheets of elevations, and what is to be said of them."""
+
+    pages: tuple[Page, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Side:
+    """A side from which the structure is drawn."""
+
+    name: str
+    view: View
+    upright: bool = True
+
+
+def _sides(sequence: BuildSequence) -> tuple[_Side, ...]:
+    along, into, up = axes_of(sequence)
+    return (
+        _Side("Front elevation", View(along, into, up)),
+        _Side("Back elevation", View(-along, -into, up)),
+        _Side("Plan", View(along, -up, into), upright=False),
+        _Side("Right end", View(into, -along, up)),
+        _Side("Left end", View(-into, along, up)),
+    )
+
+
+def elevation_pages(sequence: BuildSequence, form: Form, scale: int | None = None) -> Elevations:
+    """Draw a structure from the sides that it takes to number every stone; errors where no scale is small enough.
+
+    The `scale`, as 1 to so much, is taken where it fits; else the largest standard one that does, which is told.
+
+    Raises
+    ------
+    InputError
+        The structure is too large for the paper at 1:1000.
+    """
+    solids = [solid_of_block(block) for block in sequence.assembly.blocks]
+    left = {step.block for step in sequence.steps}
+    pages: list[Page] = []
+    notes: list[str] = []
+    for side in _sides(sequence):
+        if pages and not left:
+            break
+        view = _Drawn.of(sequence, solids, side, form, scale)
+        if scale is not None and view.scale != scale:
+            notes.append(f"{side.name.lower()}: 1:{scale} does not fit on {form.paper}; it is 1:{view.scale}")
+        told = dict(view.numbers(left))
+        if not pages or any(block in left for block in told):
+            pages.append(view.page(told))
+            left -= told.keys()
+    if left:
+        steps = sorted(k for k, step in enumerate(sequence.steps, 1) if step.block in left)
+        some = ", ".join(map(str, steps[:12])) + (f" and {len(steps) - 12} more" if len(steps) > 12 else "")
+        notes.append(f"no room on any elevation for the numbers of {some}; larger paper or `scale` may have it")
+    return Elevations(tuple(pages), tuple(notes))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drawn:
+    """A structure as it is seen from one side, on paper."""
+
+    side: _Side
+    form: Form
+    scale: int
+    sequence: BuildSequence
+    bodies: dict[int, Body]  # by block, the furthest first
+    box: tuple[float, float, float, float]  # mm: left, top, right, foot of the stones
+    low: Floats  # (2,) m, right and up, of their left foot
+
+    @classmethod
+    def of(
+        cls, sequence: BuildSequence, solids: Sequence[Solid], side: _Side, form: Form, asked: int | None
+    ) -> "_Drawn":
+        """Choose scale and place, and draw every block."""
+        free = [solids[step.block].vertices for step in sequence.steps] or [s.vertices for s in solids]
+        flat = project(np.concatenate(free), side.view)[0]
+        low, span = flat.min(axis=0), np.ptp(flat, axis=0)
+        x, y, wide, high = form.room
+        room = wide - LEFT - RIGHT, high - TOP - FOOT
+        best = standard_scale((float(span[0]), float(span[1])), room)
+        if best is None:
+            raise InputError(f"site: {span[0]:.0f} m by {span[1]:.0f} m do not fit on {form.paper} at 1:1000")
+        scale = best if asked is None or asked < best else asked
+        times = 1000.0 / scale
+        size = times * span
+        corner = np.array([x + LEFT + (room[0] - size[0]) / 2.0, y + TOP + size[1] + (room[1] - size[1]) / 2.0])
+        at = corner - times * low * [1.0, -1.0]
+        order = painting_order(sequence, side.view.sight)
+        bodies = {i: on_paper(solids[i], side.view, times, at) for i in order}
+        box = float(corner[0]), float(corner[1] - size[1]), float(corner[0] + size[0]), float(corner[1])
+        return cls(side, form, scale, sequence, bodies, box, low)
+
+    def numbers(self, wanted: set[int]) -> Iterator[tuple[int, str]]:
+        """Blocks whose numbers have room where they are seen, and the number drawn; those `wanted` and all others."""
+        import shapely
+
+        step = {one.block: k for k, one in enumerate(self.sequence.steps, 1)}
+        order = list(self.bodies)
+        outlines = [self.bodies[i].outline for i in order]
+        tree = shapely.STRtree(outlines)
+        for place, block in enumerate(order):
+            if block not in step:
+                continue
+            above = tree.query(outlines[place], predicate="intersects")
+            hidden = shapely.union_all([outlines[k] for k in above if k > place])
+            if drawn := _number(outlines[place].difference(hidden), str(step[block])):
+                yield block, drawn
+
+    def page(self, told: dict[int, str]) -> Page:
+        """The sheet."""
+        import shapely
+
+        left, top, right, foot = self.box
+        beyond = BEYOND if self.side.upright else BEYOND / 2.0
+        window = shapely.box(left - beyond, top - beyond / 2.0, right + beyond, foot + beyond)
+        held = set(np.flatnonzero(self.sequence.fixed).tolist())
+        stones = (
+            layer("supports", [body.drawn(GROUND, window)], solid=True)
+            if i in held
+            else layer("stones", [body.drawn(STONES[int(self.sequence.colour[i]) % len(STONES)])], solid=True)
+            for i, body in self.bodies.items()
+        )
+        parts = (
+            *stones,
+            layer("numbers", told.values()),
+            layer("dimensions", self._dimensions()),
+            layer("datum", self._datum() if self.side.upright else ()),
+            layer("headings", [words(self.form.room[0], self.form.room[1] + HEADING, *self._heading())]),
+            _bar(self.form, self.scale),
+        )
+        named = self.side.name
+        return Page("elevation", named, parts, f"1:{self.scale}", 1000.0 / self.scale, (left, foot))
+
+    def _heading(self) -> tuple[str, float, str]:
+        return f"{self.side.name}, numbers in the order of laying", HEADING, BOLD
+
+    def _dimensions(self) -> Iterator[str]:
+        """Overall width below, overall height at the left."""
+        left, top, right, foot = self.box
+        times = 1000.0 / self.scale
+        y, x = foot + BEYOND + 5.0, left - BEYOND - 2.0
+        yield f'<path d="M{left:.3f} {foot + 1:.3f}V{y + 1.5:.3f}M{right:.3f} {foot + 1:.3f}V{y + 1.5:.3f}" {FINE}/>'
+        yield f'<path d="M{left:.3f} {y:.3f}H{right:.3f}{_ticks((left, y), (right, y))}" {FINE}/>'
+        yield words((left + right) / 2.0, y - 1.0, _metres((right - left) / times), more=MIDDLE)
+        yield f'<path d="M{left - 1:.3f} {top:.3f}H{x - 1.5:.3f}M{left - 1:.3f} {foot:.3f}H{x - 1.5:.3f}" {FINE}/>'
+        yield f'<path d="M{x:.3f} {top:.3f}V{foot:.3f}{_ticks((x, top), (x, foot))}" {FINE}/>'
+        turned = f'{MIDDLE} transform="rotate(-90 {x - 1.0:.1f} {(top + foot) / 2.0:.1f})"'
+        yield words(x - 1.0, (top + foot) / 2.0, _metres((foot - top) / times), more=turned)
+
+    def _datum(self) -> Iterator[str]:
+        """The level of the lowest bed, from which heights are measured, and that of the top."""
+        left, top, right, foot = self.box
+        end = right + BEYOND + 4.0
+        dashes = 'stroke-dasharray="6 1.2 0.8 1.2"'
+        yield f'<path d="M{left - BEYOND - 6:.3f} {foot:.3f}H{end:.3f}" {FINE.replace("0.18", "0.35")} {dashes}/>'
+        yield f'<path d="M{right + 1:.3f} {top:.3f}H{end:.3f}" {FINE}/>'
+        rise = (foot - top) * self.scale / 1000.0
+        for y, said in ((foot, "datum 0.000"), (top, f"+{rise:.3f} m")):
+            yield f'<path d="M{end:.3f} {y:.3f}l-1.5 -2.4h3z" fill="{INK}"/>'
+            yield words(end - 3.0, y - 3.2, said)
+
+
+def _ticks(*ends: tuple[float, float]) -> str:
+    """Short strokes aslant at the ends of a dimension."""
+    return "".join(f"M{x - 1:.3f} {y + 1:.3f}l2 -2" for x, y in ends)
+
+
+def _metres(length: float) -> str:
+    """A length (m) to the millimetre."""
+    return f"{length:.3f} m" if length >= 1.0 else f"{1000.0 * length:.0f} mm"
+
+
+def _bar(form: Form, scale: int) -> str:
+    """A scale of five parts, black and white in turn."""
+    x, y = form.room[0], form.room[1] + form.room[3] - 2.0
+    length, _ = round_length(BAR * scale / 1000.0)
+    part = length / 5.0 * 1000.0 / scale
+    parts = [
+        rect(x + k * part, y - 2.0, part, 2.0, f'fill="{INK if k % 2 == 0 else "#ffffff"}" {_thin()}', 3)
+        for k in range(5)
+    ]
+    unit, times = ("m", 1.0) if length >= 1.0 else ("mm", 1000.0)
+    for k in (0, 1, 5):
+        parts.append(words(x + k * part, y - 3.4, number(k * length / 5.0 * times), more=MIDDLE if k else ""))
+    parts.append(words(x + 5.0 * part + 4.0, y, unit))
+    said = f"Measure on the sheet only if this bar is {5.0 * part:.1f} mm long in print."
+    return layer("scale", [*parts, words(x + 5.0 * part + 12.0, y, said, more=f'fill="{SOFT}"')])
+
+
+def _thin() -> str:
+    return f'stroke="{INK}" stroke-width="0.18"'
+
+
+def _number(region: Any, said: str) -> str:
+    """A number within what is seen of a stone, as large as there is room; nothing where there is none."""
+    import shapely
+
+    part = max(shapely.get_parts(region), key=lambda one: one.area, default=None)
+    if part is None or part.geom_type != "Polygon" or part.is_empty:
+        return ""
+    ring = shapely.get_coordinates(part.exterior)[:-1]
+    x, y, room = middle_of(ring)
+    for turn in (0, -90):
+        for size in (LARGEST, 4.0, LETTERS):
+            half = np.array([TIGHT[0] * len(said), TIGHT[1]]) * size / 2.0
+            across, up = half if turn == 0 else half[::-1]
+            if part.contains(shapely.box(x - across, y - up, x + across, y + up)):
+                return _written(x, y, said, size, turn)
+    return ""
+
+
+def _written(x: float, y: float, said: str, size: float, turn: int) -> str:
+    """A number about its middle."""
+    style = f"{MIDDLE} {BOLD}" + (f' transform="rotate({turn} {x:.1f} {y:.1f})"' if turn else "")
+    return words(x, y + 0.36 * size, said, size, style)

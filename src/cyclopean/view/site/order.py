@@ -1,0 +1,140 @@
+"""The order of building as tables: every step, what stands meanwhile, and what the crane has to lift."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from cyclopean.design.construction.laying import LaidStone
+from cyclopean.design.construction.sequence import BuildSequence
+from cyclopean.view.colours import INK, LINE
+from cyclopean.view.figures import number
+from cyclopean.view.site.paper import BOLD, HEADING, LINE as PITCH, Form, Page, columns, portions, words, wrapped
+from cyclopean.view.svg import layer
+
+__all__ = ["kilograms", "millimetres", "named", "order_pages", "props_and_masses"]
+
+ROW = 5.2  # mm, height of a row
+SHARES = (0.05, 0.16, 0.06, 0.08, 0.15, 0.30, 0.20)  # of the width: one for each column
+HEAD = ("Step", "Stone", "Layer", "Mass, kg", "Size, mm", "Rests on", "Props")
+# kg up to which a stone is lifted by what; 25 and 50 are what Europe's safety rules have for one person and for two
+CRANE = ((25.0, "one person"), (50.0, "two people"), (250.0, "a hoist"), (1000.0, "a light crane"), (np.inf, "a crane"))
+HEAVIEST = 10  # stones that are listed
+
+
+def kilograms(mass: float) -> str:
+    """A mass (kg) to a tenth below 10 kg, else to the kilogram; a dash where no density is known."""
+    return "-" if not np.isfinite(mass) else f"{mass:.1f}" if mass < 10.0 else f"{mass:,.0f}"
+
+
+def millimetres(stone: LaidStone) -> str:
+    """Its box: along the wall, from face to back, up."""
+    return " x ".join(f"{1000.0 * length:.0f}" for length in stone.size)
+
+
+def named(sequence: BuildSequence, blocks: Sequence[int]) -> str:
+    """Blocks by their step numbers, supports by name."""
+    step = {one.block: str(k) for k, one in enumerate(sequence.steps, 1)}
+    return ", ".join(step.get(i, sequence.assembly.blocks[i].id) for i in blocks)
+
+
+def order_pages(sequence: BuildSequence, stones: Sequence[LaidStone], form: Form) -> tuple[Page, ...]:
+    """Every step, in so many tables as it takes."""
+    x, y, wide, high = form.room
+    rooms = [share * wide for share in SHARES]
+    at = [x + sum(rooms[:k]) for k in range(len(rooms))]
+    rows = int((high - 2.0 * ROW - HEADING) / ROW)
+    pages = []
+    for part in portions(stones, rows):
+        first, last = part[0].step, part[-1].step
+        line = y + HEADING + ROW + 1.0
+        drawn = [words(x, y + HEADING, f"Order of laying, steps {first} to {last}", HEADING, BOLD)]
+        drawn.append(columns(at, rooms, HEAD, line + 0.72 * ROW, BOLD))
+        for k, stone in enumerate(part, 1):
+            row = line + k * ROW
+            drawn.append(f'<path d="M{x:.2f} {row:.2f}h{wide:.2f}" stroke="{INK if k == 1 else LINE}" {_THIN}/>')
+            drawn.append(columns(at, rooms, _row(sequence, stone), row + 0.72 * ROW))
+        pages.append(Page("order", f"Order of laying, {first} to {last}", (layer("order", drawn),)))
+    return tuple(pages)
+
+
+_THIN = 'stroke-width="0.2" fill="none"'
+
+
+def _row(sequence: BuildSequence, stone: LaidStone) -> tuple[str, ...]:
+    own, others = ([f"P{one.number}" for one in stone.props if one.own == its] for its in (True, False))
+    props = [f"held by {', '.join(own)}"] if own else []
+    props += [f"{', '.join(others)} stand{'s' * (len(others) == 1)}"] if others else []
+    return (
+        str(stone.step),
+        stone.id,
+        str(stone.layer),
+        kilograms(stone.mass),
+        millimetres(stone),
+        named(sequence, stone.rests_on),
+        "; ".join(props),
+    )
+
+
+def props_and_masses(
+    sequence: BuildSequence, stones: Sequence[LaidStone], form: Form, more: Sequence[str] = ()
+) -> tuple[Page, ...]:
+    """Props with their times, masses for whoever lifts, totals; `more` lines are told with these."""
+    x, y, wide, high = form.room
+    room = wide / 2.0 - 6.0
+    lines = [
+        ("Totals", True), *((line, False) for line in (*_totals(sequence, stones), *more)), ("", False),
+        ("Masses", True), *((line, False) for line in _masses(stones)), ("", False),
+        ("Props and centrings", True), *((line, False) for line in _props(sequence)),
+    ]  # fmt: skip
+    flowed = [(part, bold) for line, bold in lines for part in (wrapped(line, room) or [""])]
+    fits = int((high - HEADING - 8.0) / PITCH)
+    pages = []
+    for two in portions(portions(flowed, fits), 2):
+        drawn = [words(x, y + HEADING, "Props, masses and totals", HEADING, BOLD)]
+        for column, part in enumerate(two):
+            left = x + column * (wide / 2.0)
+            for k, (said, bold) in enumerate(part):
+                if said:
+                    drawn.append(words(left, y + HEADING + 8.0 + k * PITCH, said, more=BOLD if bold else ""))
+        pages.append(Page("props-and-masses", "Props, masses and totals", (layer("order", drawn),)))
+    return tuple(pages)
+
+
+def _totals(sequence: BuildSequence, stones: Sequence[LaidStone]) -> Iterator[str]:
+    volume = np.abs(sequence.assembly.mass.volume)[[stone.block for stone in stones]]
+    mass = sum(stone.mass for stone in stones)
+    yield f"{len(stones)} stones in {len({stone.layer for stone in stones})} layers, {len(sequence.props)} props."
+    yield f"Stone laid: {number(float(volume.sum()), 4)} m³, {kilograms(mass)} kg."
+    if assumed := sequence.assumed.get("density"):
+        yield f"Masses assume {assumed:g} kg/m³, which nobody said; weigh a stone before you trust them."
+    for word in ("unstable", "undecided"):
+        steps = [k for k, step in enumerate(sequence.steps, 1) if step.verdict == word and step.propped != "stable"]
+        if steps:
+            yield f"Not proved to stand, even with the props below, after step {', '.join(map(str, steps[:12]))}."
+
+
+def _masses(stones: Sequence[LaidStone]) -> Iterator[str]:
+    low = 0.0
+    for most, by in CRANE:
+        count = sum(low < stone.mass <= most for stone in stones)
+        if count:
+            upto = f"{low:g} to {most:g} kg" if np.isfinite(most) else f"over {low:g} kg"
+            yield f"{count} stones of {upto}: {by}."
+        low = most
+    heaviest = sorted(stones, key=lambda stone: (-round(stone.mass, 1), stone.step))[:HEAVIEST]
+    if heaviest and np.isfinite(heaviest[0].mass):
+        yield "Heaviest: " + ", ".join(f"{stone.step} ({kilograms(stone.mass)} kg)" for stone in heaviest) + "."
+
+
+def _props(sequence: BuildSequence) -> Iterator[str]:
+    if not sequence.props:
+        yield "None: nothing has to be held."
+    ids = [block.id for block in sequence.assembly.blocks]
+    for k, prop in enumerate(sequence.props, 1):
+        mass = float(sum(sequence.assembly.densities(sequence.density)[i] * _volume(sequence, i) for i in prop.blocks))
+        said = f"stone{'s' * (len(prop.blocks) > 1)} {named(sequence, prop.blocks)}, {kilograms(mass)} kg in all"
+        yield f"P{k}: {prop.said(ids)} ({said})."
+
+
+def _volume(sequence: BuildSequence, block: int) -> float:
+    return abs(float(sequence.assembly.mass.volume[block]))
