@@ -34,6 +34,7 @@ EXTRAS = {
     "ifc": (("ifcopenshell", "ifcopenshell"),),
     "dxf": (("ezdxf", "ezdxf"),),
     "plot": (("matplotlib", "matplotlib"),),
+    "pdf": (("reportlab", "reportlab.pdfgen.canvas"),),
     "peer": (("compas-cra", "compas_cra"),),
 }
 FOR_WHAT = {
@@ -44,6 +45,7 @@ FOR_WHAT = {
     "ifc": "IFC files",
     "dxf": "DXF files",
     "plot": "plots",
+    "pdf": "sheets to build from",
     "peer": "comparison with compas_cra",
 }
 # What an import of a broken package has been seen to raise: a missing library is an OSError, a binary that was built

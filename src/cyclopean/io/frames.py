@@ -1,4 +1,4 @@
-"""The file of a robot or crane `cyclopean.frames/1`: where each stone waits, comes in, lies, and where the tool goes."""
+"""The file for a robot or crane `cyclopean.frames/1`: where each stone waits, comes in and lies; where the tool goes."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""Sheets as one PDF, with the extra `pdf` (reportlab): drawings of the kit (`view.svg`) whose unit is a millimetre of paper.
+"""Sheets as one PDF, with the extra `pdf` (reportlab): drawings of the kit (`view.svg`) in millimetres of paper.
 
 Shapes stay lines and areas, words stay words that can be searched, in Helvetica, which every reader has. A pattern is
 left out: what is to be seen in print is drawn in plain colours. The same sheets give the same bits.

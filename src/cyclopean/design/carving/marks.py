@@ -1,16 +1,17 @@
 """Marks by which a cut is found on a stone: three points of it that a person can find, and distances from them.
 
 **Numbered points.** A corner is where a stone is pointed: seen from it, all the surface nearby lies one way. With u the
-unit vectors from a point to the surface within `NEAR` of the stone's size,
+unit vectors from a point to the surface around it,
 
-    sharpness = |mean of u|: 0 on a plane, 2/pi cos 45 = 0.45 on a square edge, 0.735 at the corner of a cube, 1 on a needle.
+    sharpness = |mean of u|: 0 on a plane, 2/pi cos 45 = 0.45 on a square edge, 0.735 at a cube's corner, 1 on a needle.
 
+It is taken within `NEAR` of the stone's size, and within `CLOSE`, where a rounded tip is blunt; the less counts.
 Vertices of the stone's hull above `POINTED` are corners. Of the sharpest, no two near each other, those three are taken
 whose triangle is largest, weighed with their sharpness. A stone with fewer than three corners, such as a boulder, has
-other marks: the two points that are farthest from each other, which callipers find, and the one farthest from their
-line. All three are told with the distances between them, so that whoever finds them knows.
+other marks, to be painted on: the two points that are farthest from each other, which callipers find, and the one
+farthest from their line. All three are told with the distances between them, so that whoever finds them knows.
 
-**Cuts.** A cut is marked by three points a, b, c of the line in which its plane meets the stone's own surface: two far
+**Cuts.** A cut is marked by three points a, b, c of the line in which its plane meets the stone's surface: two far
 apart, and the one farthest from their line. Each has its three straight distances to the numbered points. Two circles
 drawn on the stone meet where it lies, the third distance tells whether that is so.
 
@@ -26,7 +27,7 @@ By hand, for a cube of 1 m with a face cut at 0.4 m:
 >>> points = numbered_points(stone.vertices, stone.triangles)
 >>> points.corners, sorted(set(points.apart.round(6).tolist())) == [round(2.0**0.5, 6)]
 (True, True)
->>> marks = cut_marks(made, 0, points)
+>>> marks = cut_marks(made, stone, 0, points)
 >>> marks.point[:, 0].round(9).tolist()  # in the stone's frame: on the plane x = 0.4
 [0.4, 0.4, 0.4]
 """
@@ -38,17 +39,20 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.design.carving.carve import Carved
+from cyclopean.design.carving.cuts import OWN, Cut
+from cyclopean.design.stones.stone import Stone
 from cyclopean.geometry.sides import rings
 
-__all__ = ["CutMarks", "NumberedPoints", "Template", "cut_marks", "numbered_points", "rim_of", "template_of"]
+__all__ = ["CutMarks", "NumberedPoints", "Template", "cut_marks", "numbered_points", "template_of"]
 
 NEAR = 0.18  # of the stone's diagonal: surface by which a corner is judged, wider than what chips of an edge
+CLOSE = 0.05  # likewise: a tip that is round there is found to no better than that
 POINTED = 0.55  # between a square edge (0.45) and the corner of a cube (0.735): where three faces meet bluntly
-SAMPLES = 6000  # points on the surface: some two hundred near each corner
+SAMPLES = 24000  # points on the surface: some fifty close to each corner
 CANDIDATES = 400  # vertices of the hull that are looked at; a scan has thousands, many close together
 SHARPEST = 10  # corners among which three are chosen
-OWN = -1  # label of the stone's own surface
-SHORT = 0.05  # of the stone's diagonal: marks of a cut that lie closer to one line than this do not hold a plane
+FLAT = 1e-6  # of the stone's diagonal: what stays lies on one side of a plane up to rounding
+ENOUGH = 600  # points of a line among which marks are chosen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,12 +71,15 @@ class NumberedPoints:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CutMarks:
-    """Three points of the line in which a cut meets the surface of a stone."""
+    """Three points of the line in which the plane of a cut meets the surface of a stone; all in the stone's frame."""
 
     cut: int  # index
-    point: Floats  # (3, 3) m, stone frame: a, b, c
+    through: bool  # all that stays lies on one side: the cut may run through the whole stone
+    line: Floats  # (e, 2, 3) m: segments of the line on the stone as it was found
+    normal: Floats  # (e, 3) unit: outward normals of the surface there
+    point: Floats  # (3, 3) m: a, b, c
+    facing: Floats  # (3, 3) unit: outward normals of the surface at these
     distance: Floats  # (3, 3) m: of each (row) to the points 1, 2, 3
-    firm: bool  # they hold the plane; else they lie too near to one line, as where other cuts bound this one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +102,10 @@ def numbered_points(vertices: Floats, triangles: Ints) -> NumberedPoints:
     """
     hull = _hull(vertices[np.unique(triangles)])
     size = float(np.linalg.norm(np.ptp(hull, axis=0)))
-    sharp = _sharpness(hull, _surface(vertices, triangles), NEAR * size)
+    surface = _surface(vertices, triangles)
+    sharp = _sharpness(hull, surface, NEAR * size)
+    tips = np.flatnonzero(sharp > POINTED)
+    sharp[tips] = np.minimum(sharp[tips], _sharpness(hull[tips], surface, CLOSE * size))
     chosen: list[int] = []
     for k in np.argsort(-sharp, kind="stable").tolist():
         if len(chosen) == SHARPEST or sharp[k] <= POINTED:
@@ -171,48 +181,73 @@ def _farthest(point: Floats) -> list[int]:
     return [a, b, int(np.argmax(beside))]
 
 
-def rim_of(carved: Carved, cut: int) -> tuple[Floats, Floats]:
-    """Where a cut meets the stone's own surface: segments (e, 2, 3) m, and the surface's normals there (e, 3).
+def cut_marks(carved: Carved, found: Stone, cut: int, points: NumberedPoints) -> CutMarks | None:
+    """Choose the marks of a cut; None where no line of it is on the stone's own surface.
 
-    In the wall's frame; none where other cuts bound it all round.
+    Where all that stays lies on one side, the line is that of the whole plane with the stone as it was found. A cut
+    that ends at another one, as in a notch, is marked where its face meets the stone's own surface.
+
+    Parameters
+    ----------
+    carved : Carved
+        The stone.
+    found : Stone
+        As it was found.
+    cut : int
+        Index of the cut.
+    points : NumberedPoints
+        Of the stone, in its own frame.
     """
+    plane = carved.cuts[cut]
+    kept = (carved.vertices - carved.shift) @ carved.rotation  # the rotation's transpose brings back
+    size = float(np.linalg.norm(np.ptp(found.vertices, axis=0)))
+    through = bool((kept @ plane.normal - plane.offset <= FLAT * size).all())
+    line, normal = _section(found, plane) if through else _rim(carved, cut)
+    if not len(line):
+        return None
+    chosen = _farthest(line[:: max(len(line) // ENOUGH, 1), 0])
+    chosen = [k * max(len(line) // ENOUGH, 1) for k in chosen]
+    point = line[chosen, 0]
+    distance = np.linalg.norm(point[:, None] - points.point[None], axis=2)
+    return CutMarks(cut, through, line, normal, point, normal[chosen], distance)
+
+
+def _section(stone: Stone, plane: Cut) -> tuple[Floats, Floats]:
+    """Segments (e, 2, 3) m in which a plane meets a stone, and the surface's normals there (e, 3)."""
+    height = stone.vertices @ plane.normal - plane.offset
+    above = height > 0.0
+    corner = stone.triangles[np.isin(above[stone.triangles].sum(axis=1), (1, 2))]
+    lone = above[corner].sum(axis=1) == 1  # else two corners are above, and the one below is alone
+    alone = np.argmax(above[corner] == lone[:, None], axis=1)
+    rows = np.arange(len(corner))
+    apex, ends = corner[rows, alone], [corner[rows, (alone + k) % 3] for k in (1, 2)]
+    crossing = []
+    for end in ends:
+        share = (height[apex] / (height[apex] - height[end]))[:, None]
+        crossing.append(stone.vertices[apex] + share * (stone.vertices[end] - stone.vertices[apex]))
+    return np.stack(crossing, 1), _normals(stone.vertices[corner])
+
+
+def _rim(carved: Carved, cut: int) -> tuple[Floats, Floats]:
+    """Where the face of a cut meets the stone's own surface: segments (e, 2, 3) m, and normals (e, 3); stone frame."""
     triangle, label = carved.triangles, carved.label
     side = np.concatenate([triangle[:, [0, 1]], triangle[:, [1, 2]], triangle[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangle)), 3)
     count = len(carved.vertices) + 1
     key, back = side[:, 0] * count + side[:, 1], side[:, 1] * count + side[:, 0]
     order = np.argsort(key, kind="stable")
-    twin = order[np.minimum(np.searchsorted(key[order], back), max(len(order) - 1, 0))] if len(order) else order
-    met = (label[owner] == cut) & (label[owner[twin]] == OWN) & (key[twin] == back) if len(order) else np.zeros(0, bool)
+    twin = order[np.minimum(np.searchsorted(key[order], back), len(order) - 1)]
+    met = (label[owner] == cut) & (label[owner[twin]] == OWN) & (key[twin] == back)
     corner = carved.vertices[triangle[owner[twin][met]]]
+    line = (carved.vertices[side[met]] - carved.shift) @ carved.rotation
+    return line, _normals(corner) @ carved.rotation
+
+
+def _normals(corner: Floats) -> Floats:
+    """(t, 3) unit normals of triangles (t, 3, 3); zero where they have none."""
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return carved.vertices[side[met]], normal / np.where(length > 0.0, length, 1.0)
-
-
-def cut_marks(carved: Carved, cut: int, points: NumberedPoints) -> CutMarks | None:
-    """Choose the marks of a cut; None where no line of it is on the stone's own surface.
-
-    Parameters
-    ----------
-    carved : Carved
-        The stone.
-    cut : int
-        Index of the cut.
-    points : NumberedPoints
-        Of the stone, in its own frame.
-    """
-    rim, _ = rim_of(carved, cut)
-    if not len(rim):
-        return None
-    line = (rim.reshape(-1, 3) - carved.shift) @ carved.rotation  # the rotation's transpose brings back
-    line = line[:: max(len(line) // 600, 1)]  # enough to choose from
-    chosen = line[_farthest(line)]
-    size = float(np.linalg.norm(np.ptp(points.point, axis=0)))
-    way = chosen[1] - chosen[0]
-    off = np.linalg.norm(np.cross(chosen[2] - chosen[0], way)) / max(float(np.linalg.norm(way)), 1e-300)
-    distance = np.linalg.norm(chosen[:, None] - points.point[None], axis=2)
-    return CutMarks(cut, chosen, distance, bool(off > SHORT * size))
+    return np.asarray(normal / np.where(length > 0.0, length, 1.0))
 
 
 def template_of(carved: Carved, cut: int, up: Floats) -> Template:

@@ -26,6 +26,7 @@ __all__ = ["Body", "Solid", "on_paper", "solid_of_block"]
 MANY = 400  # triangles beyond which a stone is a scan: its small faces are joined, and it has no edges
 FINER = 10.0  # steps of shading in a mm
 FINE = 3  # decimals of a mm
+SLIT = 0.04  # mm: half of the widest slit that is rounding, less than any line is wide
 SPECK = 1e-6  # mm2: a triangle below it is seen edge-on
 PALE = 0.5  # light of the darkest shade on paper, on which numbers have to be read
 RIM, EDGE = 0.35, 0.18  # mm, width of lines: ISO 128
@@ -56,7 +57,8 @@ class Body:
 
         flat = shapely.polygons(self.corner[:, :, :2])
         whole = shapely.union_all(shapely.make_valid(flat[shapely.area(flat) > SPECK]))
-        return shapely.union_all([part for part in shapely.get_parts(whole) if part.geom_type == "Polygon"])
+        # slits between triangles that are seen almost edge-on are closed; corners stay where they are
+        return whole.buffer(SLIT, join_style="mitre").buffer(-SLIT, join_style="mitre")
 
     def drawn(self, tint: str, window: Any = None) -> str:
         """The stone in a tint (#rrggbb); what lies outside a window, a geometry of shapely in mm, is left out."""
@@ -67,10 +69,11 @@ class Body:
             return ""
         whole = window is None or window.contains(self.outline)
         shade = stone_svg(self.name, self.corner * FINER, self.light, tint) if whole else ""
+        again = f'<path d="{rim}" {style.replace(tint, "none")}/>'  # shading lies over half of the line
         lines = f'<path d="{segments(self.edge, FINE)}" fill="none" stroke="{INK}" stroke-width="{EDGE}"/>'
         return (
             f'<path d="{rim}" {style}/>'
-            + (layer("shading", [f'<g transform="scale({1.0 / FINER:g})">{shade}</g>']) if shade else "")
+            + layer("shading", [f'<g transform="scale({1.0 / FINER:g})">{shade}</g>', again] if shade else ())
             + (lines if whole and len(self.edge) else "")
         )
 

@@ -38,7 +38,11 @@ __all__ = ["MOST", "Card", "Place", "card_pages", "drawn_pages", "facts"]
 MOST = 8  # cards on a page; on A4 smaller ones have no room for their words
 GRID = {1: (1, 1), 2: (2, 1), 3: (3, 1), 4: (2, 2), 5: (3, 2), 6: (3, 2), 7: (4, 2), 8: (4, 2)}  # columns, rows
 GUTTER, PAD = 4.0, 3.0  # mm between cards, and within each
-APART = 7.0  # mm between two pictures of a stone, and round them: room for dimensions and arrows
+APART = 6.0  # mm between two pictures of a stone, and round them: room for arrows and names
+# Of pictures that nobody measures: between the standard scales too, for small cards.
+FINER_SCALES = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 75, 100, 150, 200, 300, 500, 1000)
+FACTS = 0.42  # of a card's height, that words may take
+TALL = 20.0  # mm, height of a picture beside which there is room for "this side up"
 RED = "#b3261e"  # the centre of gravity, which must not be missed
 THIN = f'stroke="{INK}" stroke-width="0.18" fill="none"'
 
@@ -104,10 +108,10 @@ def _card(
     """Heading, pictures, facts."""
     room = place.wide - 2.0 * PAD
     yield heading(place, str(stone.step), stone.id, f"step {stone.step} of {len(sequence.steps)}")
-    found = facts(sequence, stone, scans.get(stone.block, ""))
-    most = max(int(0.45 * place.high / LINE), 6)
-    lines = [part for fact in found for part in wrapped(fact, room, 3 if most > 9 else 2)][:most]
-    top = place.y + PAD + HEADING + 3.0
+    most = max(int(FACTS * place.high / LINE), 6)
+    lines = [part for fact in facts(sequence, stone, scans.get(stone.block, "")) for part in wrapped(fact, room, 3)]
+    lines = lines if len(lines) <= most else [*lines[: most - 1], shortened(f"{lines[most - 1]} …", room)]
+    top = place.y + PAD + HEADING + 1.0
     foot = place.y + place.high - PAD - LINE * len(lines)
     tint = STONES[int(sequence.colour[stone.block]) % len(STONES)]
     yield from _pictures(sequence, stone, solid, tint, Place(place.x + PAD, top, room, foot - top))
@@ -133,17 +137,15 @@ def facts(sequence: BuildSequence, stone: LaidStone, scan: str = "") -> Iterator
     """What a card says of a stone, the most important first."""
     along, deep, up = (f"{1000.0 * length:.0f}" for length in stone.size)
     left, face, bed = (f"{1000.0 * length:.0f}" for length in stone.centre)
-    yield f"Mass {kilograms(stone.mass)} kg. Size {along} along, {deep} deep, {up} high (mm)."
-    yield f"Centre of gravity: {left} from the left end, {face} behind the face, {bed} above the bed (mm)."
+    yield f"Mass {kilograms(stone.mass)} kg. {along} along, {deep} deep, {up} high (mm)."
+    yield f"Centre of gravity (mm): {left} from left end, {face} behind face, {bed} above bed."
     if scan:
         yield f"Cut from found stone {scan}."
-    yield f"Layer {stone.layer}, on {named(sequence, stone.rests_on) or 'nothing'}."
+    around = (("on", stone.rests_on), ("beside", stone.beside), ("carries", stone.carries))
+    said = "; ".join(f"{what} {named(sequence, blocks)}" for what, blocks in around if blocks)
+    yield f"Layer {stone.layer}; {said or 'on nothing'}."
     for one in stone.props:
         yield _held(sequence, one)
-    if stone.beside:
-        yield f"Beside {named(sequence, stone.beside)}."
-    if stone.carries:
-        yield f"Carries {named(sequence, stone.carries)}."
 
 
 def _held(sequence: BuildSequence, one: Holding) -> str:
@@ -170,7 +172,7 @@ class _Third:
 def _arranged(size: Floats, place: Place) -> _Third | None:
     """As large as the place allows; None where there is no room even at 1:1000."""
     room = place.wide - 3.0 * APART, place.high - 3.0 * APART
-    scale = standard_scale((float(size[0] + size[1]), float(size[2] + size[1])), room)
+    scale = standard_scale((float(size[0] + size[1]), float(size[2] + size[1])), room, FINER_SCALES)
     if scale is None:
         return None
     times = 1000.0 / scale
@@ -182,16 +184,18 @@ def _arranged(size: Floats, place: Place) -> _Third | None:
     )
 
 
-def _pictures(
-    sequence: BuildSequence, stone: LaidStone, solid: Solid, tint: str, place: Place
-) -> Iterator[str]:
+def _pictures(sequence: BuildSequence, stone: LaidStone, solid: Solid, tint: str, place: Place) -> Iterator[str]:
     """Face, right end and top, with the centre of gravity, the ways up and along, and dimensions."""
     third = _arranged(stone.size, place)
     if third is None:
         return
     axes = axes_of(sequence)
     along, into, up = axes
-    views = ((View(along, into, up), third.front), (View(into, -along, up), third.end), (View(along, -up, into), third.top))
+    views = (
+        (View(along, into, up), third.front),
+        (View(into, -along, up), third.end),
+        (View(along, -up, into), third.top),
+    )
     centre = sequence.assembly.mass.centroid[stone.block]
     marks = []
     for view, foot in views:
@@ -207,9 +211,9 @@ def _pictures(
 def _centre(at: Floats) -> str:
     """The sign of a centre of gravity: a circle with two quarters filled."""
     x, y = at.tolist()
-    quarters = f"M{x:.2f} {y:.2f}h1.6a1.6 1.6 0 0 0 -1.6 -1.6zM{x:.2f} {y:.2f}h-1.6a1.6 1.6 0 0 0 1.6 1.6z"
+    quarters = f"M{x:.2f} {y:.2f}h1.2a1.2 1.2 0 0 0 -1.2 -1.2zM{x:.2f} {y:.2f}h-1.2a1.2 1.2 0 0 0 1.2 1.2z"
     return (
-        f'<circle cx="{x:.2f}" cy="{y:.2f}" r="1.6" fill="#ffffff" stroke="{RED}" stroke-width="0.25"/>'
+        f'<circle cx="{x:.2f}" cy="{y:.2f}" r="1.2" fill="#ffffff" stroke="{RED}" stroke-width="0.25"/>'
         f'<path d="{quarters}" fill="{RED}"/>'
     )
 
@@ -217,7 +221,7 @@ def _centre(at: Floats) -> str:
 def _arrows(third: _Third, size: Floats) -> Iterator[str]:
     """Up, at the left of the face; along the wall, below it."""
     (x, y), (wide, _, high) = third.front.tolist(), size.tolist()
-    rise, run = min(max(high, 6.0), 14.0), min(max(wide, 8.0), 18.0)
+    rise, run = min(max(high, 6.0), TALL), min(max(wide, 8.0), 18.0)
     yield _arrow(x - 3.0, y, x - 3.0, y - rise)
     yield _arrow(x, y + 2.4, x + run, y + 2.4)
 
@@ -230,18 +234,19 @@ def _arrow(x: float, y: float, to_x: float, to_y: float) -> str:
     (a, b), (c, d) = (-way + side).tolist(), (-way - side).tolist()
     head = f"M{to_x:.2f} {to_y:.2f}L{to_x + a:.2f} {to_y + b:.2f}L{to_x + c:.2f} {to_y + d:.2f}Z"
     shaft = f"M{x:.2f} {y:.2f}L{to_x - way[0]:.2f} {to_y - way[1]:.2f}"
-    return (
-        f'<path d="{shaft}" stroke="{INK}" stroke-width="0.5" fill="none"/><path d="{head}" fill="{INK}"/>'
-    )
+    return f'<path d="{shaft}" stroke="{INK}" stroke-width="0.5" fill="none"/><path d="{head}" fill="{INK}"/>'
 
 
 def _names(third: _Third, size: Floats, place: Place) -> Iterator[str]:
     """What each picture shows, at its edge, and the scale."""
     (x, y), (wide, deep, high) = third.front.tolist(), size.tolist()
-    turned = f'text-anchor="middle" transform="rotate(-90 {x - 4.6:.1f} {y - high / 2.0:.1f})"'
-    yield words(x - 4.6, y - high / 2.0, "up", more=turned)
+    yield words(
+        x - 4.6, y, "this side up" if high >= TALL else "up", more=f'transform="rotate(-90 {x - 4.6:.1f} {y:.1f})"'
+    )
     said = "face, along the wall"
     yield words(x, y + 6.0, said if width(said) < wide + APART - 2.0 else "face")
     yield words(min(third.end[0], place.x + place.wide - width("right end")), y + 6.0, "right end")
     yield words(x, third.top[1] - deep - 1.2, "top")
-    yield words(place.x + place.wide, place.y + 0.8 * LETTERS, f"1:{third.scale}", more=f'text-anchor="end" fill="{SOFT}"')
+    yield words(
+        place.x + place.wide, place.y + LETTERS, f"scale 1:{third.scale}", more=f'text-anchor="end" fill="{SOFT}"'
+    )

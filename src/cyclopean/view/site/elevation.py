@@ -18,7 +18,7 @@ from cyclopean.view.building import STONES, middle_of, painting_order
 from cyclopean.view.colours import INK, SOFT
 from cyclopean.view.figures import number
 from cyclopean.view.site.bodies import Body, Solid, on_paper, solid_of_block
-from cyclopean.view.site.paper import BOLD, BOLDER, HEADING, LETTERS, Form, Page, standard_scale, width, words
+from cyclopean.view.site.paper import BOLD, HEADING, LETTERS, SCALES, Form, Page, standard_scale, words
 from cyclopean.view.svg import View, layer, project, rect, round_length
 
 __all__ = ["Elevations", "elevation_pages"]
@@ -28,6 +28,10 @@ BEYOND = 9.0  # mm that supports are shown beyond the stones
 GROUND = "#b9bfc4"  # supports
 LARGEST = 5.0  # mm, letters of a stone's number
 TIGHT = 0.62, 0.74  # width and height of a digit in its size
+CLEAR = 0.3  # mm between a number and the rim of its stone
+BAR_HIGH = 14.0  # mm that the scale takes at the foot
+PARTS = 24  # sheets that a front may be parted into
+FEW, ENOUGH = 0.02, 0.95  # share of the numbers that are left: a side that shows no more is not drawn; parts are to
 BAR = 80.0  # mm that the scale may be long
 FINE = f'stroke="{INK}" stroke-width="0.18" fill="none"'
 MIDDLE = 'text-anchor="middle"'
@@ -78,18 +82,84 @@ def elevation_pages(sequence: BuildSequence, form: Form, scale: int | None = Non
     for side in _sides(sequence):
         if pages and not left:
             break
-        view = _Drawn.of(sequence, solids, side, form, scale)
+        view = _whole(sequence, solids, side, form, scale)
         if scale is not None and view.scale != scale:
             notes.append(f"{side.name.lower()}: 1:{scale} does not fit on {form.paper}; it is 1:{view.scale}")
-        told = dict(view.numbers(left))
-        if not pages or any(block in left for block in told):
+        told = dict(view.numbers())
+        if not pages or len(told.keys() & left) > FEW * len(left):
             pages.append(view.page(told))
             left -= told.keys()
+    for part, told in _details(sequence, solids, form, left):
+        pages.append(part.page(told))
+        left -= told.keys()
     if left:
         steps = sorted(k for k, step in enumerate(sequence.steps, 1) if step.block in left)
         some = ", ".join(map(str, steps[:12])) + (f" and {len(steps) - 12} more" if len(steps) > 12 else "")
-        notes.append(f"no room on any elevation for the numbers of {some}; larger paper or `scale` may have it")
+        notes.append(f"no room on any elevation for the number of {some}; see the cards")
     return Elevations(tuple(pages), tuple(notes))
+
+
+def _whole(sequence: BuildSequence, solids: Sequence[Solid], side: _Side, form: Form, asked: int | None) -> "_Drawn":
+    """All of a side on one sheet, at the largest scale that fits, or a smaller one that was asked for."""
+    low, span = _extent(sequence, solids, side)
+    x, y, wide, high = form.room
+    room = wide - LEFT - RIGHT, high - TOP - FOOT
+    best = standard_scale((float(span[0]), float(span[1])), room)
+    if best is None:
+        raise InputError(f"`site`: {span[0]:.0f} m by {span[1]:.0f} m do not fit on {form.paper} at 1:1000")
+    scale = best if asked is None or asked < best else asked
+    size = 1000.0 / scale * span
+    left, foot = x + LEFT + (room[0] - size[0]) / 2.0, y + TOP + size[1] + (room[1] - size[1]) / 2.0
+    beyond = BEYOND if side.upright else BEYOND / 2.0
+    window = left - beyond, foot - size[1] - beyond / 2.0, left + size[0] + beyond, foot + beyond
+    return _Drawn.of(sequence, solids, side, form, _Frame(scale, low, span, (left, foot), window))
+
+
+def _details(
+    sequence: BuildSequence, solids: Sequence[Solid], form: Form, left: set[int]
+) -> Iterator[tuple["_Drawn", dict[int, str]]]:
+    """Parts of the front, larger, in as many sheets as it takes for the numbers that had no room; none if too many."""
+    side = _sides(sequence)[0]
+    low, span = _extent(sequence, solids, side)
+    x, y, wide, high = form.room
+    room = np.array([wide, high - TOP - BAR_HIGH])
+    for scale in sorted(SCALES, reverse=True):
+        count = np.maximum(np.ceil((1000.0 / scale * span + BEYOND) / (room - BEYOND)).astype(int), 1)
+        if not left or count.prod() > PARTS:
+            return
+        frames = [
+            _Frame(
+                scale, low, span, (x + BEYOND / 2.0 - i * (room[0] - BEYOND), y + TOP + room[1] - BEYOND / 2.0 + j * (room[1] - BEYOND)),
+                (x, y + TOP, x + room[0], y + TOP + room[1]), f"part {j * count[0] + i + 1} of {count.prod()}",
+            )
+            for j in range(count[1]) for i in range(count[0])
+        ]  # fmt: skip
+        if count.prod() == 1:
+            continue
+        parts = [_Drawn.of(sequence, solids, side, form, frame) for frame in frames]
+        told = [dict(part.numbers()) for part in parts]
+        if len(left & set().union(*told)) > ENOUGH * len(left):
+            yield from zip(parts, told, strict=True)
+            return
+
+
+def _extent(sequence: BuildSequence, solids: Sequence[Solid], side: _Side) -> tuple[Floats, Floats]:
+    """(2,) m: left foot, and width and height, of the stones as seen from a side."""
+    free = [solids[step.block].vertices for step in sequence.steps] or [one.vertices for one in solids]
+    flat = project(np.concatenate(free), side.view)[0]
+    return flat.min(axis=0), np.ptp(flat, axis=0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Frame:
+    """Where on a sheet a side is drawn."""
+
+    scale: int
+    low: Floats  # (2,) m, left foot of the stones
+    span: Floats  # (2,) m
+    foot: tuple[float, float]  # mm, where the left foot lies on the sheet, or would
+    window: tuple[float, float, float, float]  # mm: left, top, right, foot of what is shown
+    part: str = ""  # of several
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,38 +168,40 @@ class _Drawn:
 
     side: _Side
     form: Form
-    scale: int
+    frame: _Frame
     sequence: BuildSequence
     bodies: dict[int, Body]  # by block, the furthest first
-    box: tuple[float, float, float, float]  # mm: left, top, right, foot of the stones
-    low: Floats  # (2,) m, right and up, of their left foot
 
     @classmethod
-    def of(
-        cls, sequence: BuildSequence, solids: Sequence[Solid], side: _Side, form: Form, asked: int | None
-    ) -> "_Drawn":
-        """Choose scale and place, and draw every block."""
-        free = [solids[step.block].vertices for step in sequence.steps] or [s.vertices for s in solids]
-        flat = project(np.concatenate(free), side.view)[0]
-        low, span = flat.min(axis=0), np.ptp(flat, axis=0)
-        x, y, wide, high = form.room
-        room = wide - LEFT - RIGHT, high - TOP - FOOT
-        best = standard_scale((float(span[0]), float(span[1])), room)
-        if best is None:
-            raise InputError(f"site: {span[0]:.0f} m by {span[1]:.0f} m do not fit on {form.paper} at 1:1000")
-        scale = best if asked is None or asked < best else asked
-        times = 1000.0 / scale
-        size = times * span
-        corner = np.array([x + LEFT + (room[0] - size[0]) / 2.0, y + TOP + size[1] + (room[1] - size[1]) / 2.0])
-        at = corner - times * low * [1.0, -1.0]
-        order = painting_order(sequence, side.view.sight)
-        bodies = {i: on_paper(solids[i], side.view, times, at) for i in order}
-        box = float(corner[0]), float(corner[1] - size[1]), float(corner[0] + size[0]), float(corner[1])
-        return cls(side, form, scale, sequence, bodies, box, low)
+    def of(cls, sequence: BuildSequence, solids: Sequence[Solid], side: _Side, form: Form, frame: _Frame) -> "_Drawn":
+        """Draw every block of which something is seen."""
+        times = 1000.0 / frame.scale
+        at = np.array(frame.foot) - times * frame.low * [1.0, -1.0]
+        bodies = {}
+        for i in painting_order(sequence, side.view.sight):
+            flat = at + times * project(solids[i].vertices, side.view)[0] * [1.0, -1.0]
+            (a, b), (c, d) = flat.min(axis=0), flat.max(axis=0)
+            left, top, right, foot = frame.window
+            if a < right and left < c and b < foot and top < d:
+                bodies[i] = on_paper(solids[i], side.view, times, at)
+        return cls(side, form, frame, sequence, bodies)
 
-    def numbers(self, wanted: set[int]) -> Iterator[tuple[int, str]]:
-        """Blocks whose numbers have room where they are seen, and the number drawn; those `wanted` and all others."""
+    @property
+    def scale(self) -> int:
+        """1 to so much."""
+        return self.frame.scale
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """mm: left, top, right, foot of the stones."""
+        (left, foot), size = self.frame.foot, 1000.0 / self.scale * self.frame.span
+        return left, float(foot - size[1]), float(left + size[0]), foot
+
+    def numbers(self) -> Iterator[tuple[int, str]]:
+        """Blocks whose numbers have room where they are seen, and the number drawn."""
         import shapely
+
+        window = shapely.box(*self.frame.window)
 
         step = {one.block: k for k, one in enumerate(self.sequence.steps, 1)}
         order = list(self.bodies)
@@ -140,36 +212,50 @@ class _Drawn:
                 continue
             above = tree.query(outlines[place], predicate="intersects")
             hidden = shapely.union_all([outlines[k] for k in above if k > place])
-            if drawn := _number(outlines[place].difference(hidden), str(step[block])):
+            seen = outlines[place].difference(hidden)
+            seen = seen.intersection(window) if self.frame.part else seen
+            if drawn := _number(seen, str(step[block])):
                 yield block, drawn
 
     def page(self, told: dict[int, str]) -> Page:
         """The sheet."""
         import shapely
 
-        left, top, right, foot = self.box
-        beyond = BEYOND if self.side.upright else BEYOND / 2.0
-        window = shapely.box(left - beyond, top - beyond / 2.0, right + beyond, foot + beyond)
+        window = shapely.box(*self.frame.window)
         held = set(np.flatnonzero(self.sequence.fixed).tolist())
+        tints = self.sequence.colour % len(STONES)
         stones = (
             layer("supports", [body.drawn(GROUND, window)], solid=True)
             if i in held
-            else layer("stones", [body.drawn(STONES[int(self.sequence.colour[i]) % len(STONES)])], solid=True)
+            else layer("stones", [body.drawn(STONES[tints[i]], window if self.frame.part else None)], solid=True)
             for i, body in self.bodies.items()
         )
+        whole = not self.frame.part
         parts = (
             *stones,
             layer("numbers", told.values()),
-            layer("dimensions", self._dimensions()),
-            layer("datum", self._datum() if self.side.upright else ()),
+            layer("dimensions", self._dimensions() if whole else ()),
+            layer("datum", self._datum() if self.side.upright and whole else ()),
             layer("headings", [words(self.form.room[0], self.form.room[1] + HEADING, *self._heading())]),
             _bar(self.form, self.scale),
         )
-        named = self.side.name
-        return Page("elevation", named, parts, f"1:{self.scale}", 1000.0 / self.scale, (left, foot))
+        return Page("elevation", self._name(), parts, f"1:{self.scale}", 1000.0 / self.scale, self.frame.foot)
+
+    def _name(self) -> str:
+        return self.side.name + (f", {self.frame.part}" if self.frame.part else "")
 
     def _heading(self) -> tuple[str, float, str]:
-        return f"{self.side.name}, numbers in the order of laying", HEADING, BOLD
+        return f"{self._name()}, numbers in the order of laying{self._range()}", HEADING, BOLD
+
+    def _range(self) -> str:
+        """Which part of the structure a sheet shows."""
+        if not self.frame.part:
+            return ""
+        (x, y), (left, top, right, foot), times = self.frame.foot, self.frame.window, self.scale / 1000.0
+        wide, high = self.frame.span.tolist()
+        across = max((left - x) * times, 0.0), min((right - x) * times, wide)
+        up = max((y - foot) * times, 0.0), min((y - top) * times, high)
+        return f": {across[0]:.2f} to {across[1]:.2f} m along, {up[0]:.2f} to {up[1]:.2f} m up"
 
     def _dimensions(self) -> Iterator[str]:
         """Overall width below, overall height at the left."""
@@ -236,10 +322,10 @@ def _number(region: Any, said: str) -> str:
     if part is None or part.geom_type != "Polygon" or part.is_empty:
         return ""
     ring = shapely.get_coordinates(part.exterior)[:-1]
-    x, y, room = middle_of(ring)
+    x, y, _ = middle_of(ring)
     for turn in (0, -90):
         for size in (LARGEST, 4.0, LETTERS):
-            half = np.array([TIGHT[0] * len(said), TIGHT[1]]) * size / 2.0
+            half = np.array([TIGHT[0] * len(said), TIGHT[1]]) * size / 2.0 + CLEAR
             across, up = half if turn == 0 else half[::-1]
             if part.contains(shapely.box(x - across, y - up, x + across, y + up)):
                 return _written(x, y, said, size, turn)

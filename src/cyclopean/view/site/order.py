@@ -8,7 +8,8 @@ from cyclopean.design.construction.laying import LaidStone
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.view.colours import INK, LINE
 from cyclopean.view.figures import number
-from cyclopean.view.site.paper import BOLD, HEADING, LINE as PITCH, Form, Page, columns, portions, words, wrapped
+from cyclopean.view.site.paper import BOLD, HEADING, Form, Page, columns, portions, words, wrapped
+from cyclopean.view.site.paper import LINE as PITCH
 from cyclopean.view.svg import layer
 
 __all__ = ["kilograms", "millimetres", "named", "order_pages", "props_and_masses"]

@@ -39,8 +39,8 @@ MARGIN, STRIP = 8.0, 13.0  # mm, of the frame, which printers reach, and height 
 INSIDE = 4.0  # mm between the frame and what is drawn
 SCALES = (1, 2, 5, 10, 20, 25, 50, 100, 200, 500, 1000)  # that 1:n of drawings is; ISO 5455, and 1:25 of masons
 BOLD = 'font-weight="600"'
-# Widths of letters in their size, as wide as those of DejaVu Sans: Arial and Helvetica need less.
-NARROW, WIDE, CAPITAL, USUAL, FULL = 0.4, 0.95, 0.72, 0.63, 1.0
+# Widths of letters in their size: the widest of each sort in Arial and Helvetica, and a little more.
+NARROW, WIDE, CAPITAL, USUAL, FULL = 0.34, 0.96, 0.74, 0.58, 1.0
 BOLDER = 1.1  # times as wide
 FACES = "Arial, Helvetica, 'Liberation Sans', sans-serif"
 
@@ -188,13 +188,13 @@ def portions(things: Sequence[T], each: int) -> list[Sequence[T]]:
     return [things[k : k + each] for k in range(0, len(things), each)]
 
 
-def standard_scale(span: tuple[float, float], room: tuple[float, float]) -> int | None:
-    """The largest standard scale 1:n at which a length across and one up (m) fit a room (mm); None where none does.
+def standard_scale(span: tuple[float, float], room: tuple[float, float], among: Sequence[int] = SCALES) -> int | None:
+    """The largest scale 1:n of some at which a length across and one up (m) fit a room (mm); None where none does.
 
     Examples
     --------
     >>> standard_scale((4.0, 2.0), (250.0, 150.0)), standard_scale((0.4, 0.2), (250.0, 150.0))
     (20, 2)
     """
-    fits = (n for n in SCALES if all(1000.0 * s / n <= r * (1.0 + 1e-9) for s, r in zip(span, room, strict=True)))
+    fits = (n for n in among if all(1000.0 * s / n <= r * (1.0 + 1e-9) for s, r in zip(span, room, strict=True)))
     return next(fits, None)

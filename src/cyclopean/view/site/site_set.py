@@ -1,4 +1,4 @@
-"""The set of sheets for whoever builds: elevations, order, props and masses, cards, cuts, and an index of many stones."""
+"""The set of sheets for whoever builds: elevations, order, props and masses, cards, cuts; an index of many stones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -86,7 +86,7 @@ def _spoil(cut: dict[int, CutStone]) -> tuple[str, ...]:
     off = 1000.0 * sum(c.stone_volume - c.volume for c in every)
     count = sum(not face.dressing for c in every for face in c.cuts)
     area = sum(face.area for c in every for face in c.cuts if not face.dressing)
-    return (f"{len(every)} found stones are cut: {count} cuts, {area:.2f} m² of cut faces, {off:,.0f} litres come off.",)
+    return (f"{len(every)} found stones are cut: {count} cuts, {area:.2f} m² of faces, {off:,.0f} litres come off.",)
 
 
 def _templates(sequence: BuildSequence, stones: Sequence[LaidStone], cut: dict[int, CutStone]) -> dict[str, str]:
