@@ -19,7 +19,7 @@ __all__ = ["SiteFiles", "SiteOptions", "site_files", "site_folder", "write_site"
 TEMPLATES = "templates"  # folder of those, in that of the set
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class SiteOptions:
     """Sheets for whoever builds: where they go, and how they are drawn."""
 

@@ -1,6 +1,7 @@
 """`carve`: from a match to stones that can be cut, and does the wall stand as it will be built?"""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +14,7 @@ from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files, folder, seen_from
 from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, warn
-from cyclopean.options import Option
+from cyclopean.options import Option, option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Result
@@ -29,16 +30,20 @@ NAMES = (
 CAD = ("before.dxf", "after.dxf")
 
 
+@dataclass(frozen=True)
+class Carving(SiteOptions):
+    """How stones are carved, and what is drawn for whoever does it."""
+
+    least: float = option(
+        0.002, "Depth (m) up to which a cut is left to the chisel.", "number", metavar="L", least=0.0, word="least_cut"
+    )
+    dxf: bool = option(False, "Write before.dxf and after.dxf too, for CAD (extra dxf).", "flag")
+
+
 @command()
 def carve(
     match: Annotated[str, argument("MATCH", "Match file, or the folder it lies in.")],
     out: Annotated[str, Option("Folder to write to.", metavar="DIR")],
-    least: Annotated[
-        float,
-        Option(
-            "Depth (m) up to which a cut is left to the chisel.", "number", metavar="L", least=0.0, word="least_cut"
-        ),
-    ] = 0.002,
     settings: Annotated[
         Settings,
         some(
@@ -46,8 +51,7 @@ def carve(
             method="How the carved wall is checked: coupled, or equilibrium [cra].",
         ),
     ] = Settings(),
-    dxf: Annotated[bool, Option("Write before.dxf and after.dxf too, for CAD (extra dxf).", "flag")] = False,
-    site: SiteOptions = SiteOptions(),
+    options: Carving = Carving(),
     files: Annotated[Files, written("json", "report")] = Files({}),
 ) -> int:
     """Cut matched stones back to their cells, write the cut list, and check the wall as it will be built.
@@ -60,22 +64,22 @@ def carve(
     from cyclopean.io.dxf import dxf_library
     from cyclopean.io.matches import read_match
 
-    if dxf:
+    if options.dxf:
         dxf_library("`dxf`: ")
-    place, sheets_place = folder("--out", out, out), site_folder(site)
+    place, sheets_place = folder("--out", out, out), site_folder(options)
     stored = read_match(match)
     files = files.within(
-        place, (*NAMES, *(CAD if dxf else ())), (str(stored.file), str(stored.wall), str(stored.stones))
+        place, (*NAMES, *(CAD if options.dxf else ())), (str(stored.file), str(stored.wall), str(stored.stones))
     )
     with long_work(f"carving {stored.file}") as stage:
-        made = api.carve(stored.file, least=least, supports=settings.supports, progress=stage)
+        made = api.carve(stored.file, least=options.least, supports=settings.supports, progress=stage)
         # supports are those of the drawn wall; the carved one says what is held
         result = examined(made, replace(settings, supports=""), Reading(), CheckOptions(margins=False), stage)
-        sheets = None if sheets_place is None else _sheets(made, settings, site, stage)
+        sheets = None if sheets_place is None else _sheets(made, settings, options, stage)
     for warning in (*made.warnings, *result.warnings):
         warn(warning)
     with io.together():
-        data = _written(files, str(stored.wall), made, result, least)
+        data = _written(files, str(stored.wall), made, result, options.least)
         site_line = written_site(sheets_place, sheets)
     files.tell(data, [*_lines(data, result, place, files), *site_line])
     return 0

@@ -1,6 +1,7 @@
 """`sequence`: in which order is it built, and does every stage stand?"""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.analysis.settings import Settings
@@ -23,6 +24,15 @@ MANY = 40  # blocks beyond which a process more is worth its start
 SHOWN = 8  # props that are said
 
 
+@dataclass(frozen=True)
+class Building(SequenceOptions, SiteOptions):
+    """How the order is found, and what is drawn for whoever builds."""
+
+    def __post_init__(self) -> None:
+        SequenceOptions.__post_init__(self)
+        SiteOptions.__post_init__(self)
+
+
 @command(
     lean="is --bearing now; a lean is an angle, as in settle",
     props="the fewest stones to hold are always looked for now; leave it out",
@@ -43,8 +53,7 @@ def sequence(
         seconds=30.0
     ),
     reading: Reading = Reading(),
-    options: SequenceOptions = SequenceOptions(),
-    site: SiteOptions = SiteOptions(),
+    options: Building = Building(),
     hands: Hands = Hands(),
 ) -> int:
     """Find the order in which a model is built, or take a given one, and check every stage.
@@ -56,7 +65,7 @@ def sequence(
     from cyclopean.design.construction.sequence import dot_text
     from cyclopean.view import building_html
 
-    place = site_folder(site)
+    place = site_folder(options)
     assembly, warnings = assembly_of(model, reading)
     usual = 2 if len(assembly) > MANY and hands.cluster is None else 1
     with (
@@ -65,7 +74,7 @@ def sequence(
         of_file(model),
     ):
         found = sequenced(assembly, settings, Reading(), options, stage, executor=executor)
-        sheets = None if place is None else site_files(found, site, progress=stage)
+        sheets = None if place is None else site_files(found, options, progress=stage)
     for warning in (*warnings, *found.warnings):
         warn(warning)
     graph = dot_text(found)

@@ -1,4 +1,4 @@
-"""The file for a robot or crane `cyclopean.frames/1`: where each stone waits, comes in and lies; where the tool goes."""
+"""The file for a robot or crane `cyclopean.frames/1`: where each stone waits, comes in and lies; where tools go."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -32,6 +32,7 @@ By hand, for a cube of 1 m with a face cut at 0.4 m:
 [0.4, 0.4, 0.4]
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -66,7 +67,7 @@ class NumberedPoints:
     def apart(self) -> Floats:
         """(3,) m: from 1 to 2, from 1 to 3, from 2 to 3."""
         one, two, three = self.point
-        return np.linalg.norm([two - one, three - one, three - two], axis=1)
+        return np.asarray(np.linalg.norm([two - one, three - one, three - two], axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,9 +116,10 @@ def numbered_points(vertices: Floats, triangles: Ints) -> NumberedPoints:
     if len(chosen) < 3:
         return NumberedPoints(hull[_farthest(hull)], False)
 
-    def worth(three: tuple[int, ...]) -> float:
-        a, b, c = hull[list(three)]
-        return float(np.linalg.norm(np.cross(b - a, c - a)) * np.prod(sharp[list(three)]))
+    def worth(three: Iterable[int]) -> float:
+        which = list(three)
+        a, b, c = hull[which]
+        return float(np.linalg.norm(np.cross(b - a, c - a)) * np.prod(sharp[which]))
 
     return NumberedPoints(hull[list(max(combinations(chosen, 3), key=worth))], True)
 
@@ -131,7 +133,7 @@ def _hull(point: Floats) -> Floats:
         return found
     direction = _fibonacci(4 * CANDIDATES)
     farthest = np.unique(np.argmax((found - found.mean(axis=0)) @ direction.T, axis=0))
-    return found[farthest[:: max(len(farthest) // CANDIDATES, 1)]]
+    return np.asarray(found[farthest[:: max(len(farthest) // CANDIDATES, 1)]])
 
 
 def _fibonacci(count: int) -> Floats:

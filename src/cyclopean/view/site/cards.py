@@ -6,6 +6,7 @@ the right of it, all at one scale.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -95,10 +96,7 @@ def card_pages(
     each: int,
 ) -> tuple[Page, ...]:
     """Cards of all stones; `scans` names the found stone that a block is made of, where that is another."""
-    cards = [
-        Card(stone.step, lambda place, stone=stone: _card(sequence, stone, solids[stone.block], scans, place))
-        for stone in stones
-    ]
+    cards = [Card(stone.step, partial(_card, sequence, stone, solids[stone.block], scans)) for stone in stones]
     return drawn_pages("cards", "Stones", cards, form, each)
 
 

@@ -7,6 +7,7 @@ numbered points; its line runs through them, round the stone where it may be saw
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -80,14 +81,14 @@ def _cards(stone: LaidStone, one: CutStone, axes: Floats, form: Form) -> Iterato
     parts = portions(list(_rows(one)), each // 3 * 3) or [()]
     for k, part in enumerate(parts):
         again = f"card {k + 1} of {len(parts)}" if len(parts) > 1 else ""
-        yield Card(stone.step, lambda place, part=part, again=again: _card(stone, one, axes, place, again, part))
+        yield Card(stone.step, partial(_card, stone, one, axes, again, part))
 
 
 Row = tuple[str, ...]
 
 
 def _card(
-    stone: LaidStone, one: CutStone, axes: Floats, place: Place, again: str, rows: Sequence[Row]
+    stone: LaidStone, one: CutStone, axes: Floats, again: str, rows: Sequence[Row], place: Place
 ) -> Iterator[str]:
     """Heading; pictures and how the points are found at the left, the table at the right."""
     yield heading(place, str(stone.step), f"{stone.id}: cuts of found stone {one.carved.stone}", again)

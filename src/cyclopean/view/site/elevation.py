@@ -121,26 +121,40 @@ def _details(
     """Parts of the front, larger, in as many sheets as it takes for the numbers that had no room; none if too many."""
     side = _sides(sequence)[0]
     low, span = _extent(sequence, solids, side)
-    x, y, wide, high = form.room
-    room = np.array([wide, high - TOP - BAR_HIGH])
     for scale in sorted(SCALES, reverse=True):
-        count = np.maximum(np.ceil((1000.0 / scale * span + BEYOND) / (room - BEYOND)).astype(int), 1)
-        if not left or count.prod() > PARTS:
+        frames = _parted(low, span, form, scale)
+        if not left or len(frames) > PARTS:
             return
-        frames = [
-            _Frame(
-                scale, low, span, (x + BEYOND / 2.0 - i * (room[0] - BEYOND), y + TOP + room[1] - BEYOND / 2.0 + j * (room[1] - BEYOND)),
-                (x, y + TOP, x + room[0], y + TOP + room[1]), f"part {j * count[0] + i + 1} of {count.prod()}",
-            )
-            for j in range(count[1]) for i in range(count[0])
-        ]  # fmt: skip
-        if count.prod() == 1:
-            continue
-        parts = [_Drawn.of(sequence, solids, side, form, frame) for frame in frames]
-        told = [dict(part.numbers()) for part in parts]
-        if len(left & set().union(*told)) > ENOUGH * len(left):
-            yield from zip(parts, told, strict=True)
-            return
+        if len(frames) > 1:
+            parts = [_Drawn.of(sequence, solids, side, form, frame) for frame in frames]
+            told = [dict(part.numbers()) for part in parts]
+            if len(left & set().union(*told)) > ENOUGH * len(left):
+                yield from zip(parts, told, strict=True)
+                return
+
+
+def _parted(low: Floats, span: Floats, form: Form, scale: int) -> list["_Frame"]:
+    """A side in so many sheets as it takes, from the lowest left one; neighbours overlap a little."""
+    left, top, wide, high = form.room[0], form.room[1] + TOP, form.room[2], form.room[3] - TOP - BAR_HIGH
+    step_x, step_y = wide - BEYOND, high - BEYOND
+    across, up = (
+        max(int(np.ceil((1000.0 / scale * s + BEYOND) / step)), 1)
+        for s, step in zip(span, (step_x, step_y), strict=True)
+    )
+    window = left, top, left + wide, top + high
+    foot = left + BEYOND / 2.0, top + high - BEYOND / 2.0
+    return [
+        _Frame(
+            scale,
+            low,
+            span,
+            (foot[0] - i * step_x, foot[1] + j * step_y),
+            window,
+            f"part {j * across + i + 1} of {across * up}",
+        )
+        for j in range(up)
+        for i in range(across)
+    ]
 
 
 def _extent(sequence: BuildSequence, solids: Sequence[Solid], side: _Side) -> tuple[Floats, Floats]:
