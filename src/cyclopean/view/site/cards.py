@@ -43,6 +43,7 @@ APART = 6.0  # mm between two pictures of a stone, and round them: room for arro
 # Of pictures that nobody measures: between the standard scales too, for small cards.
 FINER_SCALES = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 75, 100, 150, 200, 300, 500, 1000)
 FACTS = 0.42  # of a card's height, that words may take
+CLEAR = 2.0  # mm between the pictures' names and the words
 TALL = 20.0  # mm, height of a picture beside which there is room for "this side up"
 RED = "#b3261e"  # the centre of gravity, which must not be missed
 THIN = f'stroke="{INK}" stroke-width="0.18" fill="none"'
@@ -112,7 +113,7 @@ def _card(
     top = place.y + PAD + HEADING + 1.0
     foot = place.y + place.high - PAD - LINE * len(lines)
     tint = STONES[int(sequence.colour[stone.block]) % len(STONES)]
-    yield from _pictures(sequence, stone, solid, tint, Place(place.x + PAD, top, room, foot - top))
+    yield from _pictures(sequence, stone, solid, tint, Place(place.x + PAD, top, room, foot - top - CLEAR))
     said = (words(place.x + PAD, foot + (k + 0.8) * LINE, line) for k, line in enumerate(lines))
     yield layer("facts", said)
 

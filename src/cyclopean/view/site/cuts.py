@@ -227,14 +227,9 @@ def _faces(one: CutStone, normal: Floats, view: View) -> Bools:
 
 
 def _points(one: CutStone, view: View, of: Callable[[Floats], Floats], middle: Floats) -> Iterator[str]:
-    """Numbered points, dashed where they are on the far side, and marks that are seen."""
+    """Marks that are seen, and numbered points, dashed where they are on the far side."""
     labels = _Labels()
     points, centre = one.in_wall(one.points.point), one.in_wall(one.found.centroid[None])[0]
-    for k, (point, (x, y)) in enumerate(zip(points, of(points).tolist(), strict=True), 1):
-        labels.taken.append((x - DISC, y - DISC, x + DISC, y + DISC))
-        dashed = ' stroke-dasharray="0.8 0.6"' if (point - centre) @ view.sight > 0.0 else ""
-        yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{DISC}" fill="#ffffff" stroke="{RED}" stroke-width="0.4"{dashed}/>'
-        yield words(x, y + 0.36 * LETTERS, str(k), more=f'text-anchor="middle" {BOLD}')
     seen = [
         (f"{marks.cut + 1}{'abc'[k]}", of(one.in_wall(marks.point[k : k + 1]))[0])
         for marks in one.marks
@@ -244,6 +239,11 @@ def _points(one: CutStone, view: View, of: Callable[[Floats], Floats], middle: F
     for _, (x, y) in seen:
         labels.taken.append((x - 1.2, y - 1.2, x + 1.2, y + 1.2))
         yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="0.7" fill="{CUT}"/>'
+    for k, (point, (x, y)) in enumerate(zip(points, of(points).tolist(), strict=True), 1):
+        labels.taken.append((x - DISC, y - DISC, x + DISC, y + DISC))
+        dashed = ' stroke-dasharray="0.8 0.6"' if (point - centre) @ view.sight > 0.0 else ""
+        yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{DISC}" fill="#ffffff" stroke="{RED}" stroke-width="0.4"{dashed}/>'
+        yield words(x, y + 0.36 * LETTERS, str(k), more=f'text-anchor="middle" {BOLD}')
     for name, at in seen:
         yield labels.put(at, at - middle, name)
 
