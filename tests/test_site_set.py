@@ -150,7 +150,7 @@ def check_marks(one, points) -> None:
             assert np.abs(np.linalg.norm(points - point, axis=1) - far).max() < 1e-9
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(seed=st.integers(0, 10_000))
 def test_marks_of_cuts_are_where_they_are_said_to_be(seed):
     rng = np.random.default_rng(seed)
@@ -231,8 +231,8 @@ def test_the_set_of_a_carved_wall(carving, tmp_path):
 
 
 def test_no_letter_is_too_small_and_none_leaves_the_frame(arched, carving):
-    sets = [site_set(arched, Form(paper), Title("Arch"), cards) for paper in ("A4", "A3") for cards in (1, 2, 3, 8)]
-    for sheets, paper in ((one.sheets, "A4" if k < 4 else "A3") for k, one in enumerate(sets)):
+    sets = [site_set(arched, Form(paper), Title("Arch"), cards) for paper in ("A4", "A3") for cards in (2, 8)]
+    for sheets, paper in ((one.sheets, "A4" if k < 2 else "A3") for k, one in enumerate(sets)):
         wide, high = Form(paper).size
         for name, drawing in sheets.items():
             assert min(float(size) for size in re.findall(r'font-size="([\d.]+)"', drawing)) >= SMALLEST
