@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
@@ -20,6 +20,7 @@ from cyclopean.analysis.pyramids import edges_of
 from cyclopean.errors import InputError
 from cyclopean.proof import seal, verify
 from cyclopean.statics import pyramid_rows
+from laws import examples
 
 G = 9.80665
 
@@ -68,6 +69,7 @@ def feasible(system, cone):
     return linprog(cost, rows, np.zeros(rows.shape[0]), system.A, -system.p, bounds, method="highs").status == 0
 
 
+@settings(max_examples=examples(12), deadline=None)
 @given(
     st.sampled_from([arch(5, span=1.0, thickness=0.16), wall(2, 2), arch(4, span=4.0, thickness=0.5)]),
     st.sampled_from(["inscribed", "circumscribed"]),
