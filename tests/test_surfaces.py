@@ -15,7 +15,7 @@ from cyclopean.design.walls.surfaces import (
     Sphere,
     Thickness,
     refuse_folds,
-    tightest_radius,
+    tightest_bulge,
 )
 from cyclopean.errors import InputError
 from laws import examples
@@ -103,12 +103,12 @@ def test_a_free_surface_is_what_its_function_says() -> None:
 
 def test_tightest_radius_by_hand() -> None:
     """R for cylinder and sphere; r / cos(lean) at the top of a cone; none for what is flat or hollow."""
-    assert tightest_radius(Cylinder(2.5, 1.5), WIDTH, HEIGHT) == pytest.approx(2.5, rel=1e-6)
-    assert tightest_radius(Sphere(4.0, 0.0, 1.5), WIDTH, HEIGHT) == pytest.approx(4.0, rel=1e-6)
+    assert tightest_bulge(Cylinder(2.5, 1.5), WIDTH, HEIGHT)[0] == pytest.approx(2.5, rel=1e-6)
+    assert tightest_bulge(Sphere(4.0, 0.0, 1.5), WIDTH, HEIGHT)[0] == pytest.approx(4.0, rel=1e-6)
     top = (3.0 - HEIGHT * np.sin(np.radians(12))) / np.cos(np.radians(12))
-    assert tightest_radius(Cone(3.0, 12.0, 1.5), WIDTH, HEIGHT) == pytest.approx(top, rel=1e-3)
+    assert tightest_bulge(Cone(3.0, 12.0, 1.5), WIDTH, HEIGHT)[0] == pytest.approx(top, rel=1e-3)
     for name in ("plane", "hollow", "hollow sphere"):
-        assert tightest_radius(SURFACES[name], WIDTH, HEIGHT) == np.inf
+        assert tightest_bulge(SURFACES[name], WIDTH, HEIGHT)[0] == np.inf
 
 
 def test_thickness_tapers_from_the_front() -> None:

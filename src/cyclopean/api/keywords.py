@@ -102,39 +102,34 @@ class LineKeywords(TypedDict, total=False):
     layer: tuple[str, ...]
 
 
-class MatchKeywords(TypedDict, total=False):
+class CellKeywords(TypedDict, total=False):
+    """Types of the options that `match` and `tradeoff` share."""
+
+    gap: float | None
+    points: int | None
+    shortlist: int
+    starts: int
+    bond: Literal["free", "into", "along"] | None
+    bond_angle: float | None
+    climbs: int
+    rounds: int | None
+    units: str | None
+    strict: bool
+
+
+class MatchKeywords(CellKeywords, total=False):
     """Types of the options of `match`."""
 
     weight: float | None
-    gap: float | None
-    points: int | None
-    shortlist: int
-    starts: int
-    bond: Literal["free", "into", "along"] | None
-    bond_angle: float | None
-    climbs: int
     sawn: str
     negotiate: float
-    rounds: int | None
     supports: str
-    units: str | None
-    strict: bool
 
 
-class TradeoffKeywords(TypedDict, total=False):
+class TradeoffKeywords(CellKeywords, total=False):
     """Types of the options of `tradeoff`."""
 
-    gap: float | None
-    points: int | None
-    shortlist: int
-    starts: int
-    bond: Literal["free", "into", "along"] | None
-    bond_angle: float | None
-    climbs: int
     depths: tuple[float, float] | None
-    rounds: int | None
-    units: str | None
-    strict: bool
 
 
 class SettleKeywords(TypedDict, total=False):

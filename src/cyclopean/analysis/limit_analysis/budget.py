@@ -20,8 +20,8 @@ class Budget:
 
     seconds: float = float("inf")
     kept: float = 0.0  # s: put by for what comes after
-    began: float = field(default_factory=time.perf_counter)
-    worked: float = field(default_factory=time.process_time)
+    began: float = field(default_factory=lambda: time.perf_counter())
+    worked: float = field(default_factory=lambda: time.process_time())
 
     @property
     def limited(self) -> bool:

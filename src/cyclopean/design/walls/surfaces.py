@@ -40,7 +40,7 @@ __all__ = [
     "Thickness",
     "Twist",
     "refuse_folds",
-    "tightest_radius",
+    "tightest_bulge",
 ]
 
 STEP = 1e-4  # of the wall's size, for differences: truncation and rounding are then both about 1e-8
@@ -306,16 +306,11 @@ class Thickness:
         return front, face - normal * self.depth
 
 
-def tightest_radius(surface: Surface, width: float, height: float) -> float:
-    """Least radius (m) with which the surface bulges over 0..width, 0..height; inf where it bulges nowhere.
+def tightest_bulge(surface: Surface, width: float, height: float) -> tuple[float, Floats]:
+    """Least radius (m) of the bulges of a surface over 0..width, 0..height (inf: none), and (2,) u and v (m) there.
 
     By differences of points and normals on a grid: the largest eigenvalue of I^-1 II, II = S_i . n_j.
     """
-    return _tightest(surface, width, height)[0]
-
-
-def _tightest(surface: Surface, width: float, height: float) -> tuple[float, Floats]:
-    """That radius, and (2,) u and v (m) where it is."""
     size = float(np.hypot(width, height))
     step = STEP * min(width, height)
     u, v = (np.linspace(step, s - step, SAMPLES) for s in (width, height))
@@ -341,7 +336,7 @@ def refuse_folds(surface: Surface, thickness: Thickness, width: float, height: f
     """
     if isinstance(surface, Sheet):
         return surface.refuse_folds(thickness)
-    radius, (u, v) = _tightest(surface, width, height)
+    radius, (u, v) = tightest_bulge(surface, width, height)
     if not radius > thickness.depth * (1.0 + 1e-6):
         raise InputError(
             f"surface: it bends with a radius of {radius:.3g} m at u = {u:.3g}, v = {v:.3g} m, not more than the "
