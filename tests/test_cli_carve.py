@@ -69,10 +69,11 @@ def test_in_words_and_in_files(run, tmp_path):
     status, out, err = run("carve", "match.json", "--out", "out")
     assert (status, err) == (0, "")
     lines = out.splitlines()
-    assert lines[0] == f"carved: 5 stones, Lambda {LAMBDA:.4f}, gap 0.0000"
-    assert lines[2] == "  cuts     30 cuts, 1.68 m2, and 0 faces to dress"
-    assert lines[3] == "  joints   9 of 9 touch, over 100% of the area that was drawn"
-    assert lines[4].startswith("stable as it will be built: ")
+    assert lines[0].startswith("As it will be built: stands. ")
+    assert lines[1] == f"  carved   5 stones, Lambda {LAMBDA:.4f}, gap 0.0000"
+    assert lines[3] == "  cuts     30 cuts, 1.68 m2, and 0 faces to dress"
+    assert lines[4] == "  joints   9 of 9 touch, over 100% of the area that was drawn"
+    assert lines[5] == "  verdict  stable, by cra"
     assert lines[-1] == "  written  out"
     assert out.isascii()
     assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
@@ -151,7 +152,7 @@ def test_a_missing_stone_is_said_and_the_wall_is_checked_without_it(run):
     status, out, err = run("carve", "match.json", "--out", "out")
     assert status == 0
     assert re.search(r"warning: 1 cell\(s\) have no stone: '[^']+'\n", err)
-    assert "carved: 4 stones" in out
+    assert "carved   4 stones" in out
 
 
 def test_pictures(run):
@@ -314,7 +315,7 @@ def test_what_was_held_in_the_match_is_held_here(run):
     changed(placements=rest, settings={"supports": "ids=ground," + ",".join(row["cell"] for row in lowest)})
     status, out, err = run("carve", "match.json", "--out", "out")
     assert (status, err) == (0, "")
-    assert f"carved: {len(rest)} stones" in out
+    assert f"carved   {len(rest)} stones" in out
     assert "have no stone" in run("carve", "match.json", "--out", "out", "--supports", "ids=ground")[2]
 
 

@@ -15,7 +15,6 @@ ENTRY = [sys.executable, "-m", "cyclopean"]
 @pytest.mark.parametrize(
     ("argv", "said"),
     [
-        ([], "no command"),
         (["bogus"], "bogus"),
         (["--bogus"], "--bogus"),
         (["check"], "MODEL"),

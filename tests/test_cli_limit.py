@@ -19,7 +19,9 @@ def test_a_push_in_full(run, block, tmp_path):
         *("--json", "limit.json", "--certificate", "bounds.json", "--report", "page.html"),
     )
     assert (status, err) == (0, "")
-    assert out.startswith("0.4: It stands up to 0.4 times the push")
+    assert out.startswith(
+        "It falls at the latest when it is pushed towards the right with 40 % of its weight.\n  limit    0.4: "
+    )
     data = json.loads((tmp_path / "limit.json").read_text())
     assert data["schema"] == "cyclopean.limit/1"
     assert data["multiplier"]["lower"] <= 0.4 <= data["multiplier"]["upper"]
@@ -46,7 +48,7 @@ def test_a_tilt_with_and_without_an_azimuth(run, block, words):
 
 
 def test_a_tilt_before_the_model(run, block):
-    assert run("limit", "--tilt", block, "--mu", 0.84)[1].startswith("21.801 degrees")
+    assert run("limit", "--tilt", block, "--mu", 0.84)[1].splitlines()[1].startswith("  limit    21.801 degrees: ")
 
 
 def test_loads_on_blocks(run, block):
@@ -129,7 +131,9 @@ def test_bad_input_is_one_line(run, block, tmp_path, words, told):
 
 def test_what_falls_or_never_does_is_no_error(run):
     assert run("make", "stack", 2, "--offset", 0.6, "--out", "leans.json")[0] == 0
-    assert run("limit", "leans.json", "--push", "1,0,0")[1].startswith("falls")
-    assert run("limit", "leans.json", "--push=-1,0,0")[1].startswith("falls: It does not stand without live loads, but")
+    assert run("limit", "leans.json", "--push", "1,0,0")[1].startswith("Falls as it is. ")
+    assert run("limit", "leans.json", "--push=-1,0,0")[1].startswith(
+        "Falls as it is. It does not stand without live loads, but"
+    )
     assert run("make", "stack", 1, "--out", "cube.json")[0] == 0
-    assert run("limit", "cube.json", "--push", "0,0,-1")[1].startswith("no limit")
+    assert run("limit", "cube.json", "--push", "0,0,-1")[1].startswith("No limit. ")

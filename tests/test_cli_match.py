@@ -14,6 +14,8 @@ import pytest
 
 from cyclopean.io.checkpoints import Checkpoints
 
+INTERRUPTED = "cyclopean: error: interrupted; no result was written\n"
+
 
 @pytest.fixture
 def yard(run):
@@ -48,7 +50,7 @@ def test_the_file_and_the_words(run, yard):
     for row in rows:
         shared = row["stone_volume"] * (1 - row["lambda"])
         assert shared == pytest.approx(row["cell_volume"] * (1 - row["gap"]), rel=1e-12)
-    assert out.splitlines()[0].startswith(f"matched: {len(rows)} of 7 stones to {len(rows)} of {len(rows)} cells")
+    assert out.splitlines()[1].startswith(f"  matched  {len(rows)} of 7 stones to {len(rows)} of {len(rows)} cells")
     assert out.splitlines()[-1] == "  written  out/match.json"
     assert "no file says its units; metres assumed" in err
     assert sorted(p.name for p in Path("out").iterdir()) == ["match.json"]
@@ -250,6 +252,8 @@ def test_an_interrupt_ends_workers_without_a_word(run):
     finally:
         if work.poll() is None:
             os.killpg(work.pid, signal.SIGKILL)
-    assert (work.returncode, err) == (130, "cyclopean: error: interrupted\n")
+    told = err.splitlines(keepends=True)
+    assert (work.returncode, told[-1], len(told)) == (130, INTERRUPTED, 2)
+    assert "are kept in out/match.parts; the same command goes on from there" in told[0]
     assert {path.suffix for path in Path("out/match.parts").iterdir()} == {".npz"}  # nothing half written
     assert not Path("out/match.json").exists()

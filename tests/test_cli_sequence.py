@@ -28,9 +28,10 @@ def test_in_words(run, arch):
     status, out, err = run("sequence", arch, "--out", "seq.json")
     assert (status, err) == (0, "")
     lines = out.splitlines()
-    assert lines[0] == "sequence: 5 stones in 3 layers; stages: 1 stable, 4 unstable"
-    assert lines[2] == "  first    unstable at step 1, with 'v01': 'v01' topples"
-    assert lines[3] == "  props    4 stones to hold: no fewer would do"
+    assert lines[0].startswith("Stands when finished. While it is built it needs a strut against ")
+    assert lines[1] == "  sequence 5 stones in 3 layers; stages: 1 stable, 4 unstable"
+    assert lines[3] == "  first    unstable at step 1, with 'v01': 'v01' topples"
+    assert lines[4] == "  props    4 stones to hold: no fewer would do"
     assert lines[-1] == "  written  seq.json"
     assert out.isascii()
 
@@ -108,7 +109,7 @@ def test_the_page(run, arch):
     assert "<script" not in page
     assert not re.search(r"""(?:src|href)=["'](?!#stone)""", page)
     assert page.count("<use ") == 5  # each stone in the yard
-    assert "Needs props" in page
+    assert "Stands when finished" in page
     assert page.count("<animateTransform") == 5 + 1  # each stone, and the hand on the bar
     assert page.count('begin="building.click"') == 6 + 2 * 5  # and each stone is seen in one place at a time
 
@@ -143,4 +144,4 @@ def test_all_supports_make_a_page_too(run):
     run("make", "stack", 1, "--out", "m.json")
     status, out, _ = run("sequence", "m.json", "--supports", "below=9", "--out", "s.json", "--report", "p.html")
     assert status == 0
-    assert out.startswith("sequence: 0 stones in 0 layers; stages: none")
+    assert out.startswith("Nothing to build. ")

@@ -136,11 +136,10 @@ def helped(*command: str) -> str:
 
 def known_commands(*group: str) -> Iterator[tuple[str, ...]]:
     """Every command, those of groups included, as the help lists them."""
-    listed = re.search(r"^Commands:\n((?:  .*\n)+)", helped(*group), re.MULTILINE)
-    if listed is None:
+    listed = re.findall(r"^  ([a-z]\w+)  ", helped(*group).partition("\nOptions:\n")[2], re.MULTILINE)
+    if not listed:
         yield group
-        return
-    for found in re.findall(r"^  (\w+)", listed[1], re.MULTILINE):
+    for found in listed:
         yield from known_commands(*group, found)
 
 

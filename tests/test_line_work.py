@@ -362,7 +362,7 @@ def test_the_command(run):
     assert status == 0
     assert "polygonal wall of 4: 5 blocks, 4 of them free, 7 contacts" in out
     assert "1 text passed over" in err
-    assert run("check", "w.json")[1].startswith("stable")
+    assert run("check", "w.json")[1].startswith("Stands")
     status, out, _ = run("sequence", "w.json", "--out", "s.json")
     assert (status, json.loads(Path("s.json").read_text())["stages"]["stable"]) == (0, 4)
     status, out, _ = run("make", "polygonal", "--drawing", "wall.svg", "--surface", "cylinder:4", "--out", "c.json")

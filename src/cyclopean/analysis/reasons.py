@@ -10,7 +10,12 @@ from cyclopean.analysis.equilibrium.rbe import BALANCE, COLLAPSE
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats
 
-__all__ = ["counted_on", "reason_for"]
+__all__ = ["BALANCED", "counted_on", "reason_for"]
+
+BALANCED = {  # why a structure stands where nothing else is to be said, by method
+    "rbe": "Compression and friction at the contacts can balance every load on every block.",
+    "cra": "Forces that a virtual motion of the blocks produces, pressing and rubbing, balance every load.",
+}
 
 
 def reason_for(
@@ -58,9 +63,9 @@ def reason_for(
     if kind == "rbe-state" and model.contacts.strength.any():
         return "Compression, friction and joints that pull can balance every load on every block."
     if kind == "rbe-state":
-        return "Compression and friction at the contacts can balance every load on every block."
+        return BALANCED["rbe"]
     if kind == "cra-state":
-        return "Forces that a virtual motion of the blocks produces, pressing and rubbing, balance every load."
+        return BALANCED["cra"]
     if kind == "rbe-mechanism" and motion is not None:
         return _falls(model, motion, provenance) + _missed(model)
     if kind == "cra-tree":

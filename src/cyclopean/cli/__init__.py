@@ -46,7 +46,7 @@ def main(argv: list[str] | None = None) -> int:
         status = run(sys.argv[1:] if argv is None else list(argv))
     except KeyboardInterrupt:
         with contextlib.suppress(OSError):  # the terminal may be gone
-            sys.stderr.write("cyclopean: error: interrupted\n")
+            sys.stderr.write("cyclopean: error: interrupted; no result was written\n")
         status = _INTERRUPTED
     finally:
         for number, handler in before.items():

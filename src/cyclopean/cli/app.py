@@ -12,8 +12,8 @@ import typer
 from cyclopean import __version__
 from cyclopean.cli.completion import ASKED, candidates
 from cyclopean.cli.plain import PlainGroup
-from cyclopean.cli.terminal import ClosedPipeError, as_option, complain, say
-from cyclopean.errors import CyclopeanError, InputError, SolverError
+from cyclopean.cli.terminal import CALLED, ClosedPipeError, as_option, complain, say
+from cyclopean.errors import CyclopeanError, SolverError
 
 __all__ = ["UsageError", "program", "run"]
 
@@ -44,6 +44,13 @@ COMMANDS = {
     "completion": ("completion", "Print the script by which a shell completes commands, options and their words."),
 }
 
+SECTIONS = {
+    "Begin here": ("demo", "doctor"),
+    "Stability": ("check", "limit", "studio", "verify"),
+    "Draw": ("make", "ashlar"),
+    "Build with the stones at hand": ("match", "carve", "settle", "pack", "sequence"),
+    "Files and other programs": ("info", "convert", "view", "serve", "completion"),
+}
 
 MADE = {
     "stack": ("make", "Make blocks on top of each other."),
@@ -92,21 +99,24 @@ class Program(PlainGroup):
     """All commands; what each does is known without importing it."""
 
     table: Mapping[str, tuple[str, str]] = COMMANDS
+    sections: Mapping[str, tuple[str, ...]] = SECTIONS
 
     def __init__(self, *words: Any, **options: Any) -> None:
         super().__init__(*words, **options)
         self.commands = _Commands(self.table)
 
     def format_commands(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]
-        """One line for each command."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, says) for name, (_, says) in self.table.items()])
+        """One line for each command, by what they are for."""
+        for title, names in self.sections.items():
+            with formatter.section(title):
+                formatter.write_dl([(name, self.table[name][1]) for name in names])
 
 
 class Making(Program):
     """The commands below `make`."""
 
     table = MADE
+    sections: Mapping[str, tuple[str, ...]] = {"Commands": tuple(MADE)}
 
 
 app = typer.Typer(
@@ -128,7 +138,7 @@ def start(
         say(f"cyclopean {__version__}")
         raise typer.Exit(0)
     if context.invoked_subcommand is None:
-        raise InputError("no command given; see cyclopean --help")
+        say(context.get_help())
     return 0
 
 
@@ -171,12 +181,12 @@ def _complete(words: list[str]) -> int:
 def _guarded(arguments: list[str]) -> int:
     """Run one command and put whatever goes wrong into one line and a status."""
     try:
-        status = program().main(arguments, prog_name="cyclopean", standalone_mode=False)
+        status = program().main(arguments, prog_name=CALLED, standalone_mode=False)
         if status == INTERRUPTED:
-            complain("interrupted")
+            complain("interrupted; no result was written")
         return int(status or 0)
     except UsageError as error:
-        command = error.ctx.command_path if error.ctx else "cyclopean"
+        command = error.ctx.command_path if error.ctx else CALLED
         complain(f"{error.format_message().rstrip('.')}; see {command} --help")
     except SolverError as error:
         complain(error.spelt(as_option))
@@ -184,7 +194,7 @@ def _guarded(arguments: list[str]) -> int:
     except CyclopeanError as error:
         complain(error.spelt(as_option))
     except (KeyboardInterrupt, typer.Abort):
-        complain("interrupted")
+        complain("interrupted; no result was written")
         return INTERRUPTED
     except OSError as error:
         complain(f"{error.filename or 'standard output'}: {(error.strerror or str(error)).lower()}")

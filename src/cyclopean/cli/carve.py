@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopean.analysis.answers import answer
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.checking import CheckOptions, SequenceOptions, examined, sequenced
 from cyclopean.api.inputs import Reading
@@ -140,17 +141,18 @@ def _lines(data: dict[str, Any], result: "Result", place: Path, files: Files) ->
     """Say what came out."""
     stones, joints = data["stones"], data["joints"]
     cuts = [cut for row in stones for cut in row["cuts"]]
-    volumes = data["volumes"]
+    volumes, (word, said) = data["volumes"], answer(result)
     dressed = sum(cut["dressing"] for cut in cuts)
     others = [str(path) for name, path in files.to.items() if name not in (*NAMES, *CAD)]
     return [
-        f"carved: {len(stones)} stones, Lambda {data['Lambda']:.4f}, gap {data['gap']:.4f}",
+        f"As it will be built: {word.lower()}. {said}",
+        f"  carved   {len(stones)} stones, Lambda {data['Lambda']:.4f}, gap {data['gap']:.4f}",
         f"  volumes  {1e3 * volumes['stones']:.1f} L of stone, {1e3 * volumes['carved']:.1f} L stay,"
         f" {1e3 * (volumes['stones'] - volumes['carved']):.1f} L come off; they add up within {data['imbalance']:.0e}",
         f"  cuts     {len(cuts) - dressed} cuts, {sum(c['area'] for c in cuts if not c['dressing']):.2f} m2,"
         f" and {dressed} faces to dress",
         f"  joints   {joints['touching']} of {joints['drawn']} touch,"
         f" over {joints['touching_share']:.0%} of the area that was drawn",
-        f"{result.verdict} as it will be built: {result.reason}",
+        f"  verdict  {result.verdict}, by {result.method}",
         f"  written  {', '.join([str(place), *others])}",
     ]

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopean.analysis.answers import answer
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.checking import CheckOptions, examined
 from cyclopean.api.inputs import Reading
@@ -131,10 +132,12 @@ def _beside(result: "Result", files: Files) -> Files:
 
 def _lines(result: "Result", data: dict[str, Any], files: Files, spare: "Margins | None") -> list[str]:
     """All that is said of a result."""
-    told = [*verdict_lines(result, data, files), *_margin_lines(spare, result)]
+    told = [*verdict_lines(result, data), *_margin_lines(spare, result)]
     if result.path is not None:  # what opens in a small settlement is not what opens in this one
         told = [*(line for line in told if not line.startswith("  opened")), *_path_lines(result.path, result)]
-    return told if result.sensitivity is None else [*told, *_sensitivity_lines(result.sensitivity)]
+    if result.sensitivity is not None:
+        told += _sensitivity_lines(result.sensitivity)
+    return told + _beside(result, files).line(but=() if result.certificate else ("certificate",))
 
 
 def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
@@ -191,14 +194,16 @@ def _sensitivity_lines(found: "Sensitivity") -> list[str]:
     return lines
 
 
-def verdict_lines(result: "Result", data: dict[str, Any], files: Files) -> list[str]:
-    """Say the verdict, why, what it rests on, and where the files are."""
-    known = result.undecided
+def verdict_lines(result: "Result", data: dict[str, Any]) -> list[str]:
+    """Say the verdict, why, and what it rests on."""
+    known, (word, said) = result.undecided, answer(result)
+    why = "" if said.startswith(result.reason) or known is not None else f": {result.reason}"
     lines = [
-        f"{result.verdict}: {result.reason if known is None else known.why}",
+        f"{word}. {said}",
         *([] if known is None else [f"  {word:8} {text}" for word, text in known.lines()]),
+        f"  verdict  {result.verdict}, by {result.method}{why}",
         f"  model    {result.assembly.name}: {data['blocks']} blocks, {data['free']} of them free,"
-        f" {data['contacts']} contacts; method {result.method}",
+        f" {data['contacts']} contacts",
     ]
     if result.drawing:
         lines.append(f"  drawing  {result.drawing}")
@@ -213,8 +218,7 @@ def verdict_lines(result: "Result", data: dict[str, Any], files: Files) -> list[
     lines += assumed_line(result.assumed)
     if result.certificate is not None:
         lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic{_within(result)}")
-    lines += _tension_line(result)
-    return lines + _beside(result, files).line(but=() if result.certificate else ("certificate",))
+    return lines + _tension_line(result)
 
 
 def assumed_line(assumed: Mapping[str, Any]) -> list[str]:

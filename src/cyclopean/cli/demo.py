@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopean.cli.check import write_result
 from cyclopean.cli.command import command
 from cyclopean.cli.outputs import Files, folder
-from cyclopean.cli.terminal import long_work, say, warn
+from cyclopean.cli.terminal import long_work, say, typed, warn
 from cyclopean.options import Option
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def demo(
     from cyclopean.io.cutlist import carved_meshes, cutlist_csv, cuts_csv
     from cyclopean.proof import verify_file
     from cyclopean.view.carving_drawing import carving_svg
-    from cyclopean.view.overview import overview_html
+    from cyclopean.view.overview import overall, overview_html
 
     with long_work("demo") as stage:
         drawn = _curved_wall()
@@ -110,13 +110,14 @@ def demo(
         warn(warning)
     proofs = {name: verify_file(place / f"{name}certificate.json").proved for name in ("", "carved.")}
     held = [step for step in sequence.steps if step.verdict != "stable"]
-    say(f"drawn      {wall.name}: {result.verdict}, {_proof(proofs[''])}")
-    say(f"matched    {len(talk.match)} of {STOCK} stones: Lambda {whole.imposition:.3f}, gap {whole.gap:.3f}")
-    say(f"sawn       {len(sawn)} voussoirs, new")
-    say(f"as built   {final.verdict}, {_proof(proofs['carved.'])}")
-    props = f", {len(held)} of them with props" if held else ""
-    say(f"sequence   {len(sequence.steps)} stages, each with a verified verdict{props}")
-    say(f"open {place / 'report.html'} in a browser; check again with: cyclopean check {place / 'carved.json'}")
+    say(" ".join(overall(final, sequence)))
+    say(f"  drawn    {wall.name}: {result.verdict}, {_proof(proofs[''])}")
+    say(f"  matched  {len(talk.match)} of {STOCK} stones: Lambda {whole.imposition:.3f}, gap {whole.gap:.3f}")
+    say(f"  sawn     {len(sawn)} voussoirs, new")
+    say(f"  as built {final.verdict}, {_proof(proofs['carved.'])}")
+    say(f"  sequence {len(sequence.steps)} stages of the wall as drawn, each verified, {len(held)} of them with props")
+    say(f"  written  {place}; open {place / 'report.html'} in a browser, and check the wall again with")
+    say(typed("check", place / "carved.json"))
     stands = result.verdict == final.verdict == "stable" and all(step.propped == "stable" for step in held)
     return 0 if stands and all(proofs.values()) else 1
 

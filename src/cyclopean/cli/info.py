@@ -73,17 +73,19 @@ def _info_of_stones(path: str, reading: Reading, files: Files) -> int:
     for warning in warnings:
         warn(warning)
     files.write({"json": lambda: data})
-    files.tell(data, _stone_lines(data))
+    files.tell(data, _stone_lines(data, [stone.id for stone in inventory.stones]))
     return 0
 
 
-def _stone_lines(data: dict[str, Any]) -> list[str]:
+def _stone_lines(data: dict[str, Any], ids: "Sequence[str]") -> list[str]:
     """Write of an inventory what a person wants to know."""
     volume = data["volume"]
+    carved, off = (sum(name.startswith(f"{what}-") for name in ids) for what in ("carved", "offcuts"))
+    of_carving = f": {carved} carved, {off} offcuts" if carved and carved + off == len(ids) else ""
     quartiles = ", ".join(f"{q:.4g}" for q in volume["quartiles"])
     lines = [
         data["source"],
-        f"  stones      {data['count']}",
+        f"  stones      {data['count']}{of_carving}",
         f"  volume      {volume['total']:.4g} m3, stones {volume['least']:.4g} to {volume['most']:.4g} m3,"
         f" quartiles {quartiles}",
         *_histogram(volume["classes"], "  sizes       "),

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopean.analysis.answers import limit_answer
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.inputs import Reading
 from cyclopean.api.limiting import LIMITED, LimitOptions, limited
@@ -81,7 +82,9 @@ def _written(result: "LimitResult", files: Files, model: str) -> dict[str, Any]:
 def _lines(result: "LimitResult", files: Files) -> list[str]:
     """Say both bounds, what they rest on, and where the files are."""
     coupled, polar, curve = result.coupled, result.polar, result.pushover
-    lines = [f"{_head(result)}: {result.reason}"]
+    title, said = limit_answer(result)
+    known = said == result.reason
+    lines = [f"{title}. {said}"] if known else [said, f"  limit    {_head(result)}: {result.reason}"]
     lines.append(
         f"  model    {result.assembly.name}: {len(result.assembly)} blocks, {int((~result.fixed).sum())} of them free,"
         f" {len(result.contacts)} contacts"
@@ -107,11 +110,8 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
 
 
 def _head(result: "LimitResult") -> str:
-    if result.word == "limit":
-        if result.angle is not None and result.angle[0] is not None:
-            return f"{result.angle[0]:.5g} degrees"
-        return f"{result.value:.6g}"
-    return {"unbounded": "no limit", "falls": "falls", "undecided": "undecided"}[result.word]
+    angle = None if result.angle is None else result.angle[0]
+    return f"{result.value:.6g}" if angle is None else f"{angle:.5g} degrees"
 
 
 def _coupled_line(coupled: "CoupledBracket") -> str:

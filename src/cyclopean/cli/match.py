@@ -80,6 +80,9 @@ def match(
                 found = matched(site, settings, options, parts, stage)
             else:
                 found = traded(inventory, wall, settings, trade, parts, stage)
+        except KeyboardInterrupt:
+            _kept(parts)
+            raise
         except InputError:
             if not resumed and not parts.made:  # a slip in the command must not cost what was done before it
                 parts.clear()
@@ -175,6 +178,12 @@ def _data(
     return said
 
 
+def _kept(parts: "Checkpoints") -> None:
+    """Say how to go on after an interruption."""
+    if count := len(list(parts)):
+        warn(f"{count} parts of the work are kept in {parts.folder}; the same command goes on from there")
+
+
 def _unfit(parts: "Checkpoints") -> tuple[str, ...]:
     """Tell of what an interrupted run has left in vain."""
     if not parts.unfit:
@@ -191,8 +200,10 @@ def _lines(data: dict[str, Any], inventory: "Inventory", files: Files) -> list[s
     worst = max(rows, key=lambda row: row["lambda"])
     placed, cells = sum(row["stone_volume"] for row in rows), sum(row["cell_volume"] for row in rows)
     lines = [
-        f"{_praise(data)}{len(rows)} of {len(inventory.stones)} stones to"
-        f" {len(rows)} of {len(rows) + len(data['empty'])} cells, Lambda {data['Lambda']:.4f}, gap {data['gap']:.4f}",
+        f"{_praise(data)} {100.0 * data['Lambda']:.0f} % of the stone is to be carved away, {100.0 * data['gap']:.1f} %"
+        " of the cells stays void.",
+        f"  matched  {len(rows)} of {len(inventory.stones)} stones to {len(rows)} of {len(rows) + len(data['empty'])}"
+        f" cells, Lambda {data['Lambda']:.4f}, gap {data['gap']:.4f}",
         f"  volumes  {1e3 * placed:.1f} L of stone for {1e3 * cells:.1f} L of wall, {1e3 * placed * data['Lambda']:.1f}"
         f" L to carve away, {1e3 * cells * data['gap']:.1f} L void; w {data['settings']['weight']:.3g}",
         f"  most is carved off {worst['stone']} for {worst['cell']}: lambda {worst['lambda']:.3f}",
@@ -210,8 +221,10 @@ def _lines(data: dict[str, Any], inventory: "Inventory", files: Files) -> list[s
 
 def _praise(data: dict[str, Any]) -> str:
     """How the first line begins: a wall that is mostly holes is not called matched."""
-    void = float(data["gap_of_wall"])
-    return "matched: " if void <= VOID else f"NO WALL YET: {100.0 * void:.0f} % of it stays void; "
+    void, empty = float(data["gap_of_wall"]), len(data["empty"])
+    if void > VOID:
+        return f"NO WALL YET: {100.0 * void:.0f} % of it stays void."
+    return f"{empty} cells have no stone." if empty else "Every cell has a stone."
 
 
 def _seen_from(place: Path, file: str) -> str:

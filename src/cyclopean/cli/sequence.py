@@ -89,10 +89,14 @@ def sequence(
 
 def _lines(found: "BuildSequence", data: dict[str, Any]) -> list[str]:
     """Say what was found."""
+    from cyclopean.view.building import outcome
+
     stages = data["stages"]
     said = ", ".join(f"{count} {word}" for word, count in stages.items() if count) or "none"
+    title, needs, _ = outcome(found)
     lines = [
-        f"sequence: {data['free']} stones in {len(data['layers'])} layers; stages: {said}",
+        f"{title}. {needs}",
+        f"  sequence {data['free']} stones in {len(data['layers'])} layers; stages: {said}",
         f"  model    {data['model']}: {data['blocks']} blocks, method {data['method']}",
     ]
     for cycle in data["cycles"]:

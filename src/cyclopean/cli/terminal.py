@@ -1,7 +1,9 @@
 """Standard output, standard error, and what goes wrong with them."""
 
 import json
+import os
 import re
+import shlex
 import sys
 import threading
 import time
@@ -11,9 +13,22 @@ from typing import TextIO
 
 from cyclopean.errors import InputError, spelt
 
-__all__ = ["ClosedPipeError", "as_option", "complain", "long_work", "of_file", "one_line", "say", "say_json", "warn"]
+__all__ = [
+    "CALLED",
+    "ClosedPipeError",
+    "as_option",
+    "complain",
+    "long_work",
+    "of_file",
+    "one_line",
+    "say",
+    "say_json",
+    "typed",
+    "warn",
+]
 
 _UNUSUAL = re.compile(r"[^ -~\n]")
+CALLED = os.environ.get("CYCLOPEAN_CALLED", "cyclopean")  # as it was typed: by a script, under the name of that
 PATIENCE = 1.0  # s without a sign of life that a person takes for granted
 
 
@@ -41,6 +56,15 @@ def say_json(data: object) -> None:
 def as_option(name: str) -> str:
     """An option as the command line spells it: beta_min is --beta-min."""
     return f"--{name.replace('_', '-')}"
+
+
+def typed(*words: object) -> str:
+    """A command that can be typed as it is.
+
+    >>> typed("check", "my walls/arch.json").partition(" ")[2]
+    "check 'my walls/arch.json'"
+    """
+    return f"{CALLED} {shlex.join(str(word) for word in words)}"
 
 
 @contextmanager

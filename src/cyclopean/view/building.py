@@ -34,6 +34,12 @@ BENT = 0.1  # of a unit normal: facets that differ by less than this are one fac
 NUMBERED = 400  # stones up to which each shows its number
 ROWS = 1_000  # of the table
 NAMED = 3  # props that the headline names
+SHOWN = 6  # steps that it names
+FINISHED = {
+    "stable": "Stands when finished",
+    "unstable": "Falls when finished",
+    "undecided": "Not shown to stand when finished",
+}
 BEAT, SHORTEST, LONGEST = 0.7, 6.0, 60.0  # s: for each stone, and for all
 # Light and warm, far enough apart to be told by anyone; stones seldom need more than five.
 STONES = ("#d9c9a3", "#b7c4c9", "#c99f7c", "#a9b78f", "#e6dfd0", "#b9a7bd", "#d3b3a5", "#94a8a0")
@@ -73,10 +79,15 @@ def outcome(sequence: BuildSequence) -> tuple[str, str, str]:
         return "Nothing to build", "Every block is a support.", "stable"
     if first is None:
         return "Stands at every stage", f"All {len(steps)} stages were proved stable without props.", "stable"
-    step = steps[first]
-    title = "Needs props" if any(s.propped == "stable" for s in steps) else "Does not stand while built"
-    name = sequence.assembly.blocks[step.block].id
-    return title, f"{step.verdict.capitalize()} from step {first + 1}, with stone {name}.", step.verdict
+    names = [block.id for block in sequence.assembly.blocks]
+    told = [f"a {prop.said(names)}" for prop in sequence.props[:NAMED]]
+    if len(sequence.props) > NAMED:
+        told.append(f"{len(sequence.props) - NAMED} more props")
+    needs = [f"While it is built it needs {'; '.join(told)}."] if told else []
+    if bare := [str(k) for k, s in enumerate(steps, 1) if "stable" not in (s.verdict, s.propped)]:
+        shown = ", ".join(bare[:SHOWN]) + (f" and {len(bare) - SHOWN} more" if len(bare) > SHOWN else "")
+        needs.append(f"It is not shown to stand after step {shown}{', props and all' if told else ''}.")
+    return FINISHED[steps[-1].verdict], " ".join(needs), steps[first].verdict
 
 
 def _headline(sequence: BuildSequence) -> str:
@@ -85,14 +96,8 @@ def _headline(sequence: BuildSequence) -> str:
     title, reason, _ = outcome(sequence)
     if first is not None:
         step = steps[first]
-        if step.how:
-            reason += f" {names[step.moving[0]]} {step.how}."
-        if sequence.props:
-            told = "".join(f" {(said := prop.said(names))[0].upper()}{said[1:]}." for prop in sequence.props[:NAMED])
-            more = f" And {len(sequence.props) - NAMED} more props." if len(sequence.props) > NAMED else ""
-            reason += told + more
-        if steps[-1].verdict == "stable":
-            reason += " Finished, it stands by itself."
+        reason += f" By itself it is {step.verdict} from step {first + 1}, with stone {names[step.block]}"
+        reason += f": {names[step.moving[0]]} {step.how}." if step.how else "."
     if trapped := [names[s.block] for s in steps if s.free is None]:
         reason += f" No straight way in for {', '.join(trapped[:6])}{' and more' if len(trapped) > 6 else ''}."
     figures = [("stones", len(steps)), ("layers", int(sequence.layer.max(initial=0)))]

@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from cyclopean.analysis import Result
+from cyclopean.analysis.answers import answer
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.design.carving.carve import Carved, Total, total
@@ -234,9 +235,9 @@ _STONES = (
 
 
 def _headline(carved: Sequence[Carved], whole: Total, built: CarvedWall, result: Result) -> str:
-    cuts = sum(not cut.dressing for c in carved for cut in c.cuts)
+    cuts, (word, said) = sum(not cut.dressing for c in carved for cut in c.cuts), answer(result)
     reason = (
-        f"As it will be built, with the gaps that the stones leave, the wall is {result.verdict}: {result.reason}"
+        f"As it will be built, with the gaps that the stones leave. {said}"
         f" Carved stones touch over {100.0 * built.touching_share:.0f} % of the joints that were drawn."
     )
     figures = [
@@ -247,8 +248,7 @@ def _headline(carved: Sequence[Carved], whole: Total, built: CarvedWall, result:
         ("litres come off", f"{1e3 * (whole.stone_volume - whole.volume):,.0f}"),
         *([("sawn new", len(built.sawn))] if built.sawn else []),
     ]
-    answer = result.verdict.capitalize(), reason
-    return headline(built.assembly.name, figures, f"method {result.method}", answer=answer)
+    return headline(built.assembly.name, figures, f"method {result.method}", answer=(word, reason))
 
 
 def _pictures(before: str, after: str, built: CarvedWall) -> str:

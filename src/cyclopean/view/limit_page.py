@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, moving_joints
+from cyclopean.analysis.answers import limit_answer
 from cyclopean.view.colours import ACCENT, INK, LINE, SOFT
 from cyclopean.view.drawing import picture_at_limit
 from cyclopean.view.figures import number
@@ -95,16 +96,9 @@ _PUSHOVER = (
 def _head(result: LimitResult, model_file: str | None) -> str:
     n, held = len(result.assembly), int(result.fixed.sum())
     figures = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
-    answer = _answer(result), result.reason
+    title, said = limit_answer(result)
+    answer = title, said if said == result.reason else f"{said} {result.reason}"
     return headline(result.assembly.name, figures, "rigid-block limit analysis", answer=answer, model_file=model_file)
-
-
-def _answer(result: LimitResult) -> str:
-    if result.word != "limit":
-        return WORDS[result.word]
-    if result.angle is not None and result.angle[0] is not None:
-        return f"{result.angle[0]:.5g}°"
-    return f"{result.value:.5g}"
 
 
 def _bounds(result: LimitResult) -> str:

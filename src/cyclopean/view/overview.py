@@ -5,19 +5,33 @@ from html import escape
 from urllib.parse import quote
 
 from cyclopean.analysis import Result
+from cyclopean.analysis.answers import answer
+from cyclopean.analysis.reasons import BALANCED
 from cyclopean.design.carving.carve import Carved, Total
 from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.design.stones.stone import Stone
-from cyclopean.view.building import building_svg
+from cyclopean.view.building import building_svg, outcome
 from cyclopean.view.carving_drawing import DATUM
 from cyclopean.view.markup import document, figure, headline, section
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
-__all__ = ["overview_html"]
+__all__ = ["overall", "overview_html"]
 
 _STYLE = "ul.files{columns:2;padding-left:1.1rem}ul.files li{break-inside:avoid}"
+_AS_BUILT = "Finished means as carved, with the gaps that are left; the stages are those of the wall as drawn."
 SHOWN = 24  # stones of the inventory
+
+
+def overall(built: Result, sequence: BuildSequence) -> tuple[str, str]:
+    """Whether the wall stands when it is finished, in a few words, and what it needs until then, in sentences.
+
+    `built` is what `check` says of the finished wall, which is what is built; the sequence says it of its last stage.
+    """
+    (word, said), (title, needs, _) = answer(built), outcome(sequence)
+    if word != "Stands":
+        return f"{word} when finished.", said
+    return f"{title}.", needs if said in BALANCED.values() else f"{needs} {said}"
 
 
 def overview_html(
@@ -35,11 +49,7 @@ def overview_html(
     the inventory; `files` names what lies beside the page, and what each file holds.
     """
     cuts, whole, before, after = carved
-    wall, result = built
-    text = (
-        f"As drawn the wall is {drawn.verdict}; carved from found stones, with the gaps that they leave, it is"
-        f" {result.verdict}. {result.reason}"
-    )
+    (wall, result), (title, said) = built, overall(built[1], sequence)
     figures = [
         ("stones", len(cuts)),
         ("Lambda: carved off", f"{whole.imposition:.3f}"),
@@ -47,7 +57,7 @@ def overview_html(
         ("stages", len(sequence.steps)),
     ]
     body = (
-        headline(drawn.assembly.name, figures, answer=(result.verdict.capitalize(), text)),
+        headline(drawn.assembly.name, figures, answer=(title.removesuffix("."), f"{said} {_AS_BUILT}")),
         section("Which stones", figure(stone_sheet_svg(stones, most=SHOWN)), _stock(stones, cuts)),
         section("Where they go", figure(before) + figure(after), _carving(whole, wall)),
         section("How it is built", figure(building_svg(sequence)), _building(sequence)),

@@ -3,6 +3,7 @@
 from html import escape
 
 from cyclopean.analysis import Result
+from cyclopean.analysis.answers import answer
 from cyclopean.view.colours import FORCE, GRAVITY, PULL, THRUST, WEAK
 from cyclopean.view.coupling import coupled, known_all_the_same, near, refuted, tension
 from cyclopean.view.drawing import Picture, picture
@@ -99,14 +100,14 @@ _EXACT = "Recomputed from the model after the solver was done, and relative, so 
 
 
 def _head(result: Result, model_file: str | None) -> str:
-    n, held = len(result.assembly), int(result.fixed.sum())
+    n, held, (word, said) = len(result.assembly), int(result.fixed.sum()), answer(result)
     figures = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
     figures.append(("contact points", len(result.contacts.point)))
     return headline(
         result.assembly.name,
         figures,
         _METHOD.get(result.method, result.method),
-        answer=(result.verdict.capitalize(), result.reason if (known := result.undecided) is None else known.why),
+        answer=(word, said if said.startswith(result.reason) or result.undecided else f"{said} {result.reason}"),
         more=_pulling(result) + (f'<p class="soft">{escape(result.drawing)}.</p>' if result.drawing else ""),
         model_file=model_file,
     )
