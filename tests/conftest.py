@@ -7,7 +7,7 @@ import laws
 from cyclopean.cli import main
 
 # The same examples in every run, however busy the machine is; --hypothesis-profile=default draws new ones.
-settings.register_profile("same", deadline=None, derandomize=True, max_examples=25)
+settings.register_profile("same", deadline=None, derandomize=True, max_examples=10)
 settings.register_profile("thorough", deadline=None, derandomize=True)
 settings.load_profile("same")
 

@@ -1,4 +1,4 @@
-"""How much a law is tried on: a quarter of its examples by default, all of them by `--thorough`."""
+"""How much a law is tried on: an eighth of its examples by default, all of them by `--thorough`."""
 
 import os
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ __all__ = ["cases", "chosen", "examples", "nightly", "quick", "some"]
 
 Case = TypeVar("Case")
 _THOROUGH = [False]
-SHARE = 4  # one in so many is tried for every change
+SHARE = 8  # one in so many is tried for every change
 FEWEST = 5  # examples; below that hypothesis tries little more than zeros and ones
 
 
@@ -35,7 +35,7 @@ def cases(variable: str, thorough: int) -> int:
 
 
 def some(thorough: Sequence[Case]) -> list[Case]:
-    """Cases that are alike but for a word: the first of every four, or all at night."""
+    """Cases that are alike but for a word: the first of every eight, or all at night."""
     return list(thorough[:: SHARE if quick() else 1])
 
 

@@ -19,12 +19,13 @@ from cyclopean.analysis import Result, Settings, check
 from cyclopean.assembly import Assembly, Contacts, Load
 from cyclopean.design import arch, stack, wall
 from cyclopean.proof import seal, verify
+from laws import examples
 from near_limit import G
 from second_opinion import conditions
 from test_laws import cut, mapped, rotation
 
 LAWS = settings(
-    max_examples=15,
+    max_examples=examples(40),
     deadline=None,
     derandomize=True,
     phases=[Phase.generate],

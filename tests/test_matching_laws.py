@@ -17,6 +17,7 @@ from cyclopean.design.matching.assignment import assign, costs, prices
 from cyclopean.design.matching.cells import Cells, cells_of
 from cyclopean.design.matching.match import Match, MatchSettings, match_stones
 from cyclopean.design.stones.stone import Stone, stone_of
+from laws import examples
 from matching_cases import box, prism, rotation, row_of_boxes, rubble, stone
 
 CHEAP = MatchSettings(points=128, shortlist=3, starts=1, climbs=0)
@@ -51,7 +52,7 @@ def split(it: Stone, seed: int) -> Stone:
 
 
 @given(WIDTHS, st.integers(1, 3), SEEDS, st.floats(0.05, 1.5), st.floats(0.1, 10.0))
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=examples(250), deadline=None)
 def test_shares_lie_between_nothing_and_all_and_add_up(widths, count, seed, size, weight):
     cells = cells_of(row_of_boxes(widths))
     stones = rubble(count, seed, size)
@@ -73,7 +74,7 @@ def test_shares_lie_between_nothing_and_all_and_add_up(widths, count, seed, size
 
 
 @given(WIDTHS, st.integers(1, 3), SEEDS, st.tuples(*[st.floats(-100.0, 100.0)] * 3))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_how_a_file_is_turned_and_moved_does_not_count(widths, count, seed, shift):
     cells = cells_of(row_of_boxes(widths))
     here = rubble(count, seed)
@@ -87,7 +88,7 @@ def test_how_a_file_is_turned_and_moved_does_not_count(widths, count, seed, shif
 
 
 @given(WIDTHS, st.integers(2, 3), SEEDS)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_order_does_not_count(widths, count, seed):
     cells = cells_of(row_of_boxes(widths))
     stones = rubble(count, seed)
@@ -97,7 +98,7 @@ def test_order_does_not_count(widths, count, seed):
 
 
 @given(WIDTHS, st.integers(1, 2), SEEDS)
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_how_faces_are_cut_into_triangles_does_not_count(widths, count, seed):
     cells = cells_of(row_of_boxes(widths))
     stones = rubble(count, seed)
@@ -107,7 +108,7 @@ def test_how_faces_are_cut_into_triangles_does_not_count(widths, count, seed):
 
 
 @given(st.floats(0.3, 0.9), st.floats(0.3, 0.9), st.floats(1.0, 1.5), SEEDS)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_a_scaled_copy_of_its_cell_loses_exactly_what_sticks_out(a, b, scale, seed):
     """Concentric, the cell lies in it: lambda = 1 - 1 / scale^3 by hand, and no gap."""
     ring = [(0, 0), (1.0 + a, 0.1), (1.2, b + 0.4), (0.2, 0.5 + b)]
@@ -120,7 +121,7 @@ def test_a_scaled_copy_of_its_cell_loses_exactly_what_sticks_out(a, b, scale, se
 
 
 @given(st.integers(1, 7), st.integers(1, 7), SEEDS, st.floats(0.05, 20.0))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_no_pair_is_cheaper_than_its_prices(n, m, seed, weight):
     draw = np.random.Generator(np.random.PCG64(seed))
     volume, shared = draw.uniform(0.1, 3.0, n), draw.uniform(0.0, 1.0, (n, m))

@@ -13,12 +13,13 @@ from cyclopean.design.rubble.orientations import bedded
 from cyclopean.design.rubble.places import FULL, Places, Scores, let_down, swept
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.errors import InputError
+from laws import examples
 
 CELL, UNIT = 0.06, 0.4
 
 
 @given(seed=st.integers(0, 200))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_rest_heights_are_those_of_the_plain_definition(seed):
     draw = np.random.default_rng(seed)
     ground, low = draw.random((9, 7)).astype(np.float32), draw.random((3, 2)).astype(np.float32)

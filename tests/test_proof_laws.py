@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from cyclopean.proof import verify
 from cyclopean.proof.checker import _root_above
+from laws import examples
 from test_proof_checker import (
     BASE,
     CUBE,
@@ -33,7 +34,7 @@ from test_proof_checker import (
     two_cubes,
 )
 
-LAWS = settings(max_examples=40, deadline=None)
+LAWS = settings(max_examples=examples(40), deadline=None)
 REFUSED = [
     lambda: cube_on_slope(mu=0.25),
     lambda: sliding(rise=0.25),
