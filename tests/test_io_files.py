@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import stat
+import threading
 
 import numpy as np
 import pytest
@@ -103,6 +104,30 @@ def test_nothing_is_left_of_a_write_that_is_interrupted(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         write_text(tmp_path / "a.txt", "new")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_of_runs_in_one_folder_the_last_one_leaves_all_of_its_files(tmp_path):
+    """Whoever waits meanwhile: no file is of another run than its neighbour."""
+    pytest.importorskip("fcntl", reason="this system has no such locks")
+    go = threading.Barrier(4)
+
+    def run(name):
+        for k in range(20):
+            with together():
+                for number in range(12):
+                    write_text(tmp_path / f"{number}.txt", f"{name} {k}")
+                go.wait(timeout=60.0)
+            go.wait(timeout=60.0)
+
+    runs = [threading.Thread(target=run, args=(name,), daemon=True) for name in ("a", "b", "c")]
+    for one in runs:
+        one.start()
+    for _ in range(20):
+        go.wait(timeout=60.0)  # all are about to write
+        go.wait(timeout=60.0)  # and have written
+        assert len({(tmp_path / f"{number}.txt").read_text() for number in range(12)}) == 1
+    for one in runs:
+        one.join()
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ import math
 import os
 import secrets
 import stat
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
@@ -15,6 +15,11 @@ from typing import Any
 import numpy as np
 
 from cyclopean.errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 __all__ = [
     "PathLike",
@@ -144,7 +149,8 @@ def together() -> Iterator["_Files"]:
     token = _OPEN.set(files)
     try:
         yield files
-        files.take_places()
+        with _one_at_a_time(files.aside):
+            files.take_places()
     finally:
         _OPEN.reset(token)
         files.clear()
@@ -215,6 +221,18 @@ class _Files:
 
 
 _OPEN: ContextVar[_Files | None] = ContextVar("files that are written together", default=None)
+
+
+@contextmanager
+def _one_at_a_time(folders: Iterable[str]) -> Iterator[None]:
+    """Have other runs that write to these folders wait, so that what lies there in the end is all of one run."""
+    with ExitStack() as held:
+        for folder in sorted(folders) if fcntl is not None else ():
+            with suppress(OSError):  # a file system without locks
+                number = os.open(folder, os.O_RDONLY)
+                held.callback(os.close, number)
+                fcntl.flock(number, fcntl.LOCK_EX)
+        yield
 
 
 @contextmanager

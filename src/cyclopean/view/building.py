@@ -84,10 +84,11 @@ def outcome(sequence: BuildSequence) -> tuple[str, str, str]:
     if len(sequence.props) > NAMED:
         told.append(f"{len(sequence.props) - NAMED} more props")
     needs = [f"While it is built it needs {'; '.join(told)}."] if told else []
-    if bare := [str(k) for k, s in enumerate(steps, 1) if "stable" not in (s.verdict, s.propped)]:
+    bare = [str(k) for k, s in enumerate(steps, 1) if "stable" not in (s.verdict, s.propped)]
+    if bare:
         shown = ", ".join(bare[:SHOWN]) + (f" and {len(bare) - SHOWN} more" if len(bare) > SHOWN else "")
         needs.append(f"It is not shown to stand after step {shown}{', props and all' if told else ''}.")
-    return FINISHED[steps[-1].verdict], " ".join(needs), steps[first].verdict
+    return FINISHED[steps[-1].verdict], " ".join(needs), steps[first if bare else -1].verdict
 
 
 def _headline(sequence: BuildSequence) -> str:
