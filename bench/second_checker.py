@@ -1,9 +1,11 @@
 """Hold the two checkers of certificates against each other: Python's and the one in pages.
 
-Run `python bench/second_checker.py [--models 300] [--damaged 10] [--seed 0] [--keep FOLDER]`.
+Run `python bench/second_checker.py [--models 300] [--damaged 10] [--seed 0] [--keep FOLDER]
+[--files FILE ...]`.
 
 Certificates of models by chance, and damaged copies of each, go to both. Prints every one of which the answers differ
-(proved or not; and what is claimed), and counts by kind. `--keep` writes those that differ into a folder. The page's
+(proved or not; and what is claimed), and counts by kind. `--keep` writes those that differ into a folder. `--files`
+takes certificates, and models, which are checked first, in place of models by chance. The page's
 checker runs in node where there is one, else in headless Chromium; `--chromium` says to use that in any case.
 """
 
@@ -15,6 +17,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -23,6 +26,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))  # models and damages are shared with the tests
 
+import cyclopean
 from checker_cases import any_certificate, damaged
 from chromium import Chromium
 from cyclopean.proof import NotACertificateError, verify_file
@@ -93,6 +97,21 @@ def said(answer: dict[str, Any]) -> tuple[object, str]:
     return answer["proved"], re.sub(r"up to mu \S+e-1\d", "up to mu 0", claim)  # of edges along the normal: rounding
 
 
+def proof_of_file(file: Path) -> dict[str, Any] | None:
+    """The certificate that a file is, or of the model that it holds; None where nothing is proved, with the reason."""
+    with suppress(ValueError):  # no JSON
+        document = json.loads(file.read_text())
+        if isinstance(document, dict) and str(document.get("schema", "")).startswith("cyclopean.certificate/"):
+            return document
+    try:
+        found = cyclopean.check(file, margins=False, seconds=20.0)
+    except cyclopean.CyclopeanError as error:
+        print(f"{file.name}: {error}", flush=True)
+        return None
+    print(f"{file.name}: {found.verdict}", flush=True)
+    return found.certificate
+
+
 def main() -> None:
     """Run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -101,15 +120,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--keep", type=Path)
     parser.add_argument("--chromium", action="store_true")
+    parser.add_argument("--files", nargs="+", type=Path, default=[])
     given = parser.parse_args()
     other = Page() if given.chromium or not shutil.which("node") else Node()
     keep = given.keep or Path("/tmp")
     keep.mkdir(exist_ok=True)
     counts: Counter[str] = Counter()
     spent = {"python": 0.0, "page": 0.0}
-    for number in range(given.models):
+    for number in range(len(given.files) or given.models):
         rng = np.random.default_rng((given.seed, number))
-        certificate = any_certificate(rng)
+        certificate = proof_of_file(given.files[number]) if given.files else any_certificate(rng)
         if certificate is None:
             counts["no certificate"] += 1
             continue

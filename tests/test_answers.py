@@ -60,6 +60,13 @@ def test_a_cube_that_is_pushed_or_loaded():
     assert force(9.81, True) == "9.81 N"
 
 
+def test_where_nothing_is_to_spare():
+    """Without friction a cube stands on level ground, and nowhere else."""
+    assert said_of_check(CUBE, mu=0.0)[1].startswith("It would fall at the slightest tilt of the ground towards the ")
+    said = limit_answer(limit(CUBE, Live(push=(0.0, 1.0, 0.0)), Settings(mu=0.0)))
+    assert said == ("Nothing to spare", "It falls at the slightest push towards the back.")
+
+
 def test_what_counts_on_more_than_dry_stone_says_so_first():
     word, said = said_of_check(arch(7), mu=0.2, cohesion=1e6)
     assert word == "Stands"

@@ -17,6 +17,7 @@ __all__ = ["answer", "force", "limit_answer", "rounded", "towards"]
 
 WAYS = ("right", "right and back", "back", "left and back", "left", "left and front", "front", "right and front")
 LATEST = "It falls at the latest"  # the upper bound is proved of every way in which joints may slide
+SLIGHT = 1e-3  # degrees; % of the weight: less than anybody measures
 NONE = 1e-3  # of the last digit: no more than solvers and decimals leave
 WORDS = {"stable": "Stands", "unstable": "Falls", "undecided": "Undecided"}
 
@@ -61,8 +62,10 @@ def answer(result: "Result") -> tuple[str, str]:
     spare = result.margins if result.verdict == "stable" else None
     if spare is None or spare.tilt is None or spare.tilt.falls is None or spare.azimuth is None:
         return word, result.reason
-    degrees = rounded(spare.tilt.falls, up=True)
-    falls = f"It would fall if the ground tilted by {degrees} degrees {towards(spare.azimuth)}."
+    way = towards(spare.azimuth)
+    falls = f"It would fall if the ground tilted by {rounded(spare.tilt.falls, up=True)} degrees {way}."
+    if spare.tilt.falls < SLIGHT:
+        falls = f"It would fall at the slightest tilt of the ground {way}."
     return word, falls if result.reason in BALANCED.values() else f"{result.reason} {falls}"
 
 
@@ -72,16 +75,21 @@ def limit_answer(result: "LimitResult") -> tuple[str, str]:
         word = {"unbounded": "No limit", "falls": "Falls as it is"}.get(result.word, "Undecided")
         return word, result.reason
     live, most = result.live, result.upper
-    if live.tilt is not None and result.angle is not None and result.angle[1] is not None:
-        degrees = rounded(result.angle[1], up=True)
-        return f"{degrees}°", f"{LATEST} when the ground tilts by {degrees} degrees {towards(live.tilt)}."
+    if live.tilt is not None:
+        degrees, way = math.degrees(math.atan(most)), towards(live.tilt)
+        if degrees < SLIGHT:
+            return "Nothing to spare", f"It falls at the slightest tilt of the ground {way}."
+        angle = rounded(degrees, up=True)
+        return f"{angle}°", f"{LATEST} when the ground tilts by {angle} degrees {way}."
     if live.push is not None:
         x, y, z = live.push
-        size = math.hypot(x, y, z)
         way = towards(math.degrees(math.atan2(y, x))) if z == 0.0 else f"along ({x:g}, {y:g}, {z:g})"
-        share = rounded(100.0 * most * size, up=True)
+        percent = 100.0 * most * math.hypot(x, y, z)
+        if percent < SLIGHT:
+            return "Nothing to spare", f"It falls at the slightest push {way}."
+        share = rounded(percent, up=True)
         return f"{share} % of its weight", f"{LATEST} when it is pushed {way} with {share} % of its weight."
-    total = most * math.fsum(math.hypot(*load.force) for load in live.loads)
+    total = force(most * math.fsum(math.hypot(*load.force) for load in live.loads), up=True)
     blocks = sorted({load.block for load in live.loads})
     where = f"on '{blocks[0]}'" if len(blocks) == 1 else f"in all on {len(blocks)} stones"
-    return force(total, up=True), f"{LATEST} under {force(total, up=True)} {where}."
+    return total, f"{LATEST} under {total} {where}."
