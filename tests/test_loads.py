@@ -323,7 +323,7 @@ def test_bad_files(tmp_path, change: dict[str, Any], line: str) -> None:
 
 def test_the_command(run, tmp_path) -> None:
     write_model(tmp_path / "m.json", pushed(0.31))
-    rbe = ("--mu", "0.5", "--method", "rbe")
+    rbe = ("--mu", "0.5", "--method", "rbe", "--no-margins")
     assert run("check", "m.json", *rbe)[0] == 0
     status, out, _ = run("check", "m.json", *rbe, "--combination", "storm", "--json", "r.json", "--report", "r.html")
     assert status == 1
