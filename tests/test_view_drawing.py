@@ -13,7 +13,7 @@ from cyclopean.analysis import Result
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.geometry import mass_properties, mesh_faults, pack, rotations
 from cyclopean.view import elevation
-from cyclopean.view.colours import ACCENT, NEUTRAL, SCALE, classes, rgb, shaded
+from cyclopean.view.colours import ACCENT, SCALE, classes, rgb, shaded, stone
 from cyclopean.view.drawing import displaced, feature_edges, outlines, picture, without_points
 from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import (
@@ -174,7 +174,7 @@ def test_what_is_nearer_is_painted_later():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(elevation, "front_view", lambda _: view)
         svg = elevation_svg(picture(result), "two")
-    assert svg.index("url(#hatch)") > svg.index(shaded(NEUTRAL, 1.0))
+    assert svg.index("url(#hatch)") > svg.index(shaded(stone(1), 1.0))
 
 
 def test_supports_are_hatched_and_names_escaped_in_the_elevation():

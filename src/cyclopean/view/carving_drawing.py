@@ -1,8 +1,8 @@
 """A wall before and after its stones are carved: elevations as SVG, and the page that shows them with the cut list.
 
 Before, every stone stands where it was placed; what reaches beyond its cell is hatched. After, the carved stones stand
-in their cells, and what they do not fill stays white. Colour is lambda, the share of each stone that comes off. On the
-scale stand Lambda of the wall, and 0.27, what Clifford & McGee's *Cyclopean Cannibalism* wall (ACADIA 2018) came to.
+in their cells, and what they do not fill stays white. In each stone stands lambda, the share of it that comes off. The
+legend says Lambda of the wall; Clifford & McGee's *Cyclopean Cannibalism* wall (ACADIA 2018) came to 0.27.
 """
 
 from collections.abc import Collection, Sequence
@@ -17,9 +17,11 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.design.carving.carve import Carved, Total, total
 from cyclopean.design.carving.carved_wall import CarvedWall
+from cyclopean.geometry.polygon import convex_hull
 from cyclopean.geometry.sides import rings
 from cyclopean.geometry.solids import fans
-from cyclopean.view.colours import ACCENT, GHOST, HATCH, INK, SCALE, STEPS, SUPPORT, classes
+from cyclopean.view.building import middle_of
+from cyclopean.view.colours import GHOST, HATCH, INK, SOFT, SUPPORT, stone
 from cyclopean.view.figures import number
 from cyclopean.view.markup import (
     SUPPORTED,
@@ -41,6 +43,7 @@ from cyclopean.view.svg import (
     closed,
     fitted,
     front_view,
+    grain,
     hatch,
     layer,
     rect,
@@ -49,12 +52,12 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["DATUM", "carving_html", "carving_svg"]
+__all__ = ["DATUM", "MEANT", "carving_html", "carving_svg"]
 
 DATUM = 0.27  # Lambda of the Cyclopean Cannibalism wall: 73 % of the scanned stock was used
-MARGIN, LEGEND = 24.0, 104.0  # drawing units
+MARGIN, LEGEND = 24.0, 64.0  # drawing units
 TALLEST = 900.0  # drawing units
-FULL = 0.5  # lambda at which the colours end
+SMALL = 9.0  # drawing units: letters that would be smaller are left out
 FINE = 0.3  # drawing units: what is narrower is not seen
 APART = 0.8  # drawing units between the corners of an outline
 
@@ -75,12 +78,15 @@ def carving_svg(
     outline = {b.id: _outline(paper.of(b.vertices), fans(b.faces)) for b in wall.blocks}
     held, free = ([b.id for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
     filled = {c.cell for c in carved if len(c.triangles)} | {*sawn}
-    stones = (_stone(paper, c, outline[c.cell], f"{when}-{k}", when) for k, c in enumerate(carved) if c.cell in outline)
+    placed = [(k, c) for k, c in enumerate(carved) if c.cell in outline]
+    stones = (_stone(paper, c, outline[c.cell], f"{when}-{k}", when, stone(k)) for k, c in placed)
+    corners = {b.id: b.vertices for b in wall.blocks}
     parts = [
         layer("supports", (f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held)),
         layer("sawn", (f'<path d="{outline[name]}" fill="{SAWN}"/>' for name in sawn)),
-        layer("stones", stones),
+        layer("stones", ['<g class="grain">', *stones, "</g>"]),
         layer("cells", (_cell(outline[name], name in filled) for name in free)),
+        layer("shares", (_share(paper.of(corners[c.cell]), c.carved_share) for _, c in placed)),
     ]
     clip = f'<clipPath id="{when}">{rect(0.0, 0.0, WIDTH, paper.height, "")}</clipPath>'
     told = layer("legend", [*_legend(carved, paper.height, when), *_sawn_key(len(sawn), paper.height)])
@@ -130,9 +136,8 @@ def _ring(loop: Floats) -> str:
     return closed(np.array(way), EXACT)
 
 
-def _stone(paper: Paper, c: Carved, cell: str, name: str, when: When) -> str:
+def _stone(paper: Paper, c: Carved, cell: str, name: str, when: When, colour: str) -> str:
     """One stone: what is left, and before it is carved what reaches beyond the outline of its cell."""
-    colour = _colour(c.carved_share)
     said = f"<title>{escape(c.stone)} in {escape(c.cell)}: lambda {c.carved_share:.3f}, gap {c.gap_share:.3f}</title>"
     rim = f'stroke="{HATCH}" stroke-width="1.6" stroke-linejoin="round" paint-order="stroke"'  # no lines inside
     parts = [f'<path d="{_outline(paper.of(c.vertices), c.triangles)}" fill="{colour}" {rim}/>'] if c.volume else []
@@ -141,52 +146,41 @@ def _stone(paper: Paper, c: Carved, cell: str, name: str, when: When) -> str:
         sheet_of_paper = f"M0 0H{WIDTH:g}V{paper.height:.1f}H0Z"
         parts.append(
             f'<clipPath id="{name}"><path d="{sheet_of_paper}{cell}" clip-rule="evenodd"/></clipPath>'
-            f'<path clip-path="url(#{name})" d="{off}" fill="url(#off-{_step(c.carved_share)})"'
+            f'<path clip-path="url(#{name})" d="{off}" fill="url(#off)"'
             ' data-layer="offcuts"/>'
         )
     return f"<g>{said}{''.join(parts)}</g>"
 
 
-def _step(share: float) -> int:
-    return int(classes(np.array([share / FULL]))[0])
-
-
-def _colour(share: float) -> str:
-    return SCALE[_step(share)]
+def _share(cell: Floats, share: float) -> str:
+    """How much of the stone comes off, in the middle of its cell; nothing where the letters would be too small."""
+    x, y, width = middle_of(convex_hull(cell))
+    size = min(0.2 * width, 17.0)
+    words = f'font-size="{size:.1f}" text-anchor="middle" paint-order="stroke" stroke="#fff" stroke-width="3"'
+    return text(x, y + 0.35 * size, f"{100.0 * share:.0f} %", words) if size > SMALL else ""
 
 
 def _patterns() -> str:
     def back(colour: str, opacity: float) -> str:
         return f'<rect width="7" height="7" fill="{colour}" fill-opacity="{opacity:g}"/>'
 
-    off = "".join(hatch(f"off-{k}", -45, 1.6, back(colour, 0.4)) for k, colour in enumerate(SCALE))
-    return f"<defs>{hatch('off', -45, 1.6)}{off}{hatch('held', back=back(SUPPORT, 1.0))}</defs>"
+    off, held = hatch("off", -45, 1.6, back(PAPER, 0.5), SOFT), hatch("held", back=back(SUPPORT, 1.0))
+    return f"<defs>{grain()}{off}{held}</defs>"
 
 
 def _legend(carved: Sequence[Carved], top: float, when: When) -> list[str]:
-    """The scale with the datum above it and this wall below, and what the hatch means."""
-    left, width, y, small = MARGIN + 4.0, 470.0, top + 30.0, 'font-size="14"'
-    middle, step = f'{small} text-anchor="middle"', width / STEPS
-    here, beside = total(carved).imposition, left + width + 34.0
-    datum, mark = (left + width * min(share / FULL, 1.0) for share in (DATUM, here))
-    marks = (0.0, 0.1, 0.2, 0.3, 0.4, FULL)
+    """What is carved off the whole wall, and what hatch and numbers mean."""
+    y, here = top + 26.0, total(carved).imposition
     off, says, meant = (
-        ("to be carved off", "url(#off)", "reaches beyond its cell, comes off")
+        ("to be carved off", "url(#off)", "comes off")
         if when == "before"
         else ("carved off", PAPER, "what the stones do not fill")
     )
-    found = f'<tspan font-weight="600">Lambda {here:.3f}</tspan> of this wall, {off}'
     return [
-        *(rect(left + k * step, y, step, 18.0, f'fill="{colour}"') for k, colour in enumerate(SCALE)),
-        rect(left, y, width, 18.0, 'fill="none" stroke="#8b867b"'),
-        *(text(left + width * t / FULL, y + 36.0, f"{t:g}{' +' if t == FULL else ''}", middle) for t in marks),
-        f'<path d="M{datum:.1f} {y - 8:.1f}V{y + 18:.1f}" stroke="{INK}" stroke-width="2.5"/>',
-        text(datum, y - 13.0, f"{DATUM:g} Cyclopean Cannibalism", middle),
-        f'<path d="M{mark:.1f} {y + 18:.1f}l-8 -13h16z" fill="{ACCENT["stable"]}" stroke="#fff"/>',
-        text(beside, y - 1.0, found),
-        text(left, y + 56.0, "lambda: share of each stone that comes off", small),
-        rect(beside, y + 12.0, 34.0, 16.0, f'fill="{says}" stroke="{HATCH if when == "before" else INK}"'),
-        text(beside + 44.0, y + 26.0, meant, small),
+        text(MARGIN, y, f'<tspan font-weight="600">Lambda {here:.3f}</tspan>: share of the stone {off}'),
+        text(MARGIN, y + 24.0, f"12 %: so much of one stone. For comparison: {DATUM:g} Cyclopean Cannibalism", 'font-size="14"'),
+        rect(536.0, y - 13.0, 34.0, 16.0, f'fill="{says}" stroke="{HATCH if when == "before" else INK}"'),
+        text(580.0, y + 1.0, meant, 'font-size="14"'),
     ]
 
 
@@ -194,7 +188,7 @@ def _sawn_key(count: int, top: float) -> list[str]:
     """What the neutral colour means, where some stones are sawn."""
     if not count:
         return []
-    y = top + 70.0
+    y = top + 37.0
     words = f"sawn new, {count} stone{'s' * (count != 1)}"
     return [rect(536.0, y, 34.0, 16.0, f'fill="{SAWN}" stroke="{INK}"'), text(580.0, y + 14.0, words, 'font-size="14"')]
 
@@ -219,7 +213,7 @@ def carving_html(
     notes = [*(n for c in carved for n in c.notes), *built.notes, *result.warnings]
     body = (
         _headline(carved, whole, built, result),
-        section("Before and after", _pictures(before, after, built)),
+        section("Before and after", _pictures(before, after, built), MEANT),
         section("Stone by stone", _stones(carved), _STONES.format(least=number(1e3 * least))),
         section("What to know", listed(notes)),
         _proof(result, certificate_file),
@@ -262,14 +256,18 @@ def _pictures(before: str, after: str, built: CarvedWall) -> str:
 _BEFORE = "Stones as placed. What comes off in front of the wall and behind it is not seen from here."
 _AFTER = (
     f"Carved back to their cells. Clifford and McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall"
-    " (ACADIA 2018). Lambda means something only together with the gap."
+    " (ACADIA 2018)."
+)
+MEANT = (
+    "Lambda is the share of the stones' volume that is cut away: 0 is nothing. The gap is the share of the cells"
+    " that the stones leave empty. Either alone says little: small stones need no cutting, and leave holes."
 )
 
 
 def _stones(carved: Sequence[Carved]) -> str:
     head = [
-        "Stone", "Cell", ">Lambda", ">Gap", ">Stone, L", ">Comes off, L",
-        ">Offcuts", ">Cuts", ">Cut area, m²", ">Deepest, mm",
+        "Stone", "Cell", ">Lambda", ">Gap", ">Stone (L)", ">Comes off (L)",
+        ">Offcuts", ">Cuts", ">Cut area (m²)", ">Deepest (mm)",
     ]  # fmt: skip
     order = sorted(carved, key=lambda c: (-c.carved_share, c.cell))
     return table(head, (_row(c) for c in order), elsewhere=" in cutlist.csv")
@@ -280,7 +278,7 @@ def _row(c: Carved) -> list[str]:
     return [
         escape(c.stone),
         escape(c.cell),
-        bar(c.carved_share / FULL, _colour(c.carved_share), f"{c.carved_share:.3f}"),
+        bar(c.carved_share, GHOST, f"{c.carved_share:.3f}"),
         f"{c.gap_share:.3f}",
         f"{1e3 * c.stone_volume:.1f}",
         f"{1e3 * (c.stone_volume - c.volume):.1f}",

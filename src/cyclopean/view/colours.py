@@ -1,4 +1,4 @@
-"""Colours: one ordered scale for quantities between 0 and 1, and one accent for each verdict."""
+"""Colours: of stone, one ordered scale for what is to be feared, and one accent for each verdict."""
 
 import numpy as np
 
@@ -14,12 +14,14 @@ __all__ = [
     "HELD",
     "INK",
     "LINE",
+    "LOAD",
     "NEUTRAL",
     "PULL",
     "RUB",
     "SCALE",
     "SOFT",
     "STEPS",
+    "STONES",
     "SUPPORT",
     "THRUST",
     "UNKNOWN",
@@ -28,14 +30,17 @@ __all__ = [
     "fill",
     "rgb",
     "shaded",
+    "stone",
 ]
 
-# Ten equal steps of lightness (OKLab 0.96 to 0.33) along ColorBrewer's YlOrBr: monotone in lightness, so that it reads
-# in the right order without colour vision and in a black-and-white print. Ten, so that a legend can be read off.
+# Green for what has much to spare, amber from two thirds on, red for the last tenth. Lightness falls all the way (OKLab
+# 0.95 to 0.50), so that it reads in the right order without colour vision and in a black-and-white print. Ten, so that
+# a legend can be read off.
 SCALE = (
-    "#fff3cf", "#fed77a", "#ffb543", "#fb9125", "#ec7115",
-    "#d65707", "#ba4403", "#9c3504", "#7c2a06", "#5e1f06",
+    "#e6f3df", "#d7edcb", "#c9e5b6", "#bfdfa0", "#bad787",
+    "#c4cb66", "#ddb63e", "#e39420", "#d55c13", "#b71b14",
 )  # fmt: skip
+STONES = ("#d3cabb", "#c3bdb1", "#dacfbd", "#b9b4aa", "#cdc1b0", "#c9c6bd", "#d6cab4")  # of one quarry, in turn
 STEPS = len(SCALE)
 NEUTRAL = "#cfcbc2"  # a block with no value
 SUPPORT = "#5f6b76"
@@ -43,6 +48,7 @@ HATCH = "#3b444c"
 FORCE = "#083f88"
 RUB = "#a3127e"  # friction at a point
 THRUST = "#0b7fa5"  # the line of thrust
+LOAD = "#9c1450"  # a load that grows, and hinges
 PULL = "#007a4d"  # tension that a joint would have to bear
 GRAVITY = "#1b1b1b"
 GHOST = "#8a8f94"
@@ -73,6 +79,11 @@ def classes(value: Floats, fixed: Bools | None = None) -> Ints:
 def fill(group: int) -> str:
     """Colour of a class as #rrggbb."""
     return {HELD: SUPPORT, UNKNOWN: NEUTRAL, BLAMED: WEAK}.get(group) or SCALE[group]
+
+
+def stone(number: int) -> str:
+    """Colour of a stone that has such a number: of seven that lie near each other, seldom its neighbour's."""
+    return STONES[5 * number % len(STONES)]  # 5 has no factor in common with 7: all take their turn
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

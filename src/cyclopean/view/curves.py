@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from cyclopean.arrays import Floats
-from cyclopean.view.colours import GHOST, INK, SCALE, SOFT
+from cyclopean.view.colours import FORCE, GHOST, INK, SOFT
 from cyclopean.view.svg import PAPER, grid, open_path, sheet, text
 
 __all__ = ["curves_svg", "dressing_svg"]
@@ -34,7 +34,7 @@ def curves_svg(title: str, across: Sequence[float], ticks: Sequence[str], curves
     x = LEFT + (WIDE - LEFT - 110.0) * (place - place[0]) / max(float(np.ptp(place)), 1e-300)
     y = HIGH - FOOT - (HIGH - FOOT - 14.0) * value / max(float(value.max()) * 1.15, 1e-3)
     parts = [f'<path d="M{LEFT} {HIGH - FOOT}H{WIDE - 100}" stroke="{GHOST}"/>']
-    for label, values, up, colour in zip(curves, value, y, (SCALE[5], INK), strict=False):
+    for label, values, up, colour in zip(curves, value, y, (FORCE, INK), strict=False):
         parts.append(f'<path d="{open_path(np.stack([x, up], -1))}" fill="none" stroke="{colour}" stroke-width="2.5"/>')
         for a, b, v in zip(x, up, values, strict=True):
             parts.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" fill="{colour}"/>')
@@ -65,7 +65,7 @@ def dressing_svg(rows: Sequence[tuple[float, float, float]]) -> str:
             f'text-anchor="middle" fill="{SOFT}"',
         ),
     ]
-    for of, values, colour in zip(("void of the wall", "Lambda of the stone"), value, (INK, SCALE[5]), strict=True):
+    for of, values, colour in zip(("void of the wall", "Lambda of the stone"), value, (INK, FORCE), strict=True):
         parts += _means(of, x, values, most, colour)
     return sheet((WIDE, BASE + 56.0), "Void and Lambda by dressing", parts, letters=13.0)
 

@@ -5,14 +5,23 @@ from typing import Literal
 
 import numpy as np
 
-from cyclopean.analysis import LimitResult, Result
+from cyclopean.analysis import LimitResult, Result, moving_joints
+from cyclopean.analysis.limit_analysis.live_load import STANDARD_GRAVITY
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.geometry import Polyhedra, face_normals, pack
 from cyclopean.geometry.frames import unit
 from cyclopean.view.colours import BLAMED, classes
-from cyclopean.view.figures import Pressing, Resultants, block_utilisation, needed_tension, pressing, resultants
-from cyclopean.view.motion import Motion, drawn_motion
+from cyclopean.view.figures import (
+    Pressing,
+    Resultants,
+    block_utilisation,
+    force_text,
+    needed_tension,
+    pressing,
+    resultants,
+)
+from cyclopean.view.motion import Motion, drawn_motion, moved
 from cyclopean.view.thrust import thrust_line
 
 __all__ = [
@@ -33,6 +42,8 @@ SPECK = 0.04  # of the longest friction arrow: shorter ones would be all head
 POINT_LIMIT = 20_000  # dots of one kind
 BLOCK_LIMIT = 3_000  # beyond it neither arrows nor ghosts: they would be smaller than anyone can see
 SHARP = np.cos(np.radians(20.0))  # faces that turn less than this share no drawn edge
+ROUGH = 60  # faces of a body beyond which it is a found stone: only edges of more than 50 degrees are drawn
+CRISP = np.cos(np.radians(50.0))  # see ROUGH
 
 NOWHERE, NOTHING, NOBODY, NO_GRAVITY = np.zeros((0, 3)), np.zeros((0, 2, 3)), np.zeros(0), np.zeros(3)
 
@@ -63,6 +74,9 @@ class Picture:
     pull_share: Floats = field(default_factory=NOBODY.copy)  # (t,) of the largest tension
     thrust: Floats = field(default_factory=NOTHING.copy)  # (s, 2, 3) m, the line of thrust, where there is one
     blamed: Floats = field(default_factory=NOWHERE.copy)  # (b, 3) m, middles of stones at which a search ends, in order
+    load: Floats = field(default_factory=NOTHING.copy)  # (l, 2, 3) m, live loads, tail and tip, where they act
+    load_text: tuple[str, ...] = ()  # what is written at each
+    hinge: Floats = field(default_factory=NOWHERE.copy)  # (h, 3) m, where joints of a mechanism turn
 
 
 def picture(result: Result) -> Picture:
@@ -118,7 +132,7 @@ def _blamed(result: Result) -> list[int]:
 def picture_at_limit(result: LimitResult) -> Picture:
     """Of a limit analysis: the mechanism at the upper bound where there is one, else the forces at the lower one."""
     moves = result.mechanism is not None
-    return picture(
+    drawn = picture(
         Result(
             assembly=result.assembly,
             contacts=result.contacts,
@@ -135,6 +149,47 @@ def picture_at_limit(result: LimitResult) -> Picture:
             mechanism=result.mechanism,
         )
     )
+    return _with_loads(drawn, result)
+
+
+def _with_loads(drawn: Picture, result: LimitResult) -> Picture:
+    """Add the live loads at the limit, in newtons, where they act, and the hinges; both move with their blocks.
+
+    A push acts on every block: it is drawn as one arrow, at the middle of the mass. A tilt has no arrow.
+    """
+    block, force, point = _live(result)
+    size = np.linalg.norm(force, axis=1)
+    hinges = [joint for joint in moving_joints(result) if joint.kind == "hinge"][:POINT_LIMIT]
+    turning = result.contacts.a[[joint.contact for joint in hinges]] if hinges else np.zeros(0, np.int64)
+    at = np.array([*point, *(joint.point for joint in hinges)]).reshape(-1, 3)
+    who = np.concatenate([block, turning]).astype(np.int64)
+    if drawn.motion is not None and result.mechanism is not None:
+        known = np.where(who < 0, 0, who)
+        there = moved(at, known, result.assembly.mass.centroid, result.mechanism, drawn.motion.time)
+        at = np.where((who < 0)[:, None], at, there)
+    tip = at[: len(block)]
+    longest = 1.6 * float(np.cbrt(np.mean(np.abs(result.assembly.mass.volume)))) / float(np.max(size, initial=1e-300))
+    return replace(
+        drawn,
+        load=np.stack([tip - longest * force, tip], 1),
+        load_text=tuple(force_text(float(one)) for one in size),
+        hinge=at[len(block) :],
+    )
+
+
+def _live(result: LimitResult) -> tuple[Ints, Floats, Floats]:
+    """Block (-1: all of them), force (N) and point (m) of each live load, at the multiplier that is known best."""
+    live, whole, multiplier = result.live, result.assembly, result.value
+    number = {one.id: k for k, one in enumerate(whole.blocks)}
+    if live.kind == "load" and np.isfinite(multiplier):
+        block = np.array([number[one.block] for one in live.loads])
+        point = [whole.mass.centroid[k] if p.point is None else p.point for k, p in zip(block, live.loads, strict=True)]
+        return block, multiplier * np.array([one.force for one in live.loads]), np.array(point)
+    mass = whole.densities(float(result.assumed.get("density", np.nan))) * np.abs(whole.mass.volume) * ~result.fixed
+    if live.push is None or not np.isfinite(multiplier * mass.sum()):
+        return np.zeros(0, np.int64), NOWHERE, NOWHERE
+    push = multiplier * STANDARD_GRAVITY * mass.sum() * np.array(live.push)
+    return np.array([-1]), push[None], (mass @ whole.mass.centroid / mass.sum())[None]
 
 
 def still(assembly: Assembly, fixed: Bools, value: Floats | None = None, gravity: Floats = NO_GRAVITY) -> Picture:
@@ -253,7 +308,8 @@ def feature_edges(mesh: Polyhedra) -> Floats:
     count = np.diff(np.append(first, len(order)))
     one, two = order[first], order[np.minimum(first + 1, len(order) - 1)]
     turn = np.einsum("ei,ei->e", normal[mesh.corner_face[one]], normal[mesh.corner_face[two]])
-    keep = one[(count != 2) | (turn < SHARP)]
+    rough = np.diff(mesh.face_start)[mesh.face_body[mesh.corner_face[one]]] > ROUGH
+    keep = one[(count != 2) | (turn < np.where(rough, CRISP, SHARP))]
     return np.stack([mesh.vertex[here[keep]], mesh.vertex[there[keep]]], 1)
 
 

@@ -10,16 +10,32 @@ from collections.abc import Iterator
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.geometry import face_normals
+from cyclopean.geometry import Polyhedra, face_normals
 from cyclopean.geometry.frames import unit
 from cyclopean.geometry.polygon import convex_hull
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, HELD, INK, PULL, RUB, THRUST, fill, shaded
+from cyclopean.view.colours import (
+    BLAMED,
+    FORCE,
+    GHOST,
+    GRAVITY,
+    HELD,
+    INK,
+    LOAD,
+    PULL,
+    RUB,
+    THRUST,
+    fill,
+    shaded,
+    stone,
+)
 from cyclopean.view.drawing import Picture
 from cyclopean.view.svg import (
     Paper,
+    View,
     closed,
     fitted,
     front_view,
+    grain,
     hatch,
     layer,
     project,
@@ -30,42 +46,72 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["animated", "elevation_svg"]
+__all__ = ["animated", "elevation_svg", "sides"]
 
 HEIGHT, MARGIN = 640.0, 40.0
 SIDE, FOOT = 2.6 * MARGIN, MARGIN + 44.0  # room for gravity at the right, for the scale below
 FACE_LIMIT = 20_000  # faces painted one by one; beyond it one silhouette a block
 ARROW_LIMIT = 1_000  # drawn; of more the largest
+STRAYS = 0.6  # of the depth of a block: middles that stray further are of a model that is not in one plane
 POINT_LIMIT = 5_000  # dots of one kind
 ANIMATED_FACES = 1_500  # beyond it the two shapes of every face would make the page heavy
 FINE = 3  # decimals: a hundredth of a millimetre where the sheet is 10 m wide; faces are many, and pages heavy
 NOTHING = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.05]])  # what paper is cut to where nothing is shown
 
 
-def elevation_svg(drawn: Picture, title: str) -> str:
-    """Draw the picture as one `<svg>` element."""
-    seen = np.concatenate([drawn.mesh.vertex, drawn.ghost.reshape(-1, 3)])
+def elevation_svg(drawn: Picture, title: str, view: View | None = None) -> str:
+    """Draw the picture as one `<svg>` element, from the front unless another view is given."""
+    seen = np.concatenate([drawn.mesh.vertex, drawn.ghost.reshape(-1, 3), drawn.load.reshape(-1, 3)])
     paper = fitted(
-        front_view(drawn.mesh.vertex),
+        front_view(drawn.mesh.vertex) if view is None else view,
         seen if len(seen) else NOTHING,
         HEIGHT - MARGIN - FOOT,
         (MARGIN, MARGIN, SIDE, FOOT),
     )
     moves, full = animated(drawn), np.full(len(drawn.press), 4.0)
     parts = [
-        f"<defs>{hatch()}</defs>",
+        f"<defs>{hatch()}{grain()}</defs>",
         layer("stones", _polygons(drawn, paper, moves), solid=True),
         layer("at-rest", [_ghost(drawn, paper)]),
         layer("thrust", [_thrust(drawn.thrust, paper)]),
         layer("forces", [_arrows(drawn.arrow, paper, FORCE), _dots(drawn.press, full, paper, FORCE)]),
         layer("friction", [_arrows(drawn.rub, paper, RUB)]),
         layer("tension", [_dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), paper, PULL)]),
+        layer("hinges", [_dots(drawn.hinge, np.full(len(drawn.hinge), 6.0), paper, LOAD)]),
+        layer("loads", [_arrows(drawn.load, paper, LOAD), *_load_texts(drawn, paper)]),
         layer("numbers", _numbers(drawn.blamed, paper)),
         layer("gravity", [_gravity(drawn, paper)]),
         scale_bar(MARGIN, paper.height - 34.0, paper.scale, 0.22 * (paper.width - 2.0 * MARGIN)) if len(seen) else "",
     ]
     more = to_scale(paper.scale, paper.foot) + (' id="moving"' if moves else "")
     return sheet((paper.width, paper.height), title, parts, letters=16.0, white=False, more=more)
+
+
+def sides(mesh: Polyhedra) -> list[tuple[str, View]]:
+    """Views that show all of a model, named: of a wall in one plane one elevation, of others two and the plan.
+
+    It is in one plane while the middles of its blocks stray by less than a block is deep. Of others the elevations go
+    by the directions of upright faces, and look from where most of the model is near.
+    """
+    front = front_view(mesh.vertex)
+    depth, first = project(mesh.vertex, front)[1], mesh.vertex_start[:-1]
+    if not len(mesh) or not (np.diff(mesh.vertex_start) > 0).all():
+        return [("Elevation", front)]
+    far, near = np.maximum.reduceat(depth, first), np.minimum.reduceat(depth, first)
+    if not float(np.std(far + near)) > 2.0 * STRAYS * float(np.median(far - near)):
+        return [("Elevation", front)]
+    normal = face_normals(mesh)
+    normal = normal[np.abs(normal[:, 2]) < 0.1 * np.linalg.norm(normal, axis=1)]
+    turn = np.rint(np.degrees(np.arctan2(normal[:, 1], normal[:, 0]))).astype(int) % 90
+    best = np.radians(np.bincount(turn, np.linalg.norm(normal, axis=1), 90).argmax())
+    middle = (mesh.vertex.max(axis=0) + mesh.vertex.min(axis=0)) / 2.0 - mesh.vertex.mean(axis=0)
+    views = []
+    for angle in (best, best + np.pi / 2.0):
+        into = np.array([-np.sin(angle), np.cos(angle), 0.0])
+        into *= 1.0 if into @ middle >= 0.0 else -1.0
+        views.append(View(np.array([into[1], -into[0], 0.0]), into))
+    plan = View(views[0].right, np.array([0.0, 0.0, -1.0]), views[0].into)
+    return [("Elevation", views[0]), ("Elevation from the side", views[1]), ("Plan, from above", plan)]
 
 
 def animated(drawn: Picture) -> bool:
@@ -86,14 +132,12 @@ def _polygons(drawn: Picture, paper: Paper, moves: bool) -> list[str]:
     before = paper.of(drawn.rest) if moves and drawn.rest is not None else None
     painted = []
     for f in _painting_order(far, facing):
-        corner, group = (
-            mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]],
-            int(drawn.group[mesh.face_body[f]]),
-        )
+        corner, body = mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]], int(mesh.face_body[f])
+        group = int(drawn.group[body])
         outline = closed(point[corner], FINE)
         way = "" if before is None or group == HELD else _way(closed(before[corner], FINE), outline)
-        painted.append(_paint(outline, group, float(light[f]), bool(len(drawn.edge)), way))
-    return [f'<g stroke="{INK}" stroke-width="0.9" stroke-linejoin="round">', *painted, "</g>"]
+        painted.append(_paint(outline, (group, body), float(light[f]), bool(len(drawn.edge)), way))
+    return [f'<g class="grain" stroke="{INK}" stroke-width="0.9" stroke-linejoin="round">', *painted, "</g>"]
 
 
 def _painting_order(far: Floats, facing: Floats) -> Ints:
@@ -110,10 +154,15 @@ def _way(rest: str, there: str) -> str:
     )
 
 
-def _paint(outline: str, group: int, light: float, edged: bool, way: str = "") -> str:
-    """One polygon; supports get a hatch over their colour, unedged faces a hairline of their own colour."""
-    colour = shaded(fill(group), light)
+def _paint(outline: str, which: tuple[int, int], light: float, edged: bool, way: str = "") -> str:
+    """One polygon of a colour class and a body, in the colour of stone; the class is named, for pages to colour it by.
+
+    Supports get a hatch over their colour, unedged faces a hairline of their own colour.
+    """
+    group, body = which
+    colour = shaded(fill(group) if group in {HELD, BLAMED} else stone(body), light)
     edge = "" if edged else f' stroke="{colour}"'
+    edge += f' class="u{group}"' if group >= 0 else ""
     edge += ' data-layer="supports"' if group == HELD else ""
     lines = f'<path d="{outline}" fill="url(#hatch)" stroke="none"/>' if group == HELD else ""
     end = f">{way}</path>" if way else "/>"
@@ -128,8 +177,8 @@ def _silhouettes(drawn: Picture, paper: Paper) -> list[str]:
     painted = []
     for i in np.argsort(-middle, kind="stable"):
         outline = closed(convex_hull(point[mesh.vertex_start[i] : mesh.vertex_start[i + 1]]), FINE)
-        painted.append(_paint(outline, int(drawn.group[i]), 0.95, True))
-    return [f'<g stroke="{INK}" stroke-width="0.5" stroke-linejoin="round">', *painted, "</g>"]
+        painted.append(_paint(outline, (int(drawn.group[i]), int(i)), 0.95, True))
+    return [f'<g class="grain" stroke="{INK}" stroke-width="0.5" stroke-linejoin="round">', *painted, "</g>"]
 
 
 def _ghost(drawn: Picture, paper: Paper) -> str:
@@ -182,6 +231,13 @@ def _numbers(point: Floats, paper: Paper) -> Iterator[str]:
         yield text(x, y + 5.3, str(k), style)
 
 
+def _load_texts(drawn: Picture, paper: Paper) -> Iterator[str]:
+    """What each load comes to, at its tail, with a halo."""
+    style = f'text-anchor="middle" font-weight="700" fill="{LOAD}" stroke="#fff" stroke-width="4" paint-order="stroke"'
+    for (x, y), words in zip(paper.of(drawn.load[:, 0]).tolist(), drawn.load_text, strict=True):
+        yield text(x, y - 8.0, words, style)
+
+
 def _head(tail: Floats, tip: Floats, length: float) -> str:
     """A slim triangle at the tip, no longer than 60 % of the arrow."""
     along = tip - tail
@@ -199,6 +255,8 @@ def _gravity(drawn: Picture, paper: Paper) -> str:
     size = float(np.linalg.norm(drawn.gravity))
     if not (size > 0.0):
         return ""
+    if abs(float(drawn.gravity @ paper.view.into)) > 0.9 * size:
+        return ""  # seen along gravity
     down = 70.0 / size / paper.scale * paper.way(drawn.gravity)
     middle = np.array([paper.width - 44.0, paper.height / 2.0 - 30.0])
     tail, tip = middle - down / 2.0, middle + down / 2.0

@@ -7,17 +7,23 @@ import numpy as np
 
 from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, moving_joints
 from cyclopean.analysis.answers import limit_answer
-from cyclopean.view.colours import ACCENT, INK, LINE, SOFT
-from cyclopean.view.drawing import picture_at_limit
+from cyclopean.view.colours import ACCENT, GRAVITY, INK, LINE, LOAD, SOFT
+from cyclopean.view.drawing import Picture, picture_at_limit
 from cyclopean.view.figures import number
 from cyclopean.view.markup import (
+    DASHED,
     POLICY,
+    SUPPORTED,
+    arrow,
     document,
     figure,
     headline,
+    key,
+    legend,
     listed,
     model_figures,
     section,
+    switch,
     table,
     written_first,
 )
@@ -49,7 +55,8 @@ def limit_html(
         section("The bounds", _bounds(result), _MEANING[result.live.kind]),
         section(
             "How it moves" if drawn.motion else "The model",
-            model_figures(drawn, result.assembly.name, _MOVES if drawn.motion else "Forces at the lower bound."),
+            _keys(drawn, result)
+            + model_figures(drawn, result.assembly.name, _MOVES if drawn.motion else "Forces at the lower bound."),
         ),
         section("Joints that move", _joints(result), _JOINTS),
         section("Without dilatancy", _coupled(result.coupled), _COUPLED),
@@ -61,6 +68,20 @@ def limit_html(
     )
     title = f"{result.assembly.name}: {WORDS[result.word].lower()}"
     return document(title, body, word=TONES[result.word], may=POLICY)
+
+
+def _keys(drawn: Picture, result: LimitResult) -> str:
+    load = "the push on all blocks together" if result.live.push else "load that grows"
+    return legend(
+        [
+            switch(drawn.quantity),
+            key(SUPPORTED, "support"),
+            key(arrow(LOAD), f"{load}, as large as at the limit") if len(drawn.load) else "",
+            key(f'<circle cx="16" cy="8" r="6" fill="{LOAD}"/>', "hinge") if len(drawn.hinge) else "",
+            key(DASHED, "where it stands") if len(drawn.ghost) else "",
+            key(arrow(GRAVITY), "gravity"),
+        ]
+    )
 
 
 _MOVES = "The mechanism at the upper bound, drawn so that the largest movement is a quarter of a mean block."
@@ -104,12 +125,12 @@ def _head(result: LimitResult, model_file: str | None) -> str:
 def _bounds(result: LimitResult) -> str:
     rows = [("stands, proved, at", _number(result.lower)), ("falls, proved, from", _number(result.upper))]
     if np.isfinite(result.gap):
-        rows.append(("apart by", f"{result.gap:.1e} of it"))
+        rows.append(("apart by", f"{number(result.gap, 2)} of it"))
     if result.angle is not None:
         low, high = result.angle
         rows += [("angle, stands at", _degrees(low)), ("angle, falls from", _degrees(high))]
     if result.window is not None:
-        rows.append(("stands only between", f"{result.window[0]:.8g} and {result.window[1]:.8g}"))
+        rows.append(("stands only between", f"{number(result.window[0])} and {number(result.window[1])}"))
     if result.assumed:
         rows += [(f"{name} (assumed)", _assumed(name, value)) for name, value in result.assumed.items()]
     return table(["", ""], rows)
@@ -124,11 +145,11 @@ def _assumed(name: str, value: Any) -> str:
 
 
 def _number(value: float | None) -> str:
-    return "not proved" if value is None else f"{value:.10g}"
+    return "not proved" if value is None else f'<span title="{value:.10g}">{number(value)}</span>'
 
 
 def _degrees(value: float | None) -> str:
-    return "not proved" if value is None else f"{value:.8g}°"
+    return "not proved" if value is None else f'<span title="{value:.8g}°">{number(value)}°</span>'
 
 
 def _joints(result: LimitResult) -> str:
@@ -136,16 +157,18 @@ def _joints(result: LimitResult) -> str:
         (joint_name(result, j.contact), KINDS[j.kind], f"{j.speed:.3f}", ", ".join(f"{x:.3f}" for x in j.point))
         for j in moving_joints(result)
     ]
-    return table(["Joint", "How", ">Speed", ">About (m)"], rows, MOST)
+    return table(["Joint", "How", ">Speed (fastest = 1)", ">About x, y, z (m)"], rows, MOST)
 
 
 def _coupled(coupled: CoupledBracket | None) -> str:
     if coupled is None:
         return ""
-    rows = [("largest multiplier certified", "none" if coupled.stands is None else f"{coupled.stands:.6g}")]
+    rows = [("largest multiplier certified", "none" if coupled.stands is None else number(coupled.stands))]
     if coupled.not_yet is not None:
-        rows.append((f"least that is not ({coupled.word})", f"{coupled.not_yet:.6g}"))
-    return table(["", ""], rows) + table(["Tried", "Verdict"], [(f"{t:.6g}", word) for t, word in coupled.trials])
+        rows.append((f"least that is not ({coupled.word})", number(coupled.not_yet)))
+    return table(["", ""], rows) + table(
+        ["Multiplier tried", "Verdict"], [(number(t), word) for t, word in coupled.trials]
+    )
 
 
 def _polar_caption(polar: Polar) -> str:
@@ -153,7 +176,7 @@ def _polar_caption(polar: Polar) -> str:
     if angle is None or angle[0] is None:
         return f"{len(polar.results)} azimuths."
     return (
-        f"{len(polar.results)} azimuths; the least of them is {angle[0]:.4g}° towards {polar.least.live.tilt:g}°"
+        f"{len(polar.results)} azimuths; the least of them is {number(angle[0])}° towards {polar.least.live.tilt:g}°"
         " (between two of them it may be less). From +x to the right, counter-clockwise to +y."
     )
 
@@ -175,7 +198,7 @@ def polar_svg(polar: Polar) -> str:
     )
     parts.append(f'<path d="{closed(points)}" fill="{STANDS}" fill-opacity=".18" stroke="{STANDS}"/>')
     for (x, y), (az, value) in zip(points.tolist(), shown, strict=True):
-        parts.append(_dot(x, y, f"<title>{az:g}°: {value:.4g}°</title>"))
+        parts.append(_dot(x, y, f"<title>{az:g}°: {number(value)}°</title>"))
     for x, y, anchor, name in ((204, 4, "start", "+x"), (-204, 4, "end", "−x"), (0, -206, "middle", "+y")):
         parts.append(text(x, y, name, f'text-anchor="{anchor}"'))
     centred = ['<g transform="translate(240 230)">', *parts, "</g>"]
@@ -190,7 +213,7 @@ def _pushover(pushover: Pushover) -> str:
     caption = f"Control block '{escape(pushover.control)}'. It ends where {escape(pushover.ended)}."
     head = ["Displacement (m)", ">Rotation (°)", ">Multiplier", ">Points in touch"]
     rows = (
-        (f"{s.displacement:.5g}", f"{s.rotation:.4g}", f"{s.multiplier:.6g}", f"{s.touching:,}") for s in pushover.steps
+        (number(s.displacement), number(s.rotation), number(s.multiplier), f"{s.touching:,}") for s in pushover.steps
     )
     return figure(pushover_svg(pushover), caption) + table(head, rows)
 

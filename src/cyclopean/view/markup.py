@@ -11,7 +11,7 @@ from cyclopean.arrays import Floats
 from cyclopean.errors import spelt
 from cyclopean.view.colours import GHOST, HATCH, SCALE, SUPPORT
 from cyclopean.view.drawing import Picture, without_points
-from cyclopean.view.elevation import animated, elevation_svg
+from cyclopean.view.elevation import animated, elevation_svg, sides
 from cyclopean.view.scene import scene_html
 from cyclopean.view.style import sheet
 
@@ -32,8 +32,8 @@ __all__ = [
     "listed",
     "model_figures",
     "ramp",
-    "scale_of",
     "section",
+    "switch",
     "table",
     "told",
     "written_first",
@@ -56,8 +56,8 @@ _FLAT = (
 )
 FOOTER = "<footer>Written by cyclopean. This page holds everything it shows and loads nothing from a network.</footer>"
 ROWS = 400  # of a table, unless it says otherwise
-LONG = 15  # rows beyond which it scrolls in a box
-DRAG = "Drag to turn, scroll to zoom, right-drag to move."
+LONG = 40  # rows beyond which it scrolls in a box
+DRAG = "Drag to turn, scroll to zoom, right-drag to move; the button at the top right lists the layers to switch."
 
 # What keys explain: small drawings of 32 x 16 units.
 DASHED = f'<path d="M1 8H32" stroke="{GHOST}" stroke-width="2" stroke-dasharray="5 3"/>'
@@ -147,8 +147,11 @@ def model_figures(drawn: Picture, name: str, caption: str, *, layers: str = DRAG
     scene = (
         f'<iframe title="3D scene: {escape(name)}" srcdoc="{escape(scene_html(drawn, joints), quote=True)}"></iframe>'
     )
-    flat = elevation_svg(without_points(drawn), f"Elevation of {name}")
-    return figure(scene, layers, "scene") + figure(flat, f"Elevation. {caption}{click_note(drawn)}", "elevation")
+    flat = without_points(drawn)
+    shown = [(what, elevation_svg(flat, f"{what} of {name}", view)) for what, view in sides(drawn.mesh)]
+    told = [f"{shown[0][0]}. {caption}{click_note(drawn)}", *(f"{what}." for what, _ in shown[1:])]
+    flats = (figure(svg, words, "elevation") for (_, svg), words in zip(shown, told, strict=True))
+    return figure(scene, layers, "scene") + "".join(flats)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], most: int = ROWS, elsewhere: str = "") -> str:
@@ -198,14 +201,21 @@ def ramp(title: str, low: str, high: str) -> str:
     )
 
 
-def scale_of(quantity: str) -> str:
-    """What the colours of a picture mean; nothing where they mean nothing."""
-    return ramp(*_SCALES[quantity]) if quantity in _SCALES else ""
+def switch(quantity: str) -> str:
+    """What shows the colours of a quantity over the stone, and what they mean; nothing where they mean nothing.
+
+    Movement is shown at first: it is there to be feared.
+    """
+    if quantity not in _SCALES:
+        return ""
+    on = " checked" if quantity == "movement" else ""
+    said = f"{quantity.capitalize()} in colour"
+    return f'<label class="overlay"><input type="checkbox" id="overlay"{on}> {said}</label>{ramp(*_SCALES[quantity])}'
 
 
 _SCALES = {
-    "utilisation": ("Friction used at the worst contact of a block", "0", "1 = about to slide"),
-    "movement": ("Movement of a block, largest = 1", "0", "1"),
+    "utilisation": ("Friction used at the worst contact of a stone", "0", "1 = about to slide"),
+    "movement": ("Movement of a stone, largest = 1", "0", "1"),
 }
 
 

@@ -9,7 +9,7 @@ from cyclopean.design.matching.cells import Cells
 from cyclopean.design.matching.match import Match
 from cyclopean.design.matching.negotiation import Round
 from cyclopean.design.stones.stone import Stone
-from cyclopean.view.carving_drawing import DATUM, carving_svg
+from cyclopean.view.carving_drawing import DATUM, MEANT, carving_svg
 from cyclopean.view.curves import curves_svg
 from cyclopean.view.markup import document, figure, headline, listed, section, table
 
@@ -17,7 +17,7 @@ __all__ = ["match_html", "placed_svg", "rounds_svg"]
 
 _CAPTION = (
     f"Hatched: what comes off. Clifford and McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall (ACADIA"
-    " 2018). Lambda means something only together with the gap."
+    " 2018)."
 )
 
 
@@ -35,12 +35,12 @@ def match_html(
         ("gap: left empty", f"{match.gap:.3f}"),
         ("stones placed", f"{len(match):,} of {len(stones):,}"),
         ("cells without a stone", len(match.empty)),
-        ("weight of void", f"{match.weight:.3g}"),
+        ("weight of empty space against cutting", f"{match.weight:.3g}"),
         *([("sawn new", len(cells.sawn))] if len(cells.sawn) else []),
     ]
     body = (
         headline(title, figures, answer=("Does not fit", f"{'; '.join(misfits)}.") if misfits else None),
-        section("Stones as placed", figure(placed_svg(match, stones, cells), _CAPTION)),
+        section("Stones as placed", figure(placed_svg(match, stones, cells), _CAPTION), MEANT),
         section("How the cells were negotiated", figure(rounds_svg(rounds)) if len(rounds) > 1 else "", _ROUNDS),
         section("Stone by stone", _table(match, stones, cells), "The most carved first."),
         section("What to know", listed(match.notes)),
@@ -69,7 +69,7 @@ def rounds_svg(rounds: Sequence[Round]) -> str:
 
 
 def _table(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
-    head = ["Stone", "Cell", ">Lambda", ">Gap", ">Stone, L", ">Cell, L"]
+    head = ["Stone", "Cell", ">Lambda", ">Gap", ">Stone (L)", ">Cell (L)"]
     rows = (
         (
             escape(stones[p.stone].id),

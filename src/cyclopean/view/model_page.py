@@ -9,6 +9,7 @@ from cyclopean.arrays import Bools
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.view.colours import FORCE
 from cyclopean.view.drawing import still
+from cyclopean.view.figures import number
 from cyclopean.view.layers import contact_sides
 from cyclopean.view.markup import (
     POLICY,
@@ -38,7 +39,7 @@ def model_html(assembly: Assembly, contacts: Contacts, fixed: Bools, warnings: S
         ("of them supports", int(fixed.sum())),
         ("contacts", len(contacts)),
         ("contact points", len(contacts.point)),
-        ("volume, m³", f"{float(assembly.mass.volume.sum()):.4g}"),
+        ("volume, m³", number(float(assembly.mass.volume.sum()))),
     ]
     outline = f'<path d="M1 8H31" stroke="{FORCE}" stroke-width="3"/>'
     keys = legend([key(SUPPORTED, "support"), key(outline, "outline of a contact, in the 3D scene")])
@@ -54,9 +55,9 @@ def model_html(assembly: Assembly, contacts: Contacts, fixed: Bools, warnings: S
 
 def _table(assembly: Assembly, contacts: Contacts, fixed: Bools) -> str:
     touching = np.bincount(np.concatenate([contacts.a, contacts.b]), minlength=len(assembly))
-    head = ["Block", "Group", ">Volume, m³", ">Contacts", ""]
+    head = ["Block", "Group", ">Volume (m³)", ">Contacts", ""]
     rows = (
-        (escape(b.id), escape(b.group or ""), f"{v:.4g}", f"{int(t):,}", "support" if held else "")
+        (escape(b.id), escape(b.group or ""), number(float(v)), f"{int(t):,}", "support" if held else "")
         for b, v, t, held in zip(assembly.blocks, assembly.mass.volume, touching, fixed, strict=False)
     )
     return table(head, rows)

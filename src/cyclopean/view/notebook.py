@@ -22,7 +22,7 @@ from cyclopean.view.colours import ACCENT, GHOST, INK, LINE, SOFT
 from cyclopean.view.drawing import Picture, picture, picture_at_limit, still, without_points
 from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import number
-from cyclopean.view.markup import POLICY, STILL, ramp, scale_of, told
+from cyclopean.view.markup import POLICY, STILL, told
 from cyclopean.view.scene import scene_html
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
@@ -76,7 +76,7 @@ def _result(
         title,
         f"{result.assembly.name}: {result.reason}",
         [*figures, ("proof", proof)],
-        scale_of(drawn.quantity) + _scene(drawn, result.assembly.name),
+        _scene(drawn, result.assembly.name),
         accent=accent,
         soft=[f"assumed: {assumed}"] if assumed else [],
         notes=result.warnings,
@@ -148,7 +148,7 @@ def stones_card(
     fixed = np.arange(len(share)) >= len(bodies)
     there = np.array([len(b.faces) > 0 for b in (*bodies, *held)], bool)
     drawn = still(whole, fixed[there], share[there], DOWN)
-    return _card(title, text, figures, ramp("carved off", "0", "1 = all of it") + _scene(drawn, title), notes=notes)
+    return _card(title, text, figures, _scene(drawn, title), notes=notes)
 
 
 def inventory_card(stones: Sequence[Stone], source: str, notes: Sequence[str] = ()) -> str:

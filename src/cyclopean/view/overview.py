@@ -12,7 +12,7 @@ from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.design.stones.stone import Stone
 from cyclopean.view.building import building_svg, outcome
-from cyclopean.view.carving_drawing import DATUM
+from cyclopean.view.carving_drawing import DATUM, MEANT
 from cyclopean.view.markup import document, figure, headline, section
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
@@ -73,9 +73,10 @@ def _stock(stones: Sequence[Stone], cuts: Sequence[Carved]) -> str:
 
 def _carving(whole: Total, wall: CarvedWall) -> str:
     return (
-        f"Above as placed, hatched what comes off; below as carved: {1e3 * (whole.stone_volume - whole.volume):,.0f} of"
-        f" {1e3 * whole.stone_volume:,.0f} litres. Clifford and McGee measured about {DATUM:g} on their Cyclopean"
-        f" Cannibalism wall (ACADIA 2018). The stones touch over {100.0 * wall.touching_share:.0f} % of the joints."
+        f"{MEANT} Above as placed, hatched what comes off; below as carved:"
+        f" {1e3 * (whole.stone_volume - whole.volume):,.0f} of {1e3 * whole.stone_volume:,.0f} litres. Clifford and"
+        f" McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall (ACADIA 2018). The stones touch over"
+        f" {100.0 * wall.touching_share:.0f} % of the joints."
     )
 
 

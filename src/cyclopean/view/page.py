@@ -20,8 +20,8 @@ from cyclopean.view.markup import (
     legend,
     listed,
     model_figures,
-    scale_of,
     section,
+    switch,
     written_first,
 )
 from cyclopean.view.proof_here import proof_here
@@ -128,15 +128,12 @@ def _pictures(result: Result, drawn: Picture) -> str:
     if not len(drawn.mesh.vertex):
         return ""
     notes = "".join(f" {escape(note)}" for note in drawn.notes)
-    layers = (
-        f"{DRAG} The button at the top right of the scene lists its layers."
-        f"{_PALE if len(drawn.arrow) else ''}{_POINTS if len(drawn.press) else ''}"
-    )
+    layers = f"{DRAG}{_INSIDE if len(drawn.arrow) else ''}{_POINTS if len(drawn.press) else ''}"
     caption = _caption(result, drawn) + notes
     return _legend(drawn) + model_figures(drawn, result.assembly.name, caption, layers=layers)
 
 
-_PALE = " Blocks are drawn see-through for the forces inside them, hence paler than the scale; the elevation is exact."
+_INSIDE = " Forces lie inside the stones: switch those off to see them, or the utilisation on."
 _POINTS = " Dots are points that press, the thin arrows at them their friction."
 
 
@@ -167,11 +164,11 @@ def _legend(drawn: Picture) -> str:
     longest = f"contact force, the longest is {force_text(drawn.largest)}"
     return legend(
         [
-            scale_of(drawn.quantity),
+            switch(drawn.quantity),
             key(SUPPORTED, "support"),
             key(rect(0.0, 0.0, 32.0, 16.0, f'fill="{WEAK}"'), "where the search ends") if len(drawn.blamed) else "",
             key(arrow(FORCE), longest) if len(drawn.arrow) else "",
-            key(thrust, "line of thrust (elevation): where the load passes") if len(drawn.thrust) else "",
+            key(thrust, "line of thrust: centres of pressure, joint by joint") if len(drawn.thrust) else "",
             key(DASHED, "where it stands") if len(drawn.ghost) else "",
             key(f'<circle cx="16" cy="8" r="6" fill="{PULL}"/>', "would have to pull") if len(drawn.pull) else "",
             key(arrow(GRAVITY), "gravity"),

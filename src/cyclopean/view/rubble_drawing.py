@@ -24,7 +24,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly, supports
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import cross_section, fans, solid_of
-from cyclopean.view.colours import ACCENT, GHOST, INK, SOFT, shaded
+from cyclopean.view.colours import ACCENT, GHOST, INK, SOFT, STONES, shaded
 from cyclopean.view.figures import number
 from cyclopean.view.relief import Relief, outlines, picture, places, relief
 from cyclopean.view.stone_faces import facing
@@ -63,8 +63,7 @@ SHEET = (("front", "right"), ("back", "left"))
 ROLES = {
     "through-stone": "#d0b48a", "hearting": "#bbb0c0", "pin": "#cfa69b", "cope": "#b5bf9f", "lintel": "#a5b8c6",
 }  # fmt: skip
-_STONES = ("#d3cabb", "#c3bdb1", "#dacfbd", "#b9b4aa", "#cdc1b0", "#c9c6bd", "#d6cab4")  # of one quarry, in turn
-_TINTS = (*_STONES, *ROLES.values())
+_TINTS = (*STONES, *ROLES.values())
 MARGIN, GAP = 30.0, 44.0  # drawing units, round a sheet and between its pictures
 CAPTION, DIMENSION, STRIP = 24.0, 44.0, 10.0  # drawing units: height of a caption, of a dimension, of the ground
 TALLEST = 640.0  # drawing units that a picture may be high
@@ -142,7 +141,7 @@ class _Stones:
         name = tuple(block.id for block in blocks)
         numbers = {one: k + 1 for k, one in enumerate(name)} if told.number is None else told.number
         kind = [list(ROLES).index(role) if (role := told.role.get(one)) in ROLES else -1 for one in name]
-        tint = [k * 5 % len(_STONES) if one < 0 else len(_STONES) + one for k, one in enumerate(kind)]
+        tint = [k * 5 % len(STONES) if one < 0 else len(STONES) + one for k, one in enumerate(kind)]
         point = np.concatenate([block.vertices for block in blocks])
         return cls(
             told,

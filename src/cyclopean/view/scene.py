@@ -11,10 +11,10 @@ import numpy as np
 
 from cyclopean.arrays import Floats
 from cyclopean.geometry import triangles
-from cyclopean.view.colours import FORCE, GHOST, GRAVITY, INK, PULL, RUB
+from cyclopean.view.colours import FORCE, GHOST, GRAVITY, INK, LOAD, PULL, RUB
 from cyclopean.view.drawing import Picture
 from cyclopean.view.layers import SPAN, camera, dots, fit, gravity_arrow, light, lines, server, silent
-from cyclopean.view.solids import Layers, arrow_solids, block_layers
+from cyclopean.view.solids import Layers, arrow_solids, stone_layers
 from cyclopean.view.svg import front_view
 
 __all__ = ["scene_html"]
@@ -37,9 +37,10 @@ def scene_html(drawn: Picture, joints: Floats | None = None) -> str:
         light(scene)
         layers = Layers(scene)
         for layer in (
-            *block_layers(drawn, *triangles(drawn.mesh), shown),
+            *stone_layers(drawn, *triangles(drawn.mesh), shown),
             arrow_solids(drawn.arrow, place, "/contact forces", FORCE, 0.006 * SPAN),
             arrow_solids(drawn.rub, place, "/friction", RUB, 0.0035 * SPAN, 0.12),
+            arrow_solids(drawn.load, place, "/loads", LOAD, 0.006 * SPAN),
             arrow_solids(gravity, place, "/gravity", GRAVITY, 0.003 * SPAN),
         ):
             layers.put(layer)
@@ -48,9 +49,11 @@ def scene_html(drawn: Picture, joints: Floats | None = None) -> str:
             lines(scene, "/contacts", place(joints), FORCE, 2.4)
         lines(scene, "/where it stood", place(drawn.ghost), GHOST, 1.0)
         dots(scene, "/pressing points", place(drawn.press), FORCE, 0.005 * SPAN)
+        dots(scene, "/hinges", place(drawn.hinge), LOAD, 0.012 * SPAN)
         dots(scene, "/points that would pull", place(drawn.pull), PULL, 0.010 * SPAN)
         lines(scene, "/virtual displacement", place(drawn.virtual_edge), RUB, 1.6, shown=False)
         if len(shown):
-            camera(running.initial_camera, view, np.concatenate([shown, place(gravity).reshape(-1, 3)]))
+            beside = place(np.concatenate([gravity, drawn.load]).reshape(-1, 3))
+            camera(running.initial_camera, view, np.concatenate([shown, beside]))
         html = str(running.get_scene_serializer().as_html())
     return html.replace("</head>", QUIET_STYLE + "</head>", 1)

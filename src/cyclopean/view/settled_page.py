@@ -112,7 +112,7 @@ def _stones(assembly: Assembly, told: Told) -> str:
         for k, block in enumerate(assembly.blocks)
         if k
     ]
-    return table(("No.", "Stone", ">Course", ">Mass, kg", ">Size, mm", "Role"), rows, elsewhere=" in the model")
+    return table(("No.", "Stone", ">Course", ">Mass (kg)", ">Size (mm)", "Role"), rows, elsewhere=" in the model")
 
 
 def _mass(assembly: Assembly) -> Floats:

@@ -5,16 +5,16 @@ instance costs as much as a draw call: 24,000 edges took a second a frame, as me
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from cyclopean.arrays import Floats, Ints
-from cyclopean.view.colours import BLAMED, HELD, STEPS, UNKNOWN, fill, rgb
-from cyclopean.view.drawing import Picture
+from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.view.colours import BLAMED, HELD, STEPS, STONES, UNKNOWN, fill, rgb
+from cyclopean.view.drawing import ROUGH, Picture
 
-__all__ = ["Layer", "Layers", "arrow_solids", "block_layers", "once", "wires"]
+__all__ = ["Layer", "Layers", "arrow_solids", "block_layers", "once", "stone_layers", "wires"]
 
 SUN = np.array([-3.0, -6.0, 8.0])  # where light comes from: lines are turned towards it, so that all are equally dark
 THIN = 2e-5  # width of what stands for a line, in units of the drawing: far below a pixel, far above rounding
@@ -33,6 +33,8 @@ class Layer:
     colour: str  # #rrggbb
     opacity: float | None = None
     wire: bool = False  # draw the sides of the triangles only, one pixel wide
+    visible: bool = True  # at first; in the tree of the scene it can be switched
+    smooth: bool = False  # shade across the sides of the triangles: found stones, not sawn ones
 
 
 class Layers:
@@ -69,7 +71,8 @@ class Layers:
             color=rgb(layer.colour),
             opacity=layer.opacity,
             wireframe=layer.wire,
-            flat_shading=not layer.wire,
+            flat_shading=not (layer.wire or layer.smooth),
+            visible=layer.visible,
             cast_shadow=False,
             receive_shadow=False,
         )
@@ -78,20 +81,50 @@ class Layers:
 NAMES = {HELD: "supports", UNKNOWN: "no value", BLAMED: "where the search ends"}
 
 
+def stone_layers(drawn: Picture, corner: Ints, face: Ints, shown: Any) -> list[Layer]:
+    """Blocks as stone, smooth where they have many faces; and, switched off, in the colours of what is to be feared.
+
+    Of a mechanism its colours are seen at first, and the stone is switched off. Triangles `corner` (T, 3), their `face`
+    (T,) and vertices `shown` (V, 3) as in `block_layers`.
+    """
+    special, feared = np.isin(drawn.group, (HELD, BLAMED)), drawn.quantity == "movement"
+    tint = np.where(special, drawn.group, np.arange(len(drawn.group)) * 5 % len(STONES))
+    rough = np.diff(drawn.mesh.face_start) > ROUGH
+    layers = []
+    for smooth in (False, True):
+        for k in (HELD, BLAMED, *range(len(STONES))):
+            vertex, local = _part((tint == k) & (rough == smooth), drawn, corner, face, shown)
+            name = (f"/stones/{k + 1}" if k >= 0 else f"/{NAMES[k]}") + (", rough" if smooth else "")
+            colour = STONES[k] if k >= 0 else fill(k)
+            layers.append(Layer(name, vertex, local, colour, visible=k < 0 or not feared, smooth=smooth))
+    if drawn.quantity != "nothing":
+        solid = block_layers(replace(drawn, arrow=drawn.arrow[:0]), corner, face, shown)
+        layers += [
+            replace(one, name=one.name.replace("/blocks", f"/{drawn.quantity}"), visible=feared)
+            for one in solid
+            if one.colour not in {fill(HELD), fill(BLAMED)}
+        ]
+    return layers
+
+
+def _part(some: Bools, drawn: Picture, corner: Ints, face: Ints, shown: Any) -> tuple[Any, Any]:
+    """Vertices and triangles of some of the bodies (n,)."""
+    mine = some[drawn.mesh.vertex_body]
+    return shown[mine], (np.cumsum(mine) - 1)[corner[some[drawn.mesh.face_body[face]]]].astype(np.uint32)
+
+
 def block_layers(drawn: Picture, corner: Ints, face: Ints, shown: Any) -> list[Layer]:
     """Blocks, one mesh a colour class, see-through where there are forces inside: few, however many blocks.
 
     Triangles `corner` (T, 3) are of the picture's mesh, each of a `face` (T,); its vertices are `shown` (V, 3),
     float32, in units of the drawing.
     """
-    of_vertex, of_corner = drawn.group[drawn.mesh.vertex_body], drawn.group[drawn.mesh.face_body[face]]
     through = THROUGH if len(drawn.arrow) else None
     layers = []
     for k in (HELD, UNKNOWN, BLAMED, *range(STEPS)):
-        mine = of_vertex == k
-        local = (np.cumsum(mine) - 1)[corner[of_corner == k]].astype(np.uint32)
+        vertex, local = _part(drawn.group == k, drawn, corner, face, shown)
         name = NAMES.get(k, f"{k / STEPS:.1f} to {(k + 1) / STEPS:.1f}")
-        layers.append(Layer(f"/blocks/{name}", shown[mine], local, fill(k), None if k == HELD else through))
+        layers.append(Layer(f"/blocks/{name}", vertex, local, fill(k), None if k == HELD else through))
     return layers
 
 

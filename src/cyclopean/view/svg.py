@@ -27,6 +27,7 @@ __all__ = [
     "closed",
     "fitted",
     "front_view",
+    "grain",
     "grid",
     "hatch",
     "layer",
@@ -241,6 +242,16 @@ def hatch(
         f'<pattern id="{name}" width="7" height="7" patternUnits="userSpaceOnUse"'
         f' patternTransform="rotate({turn}){larger}">'
         f'{back}<path d="M0 0V7" stroke="{colour}" stroke-width="{width:g}"/></pattern>'
+    )
+
+
+def grain() -> str:
+    """The filter `grain`: the surface of stone in low light, for the pages' style sheet to lay over what is drawn."""
+    return (
+        '<filter id="grain" x="0" y="0" width="100%" height="100%"><feTurbulence type="fractalNoise"'
+        ' baseFrequency=".09" numOctaves="4" seed="7"/><feDiffuseLighting surfaceScale="1.4" diffuseConstant="1.15"'
+        ' lighting-color="#fff"><feDistantLight azimuth="235" elevation="60"/></feDiffuseLighting><feComposite in2='
+        '"SourceGraphic" operator="arithmetic" k1="1"/><feComposite in2="SourceGraphic" operator="in"/></filter>'
     )
 
 

@@ -1,21 +1,16 @@
 """The line of thrust of a structure in which every block bears on two joints at most: arches, columns, buttresses.
 
-The two forces on a voussoir and its weight are in balance, so that they meet in one point (Hooke 1675; Moseley 1843):
-the line runs from one centre of pressure along the force there to that point, and along the other force to the other
-centre of pressure. What lies inside every joint is thrust that the joints can bear; what comes near an edge is where a
-hinge will open.
+It is Moseley's line of resistance (1843): through the centre of pressure of each joint, so that it stays inside stones
+that are not hollowed out. Where it comes near an edge, a hinge will open.
 """
 
 import numpy as np
 
 from cyclopean.analysis import Result
 from cyclopean.arrays import Floats
-from cyclopean.view.figures import Resultants, resultants
+from cyclopean.view.figures import resultants
 
 __all__ = ["thrust_line"]
-
-PARALLEL = 1e-2  # sine of the angle between two forces below which the point where they meet is too far to matter
-AWAY = 1.0  # of a block's size: how far from its centre the meeting point may lie and still be drawn
 
 
 def thrust_line(result: Result) -> Floats:
@@ -32,32 +27,5 @@ def thrust_line(result: Result) -> Floats:
     who, first, count = np.unique(block, return_index=True, return_counts=True)
     if not len(who) or count.max() > 2:
         return none
-    size = np.cbrt(np.abs(result.assembly.mass.volume))
-    pieces = []
-    for i, start, n in zip(who.tolist(), first.tolist(), count.tolist(), strict=True):
-        centre = result.assembly.mass.centroid[i]
-        pieces += _through(found, joint[start : start + n].tolist(), centre, float(size[i]))
-    return np.array(pieces) if pieces else none
-
-
-def _through(found: Resultants, joints: list[int], centre: Floats, size: float) -> list[Floats]:
-    """Pieces of the line in one block."""
-    ends = found.centre[joints]
-    if len(joints) == 1:
-        return [np.stack([ends[0], centre])]  # where a thrust begins: its weight alone
-    force = found.force[joints]
-    meeting = _meeting(ends, force / np.linalg.norm(force, axis=1)[:, None])
-    if meeting is None or np.linalg.norm(meeting - centre) > AWAY * size:
-        return [ends]
-    return [np.stack([ends[0], meeting]), np.stack([meeting, ends[1]])]
-
-
-def _meeting(point: Floats, along: Floats) -> Floats | None:
-    """Where two lines come nearest to each other; None where they are as good as parallel."""
-    across = np.cross(along[0], along[1])
-    sine2 = float(across @ across)
-    if not sine2 > PARALLEL**2:
-        return None
-    apart = point[1] - point[0]
-    reach = [float(np.cross(apart, along[1 - k]) @ across) / sine2 for k in range(2)]
-    return np.asarray((point[0] + reach[0] * along[0] + point[1] + reach[1] * along[1]) / 2.0)
+    begins = np.where((count == 2)[:, None], found.centre[joint[first + count - 1]], result.assembly.mass.centroid[who])
+    return np.stack([found.centre[joint[first]], begins], 1)  # where a block bears on one joint, its weight alone

@@ -8,7 +8,8 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.design.matching.tradeoff import Alternative, Tradeoff
 from cyclopean.design.walls.interlock import interlock
-from cyclopean.view.colours import ACCENT, INK, NEUTRAL, SCALE, SOFT, shaded
+from cyclopean.view.carving_drawing import MEANT
+from cyclopean.view.colours import ACCENT, FORCE, INK, NEUTRAL, SOFT, shaded
 from cyclopean.view.markup import document, figure, headline, listed, section, table
 from cyclopean.view.svg import PAPER, grid, legend, open_path, rect, round_length, sheet, text
 from cyclopean.view.wall_drawing import wall_svg
@@ -19,9 +20,10 @@ WIDE, HIGH, LEFT, BASE, TOP = 760.0, 440.0, 70.0, 340.0, 20.0  # of the sheet, a
 AROUND = 0.08  # of its range, that an axis goes on beyond the outermost walls
 LEAST = 0.02  # that an axis ranges over, so that rounding is not drawn large
 LABEL = 17.0  # drawing units from a mark to its number
-CHOSEN, OTHER = SCALE[6], SOFT
+CHOSEN, OTHER = FORCE, SOFT
 STONE, DARKER, MOST = "#f6f1e6", 0.62, 0.6  # a stone of which nothing comes off; how much darker one of such a share is
 COLUMNS = (70.0, 230.0, 370.0, 560.0)  # of the legend
+J_MEANT = "J says how well the stones interlock: 1 where no head joint stands above another and no four stones meet."
 _CAPTION = (
     "Farther left, less is carved away; farther up, the stones interlock better. A wall is beaten by one that carves no"
     " more and interlocks no less; no wall beats those that the line joins. Crosses do not count: they cannot be shown"
@@ -133,7 +135,7 @@ def tradeoff_html(found: Tradeoff, pictures: Sequence[str] | None = None) -> str
     walls = "".join(figure(drawn[k], _told(found, k)) for k in order)
     body = (
         headline(title, figures),
-        section("The curve", figure(tradeoff_svg(found), _CAPTION)),
+        section("The curve", figure(tradeoff_svg(found), _CAPTION), f"{MEANT} {J_MEANT}"),
         section("Wall by wall", _table(found, order), "Those that none beats come first, the least carved of them."),
         section("The walls", walls, _WALLS),
         section("What to know", listed(found.notes)),
@@ -151,7 +153,7 @@ def _told(found: Tradeoff, k: int) -> str:
 
 
 def _table(found: Tradeoff, order: Sequence[int]) -> str:
-    head = ["Wall", ">Lambda", ">Carved, L", ">Gap", ">J", "Verdict", ">Seed", ">Coursing", ">Depth, m", ">Moved",
+    head = ["Wall", ">Lambda", ">Carved (L)", ">Gap", ">J", "Verdict", ">Seed", ">Coursing", ">Depth (m)", ">Moved",
             "Laid out for J"]  # fmt: skip
     rows = []
     for k in order:
