@@ -5,7 +5,8 @@ from pathlib import Path
 
 SOURCE = Path(__file__).parents[1] / "src" / "cyclopean"
 FLOOR = {
-    "errors": 0, "lazy_exports": 0, "processes": 0, "arrays": 0.5, "texts": 0.5, "options": 0.7,  # ground: steps
+    "errors": 0, "lazy_exports": 0, "representation": 0,
+    "processes": 0, "arrays": 0.5, "texts": 0.5, "options": 0.7,  # ground: steps
     "geometry": 1, "solvers": 1, "proof": 1,
     "assembly": 2, "statics": 3, "analysis": 4, "design": 5, "io": 6, "view": 7, "api": 8, "service": 8.3, "cli": 8.5,
     "__init__": 9, "__main__": 9,

@@ -9,6 +9,7 @@ import numpy as np
 
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Contacts, Loading
+from cyclopean.representation import one_line
 
 if TYPE_CHECKING:
     from cyclopean.analysis.large_displacement.subsidence import Subsidence
@@ -71,6 +72,8 @@ def millimetres(length: float) -> str:
 @dataclass(frozen=True, slots=True, eq=False)
 class Result:
     """A verdict, what it rests on, and the certificate that proves it."""
+
+    __repr__ = one_line
 
     assembly: Assembly
     contacts: Contacts  # the ones used, mu filled in

@@ -1,4 +1,6 @@
-"""Notebooks: what these functions give shows itself, as a card with its verdict, its figures and a scene to turn.
+"""Notebooks: what these functions give shows itself, as a card with its verdict, its figures and a drawing.
+
+`card(thing, scene=True)` has a scene in 3D to turn instead of the drawing.
 
 The classes live in rooms that know nothing of drawing, so they are not given a method to draw themselves: IPython is
 told, by their names, who draws them. Nothing is loaded for that until such a thing is shown. `import cyclopean` does it
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from cyclopean.api.stones import StoneCarving, StoneMatch
     from cyclopean.assembly import Block
 
-__all__ = ["SHOWN", "card", "load_ipython_extension", "one_line"]
+__all__ = ["SHOWN", "card", "load_ipython_extension"]
 
 # Where they are defined, and what they are to a person.
 SHOWN = {
@@ -33,18 +35,20 @@ SHOWN = {
 }
 
 
-def card(thing: Any) -> str:
+def card(thing: Any, *, scene: bool = False) -> str:
     """Draw what one of these functions gave, as a piece of HTML.
 
     Parameters
     ----------
     thing : Assembly, wall, Result, LimitResult, BuildSequence, StoneMatch, StoneCarving or Inventory
         What to show.
+    scene : bool
+        With a scene in 3D to turn, of about 0.8 MB, instead of a drawing.
 
     Returns
     -------
     str
-        HTML that holds all it shows, of about 0.9 MB where it has a scene in 3D.
+        HTML that holds all it shows, below 100 kB without a scene; a notebook shows it by `IPython.display.HTML`.
 
     Raises
     ------
@@ -65,29 +69,27 @@ def card(thing: Any) -> str:
     from cyclopean.view import notebook
 
     if isinstance(thing, Result):
-        return notebook.result_card(thing)
+        return notebook.result_card(thing, scene=scene)
     if isinstance(thing, LimitResult):
-        return notebook.limit_card(thing)
+        return notebook.limit_card(thing, scene=scene)
     if isinstance(thing, BuildSequence):
-        return notebook.sequence_card(thing)
+        return notebook.sequence_card(thing, scene=scene)
     if isinstance(thing, StoneMatch):
-        return _match_card(thing)
+        return _match_card(thing, scene)
     if isinstance(thing, StoneCarving):
-        return _carving_card(thing)
+        return _carving_card(thing, scene)
     if isinstance(thing, Inventory):
         return notebook.inventory_card(thing.stones, thing.source, (*thing.notes, *thing.refused))
     kind = SHOWN.get((type(thing).__module__, type(thing).__name__), "structure")
     if isinstance(thing, Assembly):
-        return notebook.model_card(thing, kind)
+        return notebook.model_card(thing, kind, scene=scene)
     if isinstance(thing, HasAssembly):
-        return notebook.model_card(thing.assembly, kind)
+        return notebook.model_card(thing.assembly, kind, scene=scene)
     raise InputError(f"card: a {type(thing).__name__} has none; give a structure, a wall or what a function found")
 
 
-def _match_card(found: "StoneMatch") -> str:
+def _match_card(found: "StoneMatch", scene: bool) -> str:
     """Stones as they are placed, before any is carved."""
-    import numpy as np
-
     from cyclopean.assembly import Block
     from cyclopean.view.notebook import stones_card
 
@@ -106,15 +108,14 @@ def _match_card(found: "StoneMatch") -> str:
         ("stones placed", f"{len(match):,} of {len(found.stones):,}"),
         ("cells without a stone", f"{len(match.empty):,}"),
     ]
-    share = np.array([p.carved_share for p in match.placements])
     held = _without(blocks, {int(k) for k in found.cells.block})
     title = f"Stones for {found.assembly.name}"
-    return stones_card(title, "as placed, not yet carved", figures, bodies, share, held=held, notes=found.warnings)
+    return stones_card(
+        title, "as placed, not yet carved", figures, bodies, held=held, notes=found.warnings, scene=scene
+    )
 
 
-def _carving_card(carving: "StoneCarving") -> str:
-    import numpy as np
-
+def _carving_card(carving: "StoneCarving", scene: bool) -> str:
     from cyclopean.assembly import Block
     from cyclopean.view.notebook import stones_card
 
@@ -127,29 +128,14 @@ def _carving_card(carving: "StoneCarving") -> str:
         ("cuts", f"{cuts:,}"),
         ("of the joints touch", f"{carving.built.touching_share:.0%}"),
     ]
-    share = np.array([c.carved_share for c in carving.carved])
     held = [b for b, fixed in zip(carving.drawn.blocks, carving.fixed.tolist(), strict=True) if fixed]
     title = f"{carving.drawn.name}, carved"
     text = "as it will be built, not checked"
-    return stones_card(title, text, figures, bodies, share, held=held, notes=carving.warnings)
+    return stones_card(title, text, figures, bodies, held=held, notes=carving.warnings, scene=scene)
 
 
 def _without(blocks: "Sequence[Block]", cells: set[int]) -> "list[Block]":
     return [block for k, block in enumerate(blocks) if k not in cells]
-
-
-def one_line(thing: Any) -> str:
-    """What a terminal shows: the arrays of a result would fill pages."""
-    name = type(thing).__name__
-    if hasattr(thing, "verdict"):
-        return f"<{name} {thing.verdict}: {thing.reason}>"
-    if hasattr(thing, "word"):
-        return f"<{name} {thing.word}: {thing.reason}>"
-    if hasattr(thing, "imposition"):
-        return f"<{name} of {len(thing.match)} stones: Lambda {thing.imposition:.3f}, gap {thing.gap:.3f}>"
-    if isinstance(thing, HasAssembly):
-        return f"<{name} '{thing.assembly.name}', {len(thing.assembly)} blocks>"
-    return f"<{name} '{getattr(thing, 'name', getattr(thing, 'source', ''))}', {len(thing)}>"
 
 
 def load_ipython_extension(shell: Any) -> None:
@@ -163,8 +149,3 @@ def load_ipython_extension(shell: Any) -> None:
     formatters = shell.display_formatter.formatters
     for module, name in SHOWN:
         formatters["text/html"].for_type_by_name(module, name, card)
-        formatters["text/plain"].for_type_by_name(module, name, _print)
-
-
-def _print(thing: Any, printer: Any, cycle: bool) -> None:
-    printer.text(one_line(thing))

@@ -11,6 +11,7 @@ from cyclopean.api.inputs import Model, StoneReading, Stones, assembly_of, inven
 from cyclopean.api.keywords import MatchKeywords, SettleKeywords, TradeoffKeywords, given_to
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
+from cyclopean.representation import one_line
 
 if TYPE_CHECKING:
     from cyclopean.arrays import Bools, Ints
@@ -52,6 +53,8 @@ def _silent(_: str) -> None:
 class StoneMatch:
     """Which stone goes where, with the stones and the cells that this is of."""
 
+    __repr__ = one_line
+
     match: "Match"
     stones: "tuple[Stone, ...]"
     cells: "Cells"
@@ -82,6 +85,8 @@ class StoneMatch:
 class StoneTradeoff:
     """Walls between least carving and best interlock, and the stones that they were matched from."""
 
+    __repr__ = one_line
+
     tradeoff: "Tradeoff"
     stones: "tuple[Stone, ...]"
     warnings: tuple[str, ...] = ()
@@ -103,6 +108,8 @@ class StoneTradeoff:
 @dataclass(frozen=True, slots=True, eq=False)
 class StoneCarving:
     """Carved stones, and the wall that they make."""
+
+    __repr__ = one_line
 
     carved: "tuple[Carved, ...]"
     total: "Total"

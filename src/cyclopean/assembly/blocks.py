@@ -10,6 +10,7 @@ from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.loads import SELF, BodyLoad, Combination, Load, SurfaceLoad
 from cyclopean.errors import InputError
 from cyclopean.geometry import MassProperties, Polyhedra, mass_properties, pack
+from cyclopean.representation import one_line
 
 __all__ = ["DIRECTIONS", "Assembly", "Block", "FrictionPair", "Settlement", "held_directions", "supports"]
 
@@ -20,6 +21,8 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
     """One rigid stone as a closed polygon mesh."""
+
+    __repr__ = one_line
 
     id: str
     vertices: Floats  # (v, 3) m
@@ -70,6 +73,8 @@ class Assembly:
 
     `contacts` is None where they are to be detected; empty where the model says that there are none.
     """
+
+    __repr__ = one_line
 
     blocks: tuple[Block, ...]
     contacts: Contacts | None = None

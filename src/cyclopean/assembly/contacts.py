@@ -8,6 +8,7 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry import following, frames_from_normals, newell_normals, offsets, ragged
+from cyclopean.representation import one_line
 
 __all__ = ["UNIT", "Contacts"]
 
@@ -23,6 +24,8 @@ class Contacts:
     normal n that points from `a` into `b`. Every point can carry one force; what `b` feels, `a` feels the opposite of.
     Where a corner of a block touches the other, or edges cross, there is a single point, and `facing` gives n.
     """
+
+    __repr__ = one_line
 
     a: Ints  # (c,) block index
     b: Ints  # (c,) block index

@@ -17,9 +17,20 @@ from cyclopean.geometry import face_normals, pack
 from cyclopean.geometry.frames import unit
 from cyclopean.geometry.polygon import convex_hull
 from cyclopean.view.colours import ACCENT, GHOST, INK, SUPPORT, shaded
-from cyclopean.view.drawing import feature_edges
+from cyclopean.view.drawing import feature_edges, still
 from cyclopean.view.figures import number
-from cyclopean.view.markup import SUPPORTED, document, figure, headline, key, legend, section, table
+from cyclopean.view.markup import (
+    POLICY,
+    SUPPORTED,
+    document,
+    figure,
+    headline,
+    key,
+    legend,
+    scene_figure,
+    section,
+    table,
+)
 from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, layer, rect, segments, sheet, text, to_scale
 
 __all__ = ["STONES", "building_html", "building_svg", "middle_of", "outcome", "painting_order"]
@@ -46,16 +57,19 @@ STONES = ("#d9c9a3", "#b7c4c9", "#c99f7c", "#a9b78f", "#e6dfd0", "#b9a7bd", "#d3
 
 
 def building_html(sequence: BuildSequence) -> str:
-    """Write the page of a building sequence: self-contained, without a script."""
+    """Write the page of a building sequence: self-contained."""
     body = (
         _headline(sequence),
         section("How it is built", _pictures(sequence)),
+        section("In space", scene_figure(still(sequence.assembly, sequence.fixed), sequence.assembly.name)),
         section("Stones that rest on each other", _cycles(sequence), _CYCLES),
         section("What holds it meanwhile", _props(sequence), _PROPS),
         section("The order that was given", _given(sequence), _GIVEN),
         section("Stage by stage", _stages(sequence), _STAGES),
     )
-    return document(f"{sequence.assembly.name}: how it is built", body, word=outcome(sequence)[2], style=_STYLE)
+    return document(
+        f"{sequence.assembly.name}: how it is built", body, word=outcome(sequence)[2], style=_STYLE, may=POLICY
+    )
 
 
 _STYLE = "#building{cursor:pointer}.word{font-weight:600}"

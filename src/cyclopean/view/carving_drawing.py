@@ -22,8 +22,11 @@ from cyclopean.geometry.sides import rings
 from cyclopean.geometry.solids import fans
 from cyclopean.view.building import middle_of
 from cyclopean.view.colours import GHOST, HATCH, INK, SOFT, SUPPORT, stone
+from cyclopean.view.drawing import still
 from cyclopean.view.figures import number
 from cyclopean.view.markup import (
+    DRAG,
+    POLICY,
     SUPPORTED,
     bar,
     document,
@@ -32,6 +35,7 @@ from cyclopean.view.markup import (
     key,
     legend,
     listed,
+    scene_figure,
     section,
     table,
 )
@@ -52,7 +56,7 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["DATUM", "MEANT", "carving_html", "carving_svg"]
+__all__ = ["DATUM", "MEANT", "carving_html", "carving_svg", "in_space"]
 
 DATUM = 0.27  # Lambda of the Cyclopean Cannibalism wall: 73 % of the scanned stock was used
 MARGIN, LEGEND = 24.0, 64.0  # drawing units
@@ -170,7 +174,7 @@ def _patterns() -> str:
 
 def _legend(carved: Sequence[Carved], top: float, when: When) -> list[str]:
     """What is carved off the whole wall, and what hatch and numbers mean."""
-    y, here = top + 26.0, total(carved).imposition
+    y, here, small = top + 26.0, total(carved).imposition, 'font-size="14"'
     off, says, meant = (
         ("to be carved off", "url(#off)", "comes off")
         if when == "before"
@@ -178,9 +182,9 @@ def _legend(carved: Sequence[Carved], top: float, when: When) -> list[str]:
     )
     return [
         text(MARGIN, y, f'<tspan font-weight="600">Lambda {here:.3f}</tspan>: share of the stone {off}'),
-        text(MARGIN, y + 24.0, f"12 %: so much of one stone. For comparison: {DATUM:g} Cyclopean Cannibalism", 'font-size="14"'),
+        text(MARGIN, y + 24.0, f"12 %: so much of one stone. To compare: {DATUM:g} Cyclopean Cannibalism", small),
         rect(536.0, y - 13.0, 34.0, 16.0, f'fill="{says}" stroke="{HATCH if when == "before" else INK}"'),
-        text(580.0, y + 1.0, meant, 'font-size="14"'),
+        text(580.0, y + 1.0, meant, small),
     ]
 
 
@@ -214,11 +218,12 @@ def carving_html(
     body = (
         _headline(carved, whole, built, result),
         section("Before and after", _pictures(before, after, built), MEANT),
+        section("In space", in_space(built.assembly, result.fixed, carved)),
         section("Stone by stone", _stones(carved), _STONES.format(least=number(1e3 * least))),
         section("What to know", listed(notes)),
         _proof(result, certificate_file),
     )
-    return document(built.assembly.name, body, word=result.verdict)
+    return document(built.assembly.name, body, word=result.verdict, may=POLICY)
 
 
 _STONES = (
@@ -258,6 +263,14 @@ _AFTER = (
     f"Carved back to their cells. Clifford and McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall"
     " (ACADIA 2018)."
 )
+
+
+def in_space(wall: Assembly, fixed: Bools, carved: Sequence[Carved]) -> str:
+    """Stones as a scene in 3D, `fixed` (n,) the held blocks; what is cut off them is seen as ghosts."""
+    off = [(piece.vertices, piece.triangles) for c in carved for piece in c.offcuts]
+    return scene_figure(still(wall, fixed), wall.name, f"{DRAG} Ghosts are what is cut off." if off else "", off=off)
+
+
 MEANT = (
     "Lambda is the share of the stones' volume that is cut away: 0 is nothing. The gap is the share of the cells"
     " that the stones leave empty. Either alone says little: small stones need no cutting, and leave holes."

@@ -46,7 +46,7 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["animated", "elevation_svg", "sides"]
+__all__ = ["FACE_LIMIT", "animated", "elevation_svg", "sides"]
 
 HEIGHT, MARGIN = 640.0, 40.0
 SIDE, FOOT = 2.6 * MARGIN, MARGIN + 44.0  # room for gravity at the right, for the scale below
@@ -59,8 +59,11 @@ FINE = 3  # decimals: a hundredth of a millimetre where the sheet is 10 m wide; 
 NOTHING = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.05]])  # what paper is cut to where nothing is shown
 
 
-def elevation_svg(drawn: Picture, title: str, view: View | None = None) -> str:
-    """Draw the picture as one `<svg>` element, from the front unless another view is given."""
+def elevation_svg(drawn: Picture, title: str, view: View | None = None, *, faces: int = FACE_LIMIT) -> str:
+    """Draw the picture as one `<svg>` element, from the front unless another view is given.
+
+    Of more `faces` only the silhouette of each block is drawn.
+    """
     seen = np.concatenate([drawn.mesh.vertex, drawn.ghost.reshape(-1, 3), drawn.load.reshape(-1, 3)])
     paper = fitted(
         front_view(drawn.mesh.vertex) if view is None else view,
@@ -71,7 +74,7 @@ def elevation_svg(drawn: Picture, title: str, view: View | None = None) -> str:
     moves, full = animated(drawn), np.full(len(drawn.press), 4.0)
     parts = [
         f"<defs>{hatch()}{grain()}</defs>",
-        layer("stones", _polygons(drawn, paper, moves), solid=True),
+        layer("stones", _polygons(drawn, paper, moves, faces), solid=True),
         layer("at-rest", [_ghost(drawn, paper)]),
         layer("thrust", [_thrust(drawn.thrust, paper)]),
         layer("forces", [_arrows(drawn.arrow, paper, FORCE), _dots(drawn.press, full, paper, FORCE)]),
@@ -119,9 +122,9 @@ def animated(drawn: Picture) -> bool:
     return drawn.rest is not None and len(drawn.mesh.corner_start) - 1 <= ANIMATED_FACES
 
 
-def _polygons(drawn: Picture, paper: Paper, moves: bool) -> list[str]:
+def _polygons(drawn: Picture, paper: Paper, moves: bool, faces: int) -> list[str]:
     mesh, view = drawn.mesh, paper.view
-    if len(mesh.corner_start) - 1 > FACE_LIMIT:
+    if len(mesh.corner_start) - 1 > faces:
         return _silhouettes(drawn, paper)
     point, depth = paper.of(mesh.vertex), project(mesh.vertex, view)[1]
     normal = unit(face_normals(mesh))

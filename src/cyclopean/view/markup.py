@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from cyclopean.arrays import Floats
+from cyclopean.arrays import Floats, Ints
 from cyclopean.errors import spelt
 from cyclopean.view.colours import GHOST, HATCH, SCALE, SUPPORT
 from cyclopean.view.drawing import Picture, without_points
@@ -32,6 +32,7 @@ __all__ = [
     "listed",
     "model_figures",
     "ramp",
+    "scene_figure",
     "section",
     "switch",
     "table",
@@ -144,14 +145,27 @@ def model_figures(drawn: Picture, name: str, caption: str, *, layers: str = DRAG
     The name of the model is escaped here. `layers` is said of the scene, `caption` of the elevation; `joints` (e, 2,
     3), m, are outlines of contacts, in the scene only.
     """
-    scene = (
-        f'<iframe title="3D scene: {escape(name)}" srcdoc="{escape(scene_html(drawn, joints), quote=True)}"></iframe>'
-    )
     flat = without_points(drawn)
     shown = [(what, elevation_svg(flat, f"{what} of {name}", view)) for what, view in sides(drawn.mesh)]
     told = [f"{shown[0][0]}. {caption}{click_note(drawn)}", *(f"{what}." for what, _ in shown[1:])]
     flats = (figure(svg, words, "elevation") for (_, svg), words in zip(shown, told, strict=True))
-    return figure(scene, layers, "scene") + "".join(flats)
+    return scene_figure(drawn, name, layers, joints=joints) + "".join(flats)
+
+
+def scene_figure(
+    drawn: Picture,
+    name: str,
+    caption: str = "",
+    *,
+    joints: Floats | None = None,
+    off: Iterable[tuple[Floats, Ints]] = (),
+) -> str:
+    """A picture in 3D, of a page that may run `POLICY`; the name is escaped here.
+
+    Outlines `joints` (e, 2, 3), m, and parts cut `off`, vertices (v, 3), m, with triangles (t, 3), as in `scene_html`.
+    """
+    page = escape(scene_html(drawn, joints, off), quote=True)
+    return figure(f'<iframe title="3D scene: {escape(name)}" srcdoc="{page}"></iframe>', caption or DRAG, "scene")
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], most: int = ROWS, elsewhere: str = "") -> str:

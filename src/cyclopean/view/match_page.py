@@ -3,15 +3,17 @@
 from collections.abc import Sequence
 from html import escape
 
-from cyclopean.assembly import supports
-from cyclopean.design.carving.carve import carve
+import numpy as np
+
+from cyclopean.assembly import Assembly, Block, supports
+from cyclopean.design.carving.carve import Carved, carve
 from cyclopean.design.matching.cells import Cells
 from cyclopean.design.matching.match import Match
 from cyclopean.design.matching.negotiation import Round
 from cyclopean.design.stones.stone import Stone
-from cyclopean.view.carving_drawing import DATUM, MEANT, carving_svg
+from cyclopean.view.carving_drawing import DATUM, MEANT, carving_svg, in_space
 from cyclopean.view.curves import curves_svg
-from cyclopean.view.markup import document, figure, headline, listed, section, table
+from cyclopean.view.markup import POLICY, document, figure, headline, listed, section, table
 
 __all__ = ["match_html", "placed_svg", "rounds_svg"]
 
@@ -24,7 +26,7 @@ _CAPTION = (
 def match_html(
     match: Match, stones: Sequence[Stone], cells: Cells, rounds: Sequence[Round] = (), misfits: Sequence[str] = ()
 ) -> str:
-    """Write the page of a match: self-contained, without a script.
+    """Write the page of a match: self-contained.
 
     `stones` are those that were matched, `cells` as they are in the end, after `rounds` of a negotiation, where there
     was one; `misfits` say why the stones do not suit the wall, and stand first, in red.
@@ -38,23 +40,41 @@ def match_html(
         ("weight of empty space against cutting", f"{match.weight:.3g}"),
         *([("sawn new", len(cells.sawn))] if len(cells.sawn) else []),
     ]
+    carved = _carved(match, stones, cells)
     body = (
         headline(title, figures, answer=("Does not fit", f"{'; '.join(misfits)}.") if misfits else None),
-        section("Stones as placed", figure(placed_svg(match, stones, cells), _CAPTION), MEANT),
+        section("Stones as placed", figure(_placed(cells, carved), _CAPTION), MEANT),
+        section("In space", _in_space(cells, carved)),
         section("How the cells were negotiated", figure(rounds_svg(rounds)) if len(rounds) > 1 else "", _ROUNDS),
         section("Stone by stone", _table(match, stones, cells), "The most carved first."),
         section("What to know", listed(match.notes)),
     )
-    return document(title, body, word="unstable" if misfits else "")
+    return document(title, body, word="unstable" if misfits else "", may=POLICY)
 
 
 def placed_svg(match: Match, stones: Sequence[Stone], cells: Cells) -> str:
     """Draw matched stones in their cells, as placed, with what comes off, as one `<svg>` element."""
+    return _placed(cells, _carved(match, stones, cells))
+
+
+def _carved(match: Match, stones: Sequence[Stone], cells: Cells) -> tuple[Carved, ...]:
     blocks = cells.assembly.blocks
     placed = [(stones[p.stone], blocks[cells.block[p.cell]], p.rotation, p.shift) for p in match.placements]
-    carved = tuple(carve(*row) for row in placed)
+    return tuple(carve(*row) for row in placed)
+
+
+def _in_space(cells: Cells, carved: Sequence[Carved]) -> str:
+    """What is left of the stones, and the supports, as a scene."""
     held, _ = supports(cells.assembly)
-    sawn = [blocks[k].id for k in cells.sawn.tolist()]
+    left = [Block(c.cell, c.vertices, tuple(map(tuple, c.triangles.tolist()))) for c in carved if len(c.triangles)]
+    base = [b for b, one in zip(cells.assembly.blocks, held, strict=True) if one]
+    whole = Assembly((*left, *base), contacts=None, name=cells.assembly.name)
+    return in_space(whole, np.arange(len(whole)) >= len(left), carved) if len(whole) else ""
+
+
+def _placed(cells: Cells, carved: Sequence[Carved]) -> str:
+    held, _ = supports(cells.assembly)
+    sawn = [cells.assembly.blocks[k].id for k in cells.sawn.tolist()]
     return carving_svg(cells.assembly, held, carved, f"{cells.assembly.name}, stones as placed", "before", sawn)
 
 

@@ -1,18 +1,18 @@
 """Cards: what a notebook shows of a thing where a page would be too much; verdict, reason, figures, one picture.
 
 A card is a piece of HTML with its styles in it, and nothing that could touch the notebook around it: pictures lie in
-frames, which may load nothing from a network. A scene in 3D weighs about 0.8 MB; where one would weigh more than
-`HEAVIEST`, a drawing stands there instead.
+frames, which may load nothing from a network. A scene in 3D weighs about 0.8 MB and is there only where it is asked
+for; a drawing is below `HEAVIEST`.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from typing import Any
 
 import numpy as np
 
 from cyclopean.analysis import GRAVITY, LimitResult, Result
-from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, supports
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.design.stones.stone import Stone
@@ -20,7 +20,7 @@ from cyclopean.errors import InputError
 from cyclopean.view.building import building_svg, outcome
 from cyclopean.view.colours import ACCENT, GHOST, INK, LINE, SOFT
 from cyclopean.view.drawing import Picture, picture, picture_at_limit, still, without_points
-from cyclopean.view.elevation import elevation_svg
+from cyclopean.view.elevation import FACE_LIMIT, elevation_svg
 from cyclopean.view.figures import number
 from cyclopean.view.markup import POLICY, STILL, told
 from cyclopean.view.scene import scene_html
@@ -28,7 +28,7 @@ from cyclopean.view.stone_sheet import stone_sheet_svg
 
 __all__ = ["inventory_card", "limit_card", "model_card", "result_card", "sequence_card", "stones_card"]
 
-HEAVIEST = 1_400_000  # characters of one picture
+HEAVIEST = 70_000  # characters of one drawing: a cell stays below 100 kB when its quotes are escaped
 SHOWN = 24  # stones of an inventory
 NOTES = 4  # warnings that are shown; the rest are counted
 
@@ -47,15 +47,16 @@ DOWN = np.array(GRAVITY)
 Figures = Sequence[tuple[str, str]]
 
 
-def result_card(result: Result) -> str:
+def result_card(result: Result, scene: bool = False) -> str:
     """Verdict, reason, what was assumed, and the forces or the motion of a check."""
     free = len(result.assembly) - int(result.fixed.sum())
     figures = [("blocks", f"{len(result.assembly):,}"), ("of them free", f"{free:,}")]
     figures += [("contacts", f"{len(result.contacts):,}"), ("method", result.method)]
-    return _result(result, result.verdict.capitalize(), figures, picture(result), ACCENT[result.verdict])
+    shown = _shown(picture(result), result.assembly.name, scene)
+    return _result(result, result.verdict.capitalize(), figures, shown, ACCENT[result.verdict])
 
 
-def limit_card(result: LimitResult) -> str:
+def limit_card(result: LimitResult, scene: bool = False) -> str:
     """Bounds of the multiplier, why, and the motion at the upper one."""
     title = {"falls": "Falls already", "unbounded": "No limit found", "undecided": "Undecided"}.get(result.word)
     (low, high), unit, value = (result.lower, result.upper), "", _bound(result.value)
@@ -63,12 +64,11 @@ def limit_card(result: LimitResult) -> str:
         (low, high), unit = result.angle, "°"
         value = f"{number(low if low is not None else np.nan, 4)}°"
     figures = [("stands up to", _bound(low, unit)), ("falls from", _bound(high, unit)), ("method", result.method)]
-    return _result(result, title or f"Limit {value}", figures, picture_at_limit(result), GHOST)
+    shown = _shown(picture_at_limit(result), result.assembly.name, scene)
+    return _result(result, title or f"Limit {value}", figures, shown, GHOST)
 
 
-def _result(
-    result: Result | LimitResult, title: str, figures: list[tuple[str, str]], drawn: Picture, accent: str
-) -> str:
+def _result(result: Result | LimitResult, title: str, figures: list[tuple[str, str]], shown: str, accent: str) -> str:
     """The card of an answer that may be proved."""
     proof = "none" if result.certificate is None else f"{result.certificate.get('kind', '')}, checked"
     assumed = ", ".join(f"{name} {_plain(value)}" for name, value in result.assumed.items())
@@ -76,7 +76,7 @@ def _result(
         title,
         f"{result.assembly.name}: {result.reason}",
         [*figures, ("proof", proof)],
-        _scene(drawn, result.assembly.name),
+        shown,
         accent=accent,
         soft=[f"assumed: {assumed}"] if assumed else [],
         notes=result.warnings,
@@ -93,7 +93,7 @@ def _plain(value: Any) -> str:
     return value if isinstance(value, str) else f"({', '.join(f'{float(x):g}' for x in value)})"
 
 
-def model_card(assembly: Assembly, kind: str = "structure") -> str:
+def model_card(assembly: Assembly, kind: str = "structure", scene: bool = False) -> str:
     """Blocks and supports of a structure of some kind; no verdict, for nothing was checked."""
     try:
         held = supports(assembly)[0]
@@ -109,19 +109,19 @@ def model_card(assembly: Assembly, kind: str = "structure") -> str:
     if assembly.loads:
         figures.append(("loads", f"{len(assembly.loads):,}"))
     drawn = still(assembly, held, gravity=DOWN)
-    return _card(assembly.name, f"a {kind}, not checked", figures, _scene(drawn, assembly.name))
+    return _card(assembly.name, f"a {kind}, not checked", figures, _shown(drawn, assembly.name, scene))
 
 
-def sequence_card(sequence: BuildSequence) -> str:
+def sequence_card(sequence: BuildSequence, scene: bool = False) -> str:
     """Whether a structure stands at every stage, and how it is built; the drawing moves at a click."""
     words, (title, text, word) = [step.verdict for step in sequence.steps], outcome(sequence)
     figures = [("stones", f"{len(words):,}"), ("layers", f"{int(sequence.layer.max(initial=0)):,}")]
     figures += [(f"stages {one}", f"{words.count(one):,}") for one in ACCENT if one in words]
     name, svg = sequence.assembly.name, building_svg(sequence)
-    if len(svg) <= HEAVIEST:
+    if len(svg) <= HEAVIEST and not scene:
         shown, soft = _drawing(svg, f"{name}, how it is built"), ["Click the drawing to see it built."] if words else []
     else:
-        shown, soft = _scene(still(sequence.assembly, sequence.fixed, gravity=DOWN), title), []
+        shown, soft = _shown(still(sequence.assembly, sequence.fixed, gravity=DOWN), title, scene), []
     notes = sequence.warnings
     return _card(title, f"{name}: {text}", figures, shown, accent=ACCENT[word], soft=soft, notes=notes)
 
@@ -131,24 +131,23 @@ def stones_card(
     text: str,
     figures: Figures,
     bodies: Sequence[Block],
-    carved_share: Floats,
     *,
     held: Sequence[Block] = (),
     notes: Sequence[str] = (),
+    scene: bool = False,
 ) -> str:
-    """Stones in a wall, each in the colour of how much of it is carved off; in words what it is, figures, and notes.
+    """Stones in a wall; in words what it is, figures, and notes.
 
-    `bodies` are the stones where they lie, `carved_share` (n,) the lambda of each, `held` the supports that are drawn
-    with them; there is at least one body or support.
+    `bodies` are the stones where they lie, `held` the supports that are drawn with them; there is at least one body or
+    support.
     """
     whole = Assembly(
         tuple(Block(f"{k}", b.vertices, b.faces) for k, b in enumerate((*bodies, *held)) if len(b.faces)), contacts=None
     )
-    share = np.concatenate([np.asarray(carved_share, float), np.zeros(len(held))])
-    fixed = np.arange(len(share)) >= len(bodies)
+    fixed = np.arange(len(bodies) + len(held)) >= len(bodies)
     there = np.array([len(b.faces) > 0 for b in (*bodies, *held)], bool)
-    drawn = still(whole, fixed[there], share[there], DOWN)
-    return _card(title, text, figures, _scene(drawn, title), notes=notes)
+    drawn = still(whole, fixed[there], gravity=DOWN)
+    return _card(title, text, figures, _shown(drawn, title, scene), notes=notes)
 
 
 def inventory_card(stones: Sequence[Stone], source: str, notes: Sequence[str] = ()) -> str:
@@ -157,16 +156,21 @@ def inventory_card(stones: Sequence[Stone], source: str, notes: Sequence[str] = 
     figures = [("stones", f"{len(stones):,}"), ("m³", number(float(volume.sum())))]
     if len(stones):
         figures.append(("litres each", f"{number(1e3 * float(volume.min()))} to {number(1e3 * float(volume.max()))}"))
-    shown = _drawing(stone_sheet_svg(stones, most=SHOWN), source) if len(stones) else ""
+    sheets = (stone_sheet_svg(stones, most=SHOWN // part) for part in (1, 3, 8) if len(stones))
+    shown = next((_drawing(svg, source) for svg in sheets if len(svg) <= HEAVIEST), "")
     return _card(source, "found stones", figures, shown, notes=notes)
 
 
-def _scene(drawn: Picture, name: str) -> str:
-    """A frame with the scene in 3D, or with an elevation where that would be too heavy."""
-    page = scene_html(drawn)
-    if len(page) > HEAVIEST:
-        return _drawing(elevation_svg(without_points(drawn), name), name)
-    return _frame(page.replace("<head>", f"<head>{_GUARD.format(POLICY)}", 1), f"3D scene: {name}")
+def _shown(drawn: Picture, name: str, scene: bool) -> str:
+    """A frame with an elevation, of silhouettes where it would be too heavy; or, asked for, with a scene."""
+    if scene:
+        page = scene_html(drawn)
+        return _frame(page.replace("<head>", f"<head>{_GUARD.format(POLICY)}", 1), f"3D scene: {name}")
+    plain = replace(without_points(drawn), rest=None)  # nothing moves: that would be a second drawing
+    for faces in (FACE_LIMIT, 0):
+        if len(svg := elevation_svg(plain, name, faces=faces)) <= HEAVIEST:
+            return _drawing(svg, name)
+    return ""
 
 
 def _drawing(svg: str, name: str) -> str:

@@ -9,8 +9,9 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.design.rubble.as_built import course_of
+from cyclopean.view.drawing import still
 from cyclopean.view.figures import number
-from cyclopean.view.markup import document, figure, headline, section, table
+from cyclopean.view.markup import POLICY, document, figure, headline, scene_figure, section, table
 from cyclopean.view.masons_words import lines
 from cyclopean.view.rubble_drawing import Profile, Told, courses_svg, rubble_svg
 
@@ -32,7 +33,7 @@ def settled_html(
     measures: Mapping[str, str],
     aside: Sequence[tuple[str, str]] = (),
 ) -> str:
-    """Write the page of a wall, its ground first: self-contained, without a script.
+    """Write the page of a wall, its ground first: self-contained.
 
     Parameters
     ----------
@@ -57,13 +58,14 @@ def settled_html(
     body = (
         headline(assembly.name, [*figures, ("kg of stone", weight)], answer=answer),
         section("The wall", _pictures(assembly, told), _WALL),
+        section("In space", scene_figure(still(assembly, np.arange(len(assembly)) == 0), assembly.name)),
         section("Course by course", figure(courses_svg(assembly, "Courses", told)) if told.course else "", _COURSES),
         section("Do not stand by themselves", _why(list(told.unsteady.items())), _UNSTEADY),
         section("Measures", table(("", ""), [(escape(name), escape(said)) for name, said in measures.items()])),
         section("Put aside", _why(aside), _ASIDE),
         section("Stone by stone", _stones(assembly, told), _STONES),
     )
-    return document(f"{assembly.name}: {answer[0]}", body, word="undecided" if told.unsteady else "stable")
+    return document(f"{assembly.name}: {answer[0]}", body, word="undecided" if told.unsteady else "stable", may=POLICY)
 
 
 _WALL = "Stones are numbered in the order in which they are laid. Letters mark the sections."

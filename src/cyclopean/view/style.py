@@ -24,6 +24,7 @@ header{display:flex;justify-content:space-between;gap:1rem;align-items:baseline;
 .verdict{margin:1.4rem 0 0;padding:1.5rem 1.7rem 1.4rem;border-left:.55rem solid var(--accent);background:var(--wash)}
 .verdict strong{display:block;font-size:clamp(2.6rem,7vw,4rem);line-height:1.05;font-weight:700;letter-spacing:-.02em;
 color:var(--accent)}
+.verdict strong{overflow-wrap:anywhere}input{max-width:100%}
 .verdict p{text-wrap:pretty;font-size:1.15rem;margin:.6rem 0 0;overflow-wrap:anywhere}
 .counts{display:flex;flex-wrap:wrap;gap:.4rem 2.2rem;margin:1.3rem 0 0;padding:0}
 .counts div{display:flex;gap:.45rem;align-items:baseline}

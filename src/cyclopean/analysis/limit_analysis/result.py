@@ -8,6 +8,7 @@ import numpy as np
 from cyclopean.analysis.limit_analysis.live_load import Live
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly import Assembly, Contacts, Loading
+from cyclopean.representation import one_line
 
 if TYPE_CHECKING:
     from cyclopean.analysis.large_displacement.pushover import Pushover
@@ -27,6 +28,8 @@ class LimitResult:
     stand without live loads (`window` tells between which multipliers it does, where there are any); "undecided", the
     bounds lie further apart than 1e-6, or one of them is missing.
     """
+
+    __repr__ = one_line
 
     assembly: Assembly
     contacts: Contacts  # the ones used, mu filled in

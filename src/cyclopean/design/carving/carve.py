@@ -57,6 +57,7 @@ from cyclopean.design.stones.inventory import flat_faces
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import difference, intersection, mesh_of, mesh_volume, solid_of
+from cyclopean.representation import one_line
 
 if TYPE_CHECKING:  # only names here
     from cyclopean.design.matching.cells import Cells
@@ -85,6 +86,8 @@ class Offcut:
 @dataclass(frozen=True, slots=True, eq=False)
 class Carved:
     """A stone carved back to its cell."""
+
+    __repr__ = one_line
 
     stone: str  # id
     cell: str  # id of the block

@@ -47,6 +47,7 @@ from cyclopean.assembly import (
 )
 from cyclopean.design.carving.carve import Carved
 from cyclopean.errors import InputError
+from cyclopean.representation import one_line
 
 __all__ = ["CORNERS", "CarvedWall", "carved_wall"]
 
@@ -57,6 +58,8 @@ ALIGNED = 0.95  # cosine between a face and the joint that it may lie in, as the
 @dataclass(frozen=True, slots=True, eq=False)
 class CarvedWall:
     """The wall as it will be built, and what became of the joints that were drawn (c of them)."""
+
+    __repr__ = one_line
 
     assembly: Assembly  # held blocks as drawn, and the carved stones under the ids of their cells; with contacts
     missing: tuple[str, ...]  # cells that have no stone

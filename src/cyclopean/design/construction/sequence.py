@@ -34,6 +34,7 @@ from cyclopean.design.construction.ordering import (
 from cyclopean.design.construction.props import Held, held_through
 from cyclopean.design.construction.stages import RUN, Judged, judged_run
 from cyclopean.design.construction.yard import Frames, frames_of, yard_places
+from cyclopean.representation import one_line
 
 __all__ = ["BuildSequence", "GivenOrder", "Step", "build_sequence", "dot_text"]
 
@@ -78,6 +79,8 @@ class GivenOrder:
 @dataclass(frozen=True, slots=True, eq=False)
 class BuildSequence:
     """A structure and how it is built."""
+
+    __repr__ = one_line
 
     assembly: Assembly
     contacts: Contacts

@@ -27,6 +27,7 @@ from cyclopean.assembly import Assembly, supports
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.geometry.polygon import convex_pieces
+from cyclopean.representation import one_line
 
 __all__ = ["Cells", "Form", "cells_of"]
 
@@ -50,6 +51,8 @@ class Cells:
     filled up with normal 0 and offset 1 (planes that everything is inside of), parts with normal 0 and offset -1000
     (nothing is).
     """
+
+    __repr__ = one_line
 
     assembly: Assembly
     block: Ints  # (m,) block of each cell

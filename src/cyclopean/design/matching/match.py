@@ -20,6 +20,7 @@ from cyclopean.design.stones.sampling import body_points
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 from cyclopean.options import option
+from cyclopean.representation import one_line
 
 __all__ = ["Match", "MatchSettings", "Placement", "match_stones"]
 
@@ -101,6 +102,8 @@ class Placement:
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
     """Which stone goes into which cell. Imposition is the chapter's Lambda."""
+
+    __repr__ = one_line
 
     placements: tuple[Placement, ...]  # by cell
     unused: Ints  # stones

@@ -21,6 +21,7 @@ from cyclopean.design.walls.openings import Opening
 from cyclopean.errors import InputError
 from cyclopean.geometry.frames import affine
 from cyclopean.options import option
+from cyclopean.representation import one_line
 
 __all__ = ["FEW", "OVERLAP", "Laid", "Measures", "RubbleWall", "SettleSettings", "filled_in", "unit_size"]
 
@@ -204,6 +205,8 @@ class Measures:
 @dataclass(frozen=True, slots=True, eq=False)
 class RubbleWall:
     """A settled wall."""
+
+    __repr__ = one_line
 
     laid: tuple[Laid, ...]  # in the order in which they were laid
     left_over: tuple[tuple[int, str], ...]  # stones of the inventory that are not in the wall, and why

@@ -15,6 +15,7 @@ from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
 from cyclopean.geometry.frames import unit
 from cyclopean.geometry.packed import components
+from cyclopean.representation import one_line
 
 __all__ = ["CLASSES", "FlatFace", "Inventory", "Shape", "aspect_class", "flat_faces", "shape_of", "size_of"]
 
@@ -30,6 +31,8 @@ BLOCK = 1 << 12  # triangles looked at together, so that memory stays modest
 @dataclass(frozen=True, slots=True, eq=False)
 class Inventory:
     """Stones that can be used, and what became of those that had to be repaired or refused."""
+
+    __repr__ = one_line
 
     stones: tuple[Stone, ...]  # unique ids, by name of file, then in the order of the file
     notes: tuple[str, ...] = ()  # what was repaired or passed over, one line each

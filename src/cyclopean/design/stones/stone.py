@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, pack
+from cyclopean.representation import one_line
 
 __all__ = ["Stone", "in_body_frame", "stone_of"]
 
@@ -20,6 +21,8 @@ class Stone:
 
     A point x of the stone has the body coordinates axes (x - centroid).
     """
+
+    __repr__ = one_line
 
     id: str
     vertices: Floats  # (v, 3) m, stone frame

@@ -45,6 +45,7 @@ from cyclopean.design.walls.polygonal import verdict
 from cyclopean.design.walls.surfaces import Plane, ReturnPlane, Surface, Thickness
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
+from cyclopean.representation import one_line
 
 __all__ = ["CornerWall", "corner_quoins", "corner_wall", "corner_with_open_joints", "joint_score"]
 
@@ -54,6 +55,8 @@ LONG = 2.0  # times the depth: default length of the long quoins, unless that of
 @dataclass(frozen=True, slots=True, eq=False)
 class CornerWall:
     """Two walls and their corner as one model, and what they were drawn from."""
+
+    __repr__ = one_line
 
     assembly: Assembly  # block 0: the fixed ground; the first wall's stones, then what the second has beside them
     patterns: tuple[Pattern, Pattern]

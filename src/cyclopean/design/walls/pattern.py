@@ -43,6 +43,7 @@ from cyclopean.design.walls.short_joints import without_short_joints
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, arrangement, dissolved, merged, power_diagram, subdivide
 from cyclopean.options import option
+from cyclopean.representation import one_line
 
 __all__ = [
     "AreaRatio",
@@ -144,6 +145,8 @@ class Seeds:
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
     """A drawn pattern: cells (n), what each is, and the lines it was drawn to."""
+
+    __repr__ = one_line
 
     subdivision: Subdivision
     kind: tuple[Kind, ...]  # (n,)

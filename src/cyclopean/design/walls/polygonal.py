@@ -14,6 +14,7 @@ from cyclopean.design.walls.joints import JointReadout, Masonry, Warped, jointed
 from cyclopean.design.walls.mapped import Mapped
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_pattern
 from cyclopean.design.walls.surfaces import Plane, Surface, Thickness, refuse_folds
+from cyclopean.representation import one_line
 
 __all__ = ["PolygonalWall", "laid_wall", "polygonal_wall", "verdict"]
 
@@ -21,6 +22,8 @@ __all__ = ["PolygonalWall", "laid_wall", "polygonal_wall", "verdict"]
 @dataclass(frozen=True, slots=True, eq=False)
 class PolygonalWall:
     """A drawn wall, what it was drawn from, and how its joints came out."""
+
+    __repr__ = one_line
 
     assembly: Assembly  # block 0 is the fixed ground, block k + 1 is cell k of the pattern
     pattern: Pattern
