@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from carving_cases import box, pebble, rotation, stone_like
 from cyclopean.analysis import Settings
 from cyclopean.api.site import SiteOptions, site_files, write_site
+from cyclopean.api.site_stock import stock_of
 from cyclopean.api.stones import StoneCarving
 from cyclopean.design import arch, wall
 from cyclopean.design.carving.carve import carve, total
@@ -31,7 +32,7 @@ from cyclopean.errors import InputError
 from cyclopean.view.site.cuts import cut_stone
 from cyclopean.view.site.elevation import elevation_pages
 from cyclopean.view.site.paper import Form, Title, shortened, standard_scale, width, wrapped
-from cyclopean.view.site.site_set import site_set
+from cyclopean.view.site.site_set import Layout, site_set
 
 SVG = "{http://www.w3.org/2000/svg}"
 SMALLEST = 2.2 / 0.72  # mm, letters whose capitals are 2.2 mm high
@@ -40,12 +41,12 @@ HALF = 0.0005 + 1e-9  # m: whole millimetres are true to half of one
 
 @pytest.fixture(scope="module")
 def built():
-    return build_sequence(wall(6, 4))
+    return build_sequence(wall(6, 4), Settings(method="rbe"))
 
 
 @pytest.fixture(scope="module")
 def arched():
-    return build_sequence(arch(7))
+    return build_sequence(arch(7), Settings(method="rbe"))
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +92,7 @@ def test_an_elevation_measures_what_the_wall_does(built, paper, scale):
 def test_another_scale_is_told(built):
     assert elevation_pages(built, Form("A4"), 50).notes == ()
     found = elevation_pages(built, Form("A4"), 10)
-    assert found.notes == ("front elevation: 1:10 does not fit on A4; it is 1:20",)
+    assert found.notes == ("1:10 does not fit on A4; 1:20 on front elevation, back elevation, plan",)
 
 
 def test_sheets_in_dxf_are_as_large_as_the_wall(built):
@@ -100,14 +101,14 @@ def test_sheets_in_dxf_are_as_large_as_the_wall(built):
 
     from cyclopean import io
 
-    drawing = site_set(built, Form("A4"), Title("Wall")).sheets["elevation"]
+    drawing = site_set(built, Layout(Form("A4"), Title("Wall"))).sheets["elevation-1"]
     stones = [e for e in ezdxf.read(StringIO(io.dxf_text(drawing))).modelspace() if e.dxf.layer == "stones"]
     x = np.array([p[:2] for e in stones if e.dxftype() == "LWPOLYLINE" for p in e.get_points()])
     assert np.ptp(x, axis=0) == pytest.approx([2400.0, 800.0], abs=0.1)
 
 
 def test_cards_say_what_another_library_measures(arched):
-    sheets = site_set(arched, Form("A4"), Title("Arch"), 4).sheets
+    sheets = site_set(arched, Layout(Form("A4"), Title("Arch"), 4)).sheets
     found = 0
     for stone in laid_stones(arched):
         block = arched.assembly.blocks[stone.block]
@@ -124,7 +125,7 @@ def test_cards_say_what_another_library_measures(arched):
 
 
 def test_masses_add_up_and_props_are_told(arched):
-    sheets = site_set(arched, Form("A4"), Title("Arch")).sheets
+    sheets = site_set(arched, Layout(Form("A4"), Title("Arch"))).sheets
     said = " ".join(texts(sheets["props-and-masses"]))
     free = [arched.assembly.blocks[step.block] for step in arched.steps]
     whole = 2400.0 * sum(mesh(block).volume for block in free)
@@ -206,7 +207,7 @@ def test_numbered_points_of_a_cube_are_corners_and_a_ball_has_others():
 
 def test_the_set_of_a_carved_wall(carving, tmp_path):
     order = build_sequence(carving.assembly)
-    files = site_files(order, SiteOptions(site="s", date="3 May 2026"), carving)
+    files = site_files(order, SiteOptions(site="s", date="3 May 2026"), stock_of(order, carving))
     assert not [note for note in files.notes if "PDF" not in note and "DXF" not in note]
     templates = [name for name in files.contents if name.startswith("templates/") and name.endswith(".svg")]
     assert len(templates) == sum(len(c.cuts) for c in carving.carved)
@@ -231,7 +232,7 @@ def test_the_set_of_a_carved_wall(carving, tmp_path):
 
 
 def test_no_letter_is_too_small_and_none_leaves_the_frame(arched, carving):
-    sets = [site_set(arched, Form(paper), Title("Arch"), cards) for paper in ("A4", "A3") for cards in (2, 8)]
+    sets = [site_set(arched, Layout(Form(paper), Title("Arch"), cards)) for paper in ("A4", "A3") for cards in (2, 8)]
     for sheets, paper in ((one.sheets, "A4" if k < 2 else "A3") for k, one in enumerate(sets)):
         wide, high = Form(paper).size
         for name, drawing in sheets.items():
@@ -247,7 +248,7 @@ def test_no_letter_is_too_small_and_none_leaves_the_frame(arched, carving):
 
 
 def test_many_stones_have_an_index_and_parts_with_all_numbers():
-    made = site_set(build_sequence(wall(30, 2), Settings(method="rbe")), Form("A4"), Title("Long"), 8)
+    made = site_set(build_sequence(wall(30, 2), Settings(method="rbe")), Layout(Form("A4"), Title("Long"), 8))
     titles = list(made.titles.values())
     cards = [k for k, title in enumerate(titles, 1) if title.startswith("Stones ")]
     assert len(cards) == 8  # 61 stones, 8 on a page
@@ -274,9 +275,9 @@ def test_text_of_the_pdf_can_be_found_and_the_same_sheets_give_the_same_bits(arc
     data = site_files(arched, options).contents["site.pdf"]
     streams = re.findall(rb"stream\r?\n(.*?)endstream", data, re.DOTALL)
     words = b"".join(zlib.decompress(base64.a85decode(s.strip().removesuffix(b"~>"))) for s in streams)
-    for said in (b"(Front elevation)", b"(Gothic arch)", b"(3 May 2026)", b"(v04)", b"(1 of 7)", b"(P1: centring"):
+    for said in (b"(Front elevation)", b"(Gothic arch)", b"(3 May 2026)", b"(v04)", b"(1 of 13)", b"(P1: centring"):
         assert said in words, said
-    assert data.count(b"/Type /Page\n") == 7
+    assert data.count(b"/Type /Page\n") == 13
     assert b"/MediaBox [ 0 0 841.8898 595.2756 ]" in data
     assert data == site_files(arched, options).contents["site.pdf"]
 
@@ -330,6 +331,6 @@ def test_the_command_tells_of_a_long_title_and_of_old_sheets(run):
     status, out, err = run(*command, "--cards", "1")
     assert status == 0
     assert "--title: 300 letters do not fit; the sheets say 'x" in err
-    assert "  site     6 sheets in s; print" in out
+    assert "  site     12 sheets in s; print" in out
     _, _, err = run(*command, "--cards", "8")
     assert "of an earlier run, not of this set; throw away before printing" in err

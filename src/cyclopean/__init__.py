@@ -26,6 +26,7 @@ if typing.TYPE_CHECKING:
         polygonal_wall,
         save,
         settle,
+        site_set,
         tradeoff,
         verify,
         verify_file,
@@ -68,6 +69,7 @@ __all__ = [
     "result_dict",
     "save",
     "settle",
+    "site_set",
     "stack",
     "tradeoff",
     "vault",
@@ -86,7 +88,7 @@ __getattr__, __dir__ = _lazy_exports(
     {
         "analysis": "LimitResult Result Settings",
         "api": "StoneCarving StoneMatch StoneTradeoff build_sequence card carve check interlock limit match"
-        " polygonal_wall save settle tradeoff verify verify_file",
+        " polygonal_wall save settle site_set tradeoff verify verify_file",
         "api.notebook": "load_ipython_extension",
         "assembly": "Assembly Block Contacts Load detect",
         "design": "arch dome stack vault wall",

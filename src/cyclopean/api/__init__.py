@@ -14,6 +14,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.api.limiting import limit
     from cyclopean.api.notebook import card, load_ipython_extension
     from cyclopean.api.saving import save
+    from cyclopean.api.site import site_set
     from cyclopean.api.stones import StoneCarving, StoneMatch, StoneTradeoff, carve, match, settle, tradeoff
     from cyclopean.api.verifying import verify, verify_file
     from cyclopean.api.walls import chosen_pattern, interlock, polygonal_wall
@@ -37,6 +38,7 @@ __all__ = [
     "polygonal_wall",
     "save",
     "settle",
+    "site_set",
     "tradeoff",
     "verify",
     "verify_file",
@@ -51,6 +53,7 @@ __getattr__, __dir__ = _lazy_exports(
         "limiting": "limit",
         "notebook": "card load_ipython_extension",
         "saving": "save",
+        "site": "site_set",
         "stones": "StoneCarving StoneMatch StoneTradeoff carve match settle tradeoff",
         "verifying": "verify verify_file",
         "walls": "chosen_pattern interlock polygonal_wall",

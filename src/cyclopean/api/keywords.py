@@ -20,6 +20,7 @@ __all__ = [
     "SequenceKeywords",
     "SettingsKeywords",
     "SettleKeywords",
+    "SiteKeywords",
     "TradeoffKeywords",
     "given_to",
     "takes",
@@ -162,6 +163,17 @@ class SettleKeywords(TypedDict, total=False):
     ways: int | None
     units: str | None
     strict: bool
+
+
+class SiteKeywords(TypedDict, total=False):
+    """Types of the options of `site_set`."""
+
+    paper: Literal["A4", "A3"]
+    cards: int
+    scale: int | None
+    title: str
+    date: str
+    hours: Mapping[str, float] | tuple[tuple[str, float], ...]
 
 
 class CheckKeywords(SettingsKeywords, total=False):

@@ -1,22 +1,28 @@
 """The site set of a structure: sheets to build from, as PDF, SVG and DXF, templates, frames."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
+from cyclopean.analysis.settings import Settings
+from cyclopean.api.checking import SequenceOptions, sequenced
+from cyclopean.api.inputs import Model, Reading
+from cyclopean.api.keywords import SiteKeywords, given_to, takes
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
 
 if TYPE_CHECKING:
-    from cyclopean.api.stones import StoneCarving
     from cyclopean.design.construction.sequence import BuildSequence
+    from cyclopean.design.stones.stone import Stone
+    from cyclopean.view.site.stock import Stock
 
-__all__ = ["SiteFiles", "SiteOptions", "site_files", "site_folder", "write_site"]
+__all__ = ["SiteFiles", "SiteOptions", "site_files", "site_folder", "site_set", "site_sheets", "write_site"]
 
 TEMPLATES = "templates"  # folder of those, in that of the set
+WORK = "lay", "cut"  # what takes hours
 
 
 @dataclass(frozen=True)
@@ -33,13 +39,19 @@ class SiteOptions:
     )
     title: str = option("", "With `site`: name of the structure on the sheets [the model's].", "text", metavar="T")
     date: str = option("", "With `site`: date on the sheets [none].", "text", metavar="T")
+    hours: tuple[tuple[str, float], ...] = option(
+        (), "With `site`: of work, lay=H a tonne or cut=H a m2 of cut faces; repeatable.", "factors", metavar="WORK=H"
+    )
 
     def __post_init__(self) -> None:
         check_options(self)
-        usual = (("paper", "A4"), ("cards", 2), ("scale", None), ("title", ""), ("date", ""))
+        usual = (("paper", "A4"), ("cards", 2), ("scale", None), ("title", ""), ("date", ""), ("hours", ()))
         idle = next((name for name, value in usual if getattr(self, name) != value), None)
         if self.site is None and idle:
             raise InputError.of(idle, None, "no sheets are drawn; say where they go with `site` DIR")
+        for work, rate in self.hours:
+            if work not in WORK or not 0.0 <= rate < float("inf"):
+                raise InputError.of("hours", f"{work}={rate:g}", "expected lay=H or cut=H, with H of at least 0 hours")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +63,8 @@ class SiteFiles:
     notes: tuple[str, ...]
 
 
-def site_folder(options: SiteOptions) -> Path | None:
-    """Where the set goes, if anywhere; the folder itself need not be there yet.
+def site_folder(options: SiteOptions) -> None:
+    """Look at where the set goes, before the work begins; the folder itself need not be there yet.
 
     Raises
     ------
@@ -60,7 +72,7 @@ def site_folder(options: SiteOptions) -> Path | None:
         It is a file, may not be written, or lies in a folder that is not there.
     """
     if options.site is None:
-        return None
+        return
     place = Path(options.site)
     if not options.site or options.site.startswith("-"):
         raise InputError(f"`site`: '{options.site}' is no folder name")
@@ -71,16 +83,83 @@ def site_folder(options: SiteOptions) -> Path | None:
         raise InputError(f"`site` {place}: the folder '{there}' does not exist; make it first")
     if not os.access(there, os.W_OK | os.X_OK):
         raise InputError(f"`site` {place}: no permission to write there")
-    return place
+
+
+@takes(SiteOptions, only="paper cards scale title date hours")
+def site_set(
+    thing: Model,
+    folder: str | os.PathLike[str],
+    settings: Settings | None = None,
+    *,
+    stones: "Sequence[Stone]" = (),
+    **options: Unpack[SiteKeywords],
+) -> SiteFiles:
+    """Write sheets to build from into a folder: PDF, SVG and DXF, templates of faces, frames of a robot.
+
+    Parameters
+    ----------
+    thing : path, Assembly, BuildSequence, or what `match`, `carve`, `settle`, `polygonal_wall` gave
+        The order of building is found where it is none; a match is carved.
+    folder : path
+        Made where it is not there; the one that it lies in must be.
+    settings : Settings, optional
+        By which the stages are checked.
+    stones : sequence of Stone, optional
+        Those that a wall was settled of, so that what is left over is told.
+    **options
+
+    Returns
+    -------
+    SiteFiles
+        What was written, and `notes` of what there is to know.
+
+    Raises
+    ------
+    InputError
+        As `build_sequence`; the folder cannot be written, or the structure is too large for the paper.
+    """
+    (chosen,) = given_to(site_set, options, SiteOptions(site=os.fspath(folder)))
+    site_folder(chosen)
+    files = site_sheets(thing, chosen, settings, stones=stones)
+    assert files is not None, folder
+    return replace(files, notes=(*files.notes, *write_site(Path(folder), files)))
+
+
+def site_sheets(
+    thing: Model,
+    options: SiteOptions,
+    settings: Settings | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+    stones: "Sequence[Stone]" = (),
+) -> SiteFiles | None:
+    """Compose the site set of whatever has a structure, nothing written yet; None where no folder is said.
+
+    Raises
+    ------
+    InputError
+        As `site_set`.
+    """
+    from cyclopean.api.site_stock import laid_order, stock_of
+    from cyclopean.api.stones import StoneMatch, carve
+    from cyclopean.design.construction.sequence import SECONDS, BuildSequence
+
+    if options.site is None:
+        return None
+    thing = carve(thing, progress=progress) if isinstance(thing, StoneMatch) else thing
+    if isinstance(thing, BuildSequence):
+        return site_files(thing, options, None, progress)
+    chosen = Settings(seconds=SECONDS) if settings is None else replace(settings, supports="")
+    order = sequenced(thing, chosen, Reading(), SequenceOptions(order=laid_order(thing)), progress)
+    return site_files(order, options, stock_of(order, thing, stones), progress)
 
 
 def site_files(
     sequence: "BuildSequence",
     options: SiteOptions,
-    carving: "StoneCarving | None" = None,
+    stock: "Stock | None" = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> SiteFiles:
-    """Compose the site set of a structure, nothing written yet.
+    """Compose the site set of a structure in an order, nothing written yet.
 
     Parameters
     ----------
@@ -88,8 +167,8 @@ def site_files(
         The structure and how it is built.
     options : SiteOptions
         How the sheets are drawn.
-    carving : StoneCarving, optional
-        The stones that are cut for it.
+    stock : Stock, optional
+        Of what its stones are made, and what is left over.
     progress : callable
         Is told what begins.
 
@@ -100,21 +179,23 @@ def site_files(
     """
     from cyclopean import io
     from cyclopean.design.construction.laying import laid_stones
-    from cyclopean.io.frames import frames_dict
+    from cyclopean.io.frames import compas_frames, frames_dict
     from cyclopean.io.pdf import pdf_bytes, unwritable
     from cyclopean.view.site.paper import Form, Title
-    from cyclopean.view.site.site_set import site_set
+    from cyclopean.view.site.site_set import Layout
+    from cyclopean.view.site.site_set import site_set as sheets_of
 
     progress("drawing the sheets")
     form, title = Form(options.paper), Title(options.title or sequence.assembly.name, options.date)
-    cut = {} if carving is None else _cut(sequence, carving)
-    made = site_set(sequence, form, title, options.cards, options.scale, cut)
+    layout = Layout(form, title, options.cards, options.scale, dict(options.hours))
+    made = sheets_of(sequence, layout, stock)
     notes = list(made.notes)
     if (shown := title.shown(form)) != title.name:
         notes.append(f"`title`: {len(title.name)} letters do not fit; the sheets say '{shown}'")
     every = made.sheets | {f"{TEMPLATES}/{name}": drawing for name, drawing in made.templates.items()}
     contents: dict[str, Any] = {f"{name}.svg": drawing for name, drawing in every.items()}
     contents["frames.json"] = frames_dict(sequence, laid_stones(sequence))
+    contents["frames.compas.json"] = compas_frames(contents["frames.json"])
     if find_spec("reportlab") is None:
         notes.append("no PDF: it needs reportlab (pip install 'cyclopean[pdf]'); the sheets are there as SVG")
     else:
@@ -129,15 +210,6 @@ def site_files(
         progress("writing DXF")
         contents |= {f"{name}.dxf": io.dxf_text(drawing) for name, drawing in every.items()}
     return SiteFiles(contents, len(made.sheets), tuple(notes))
-
-
-def _cut(sequence: "BuildSequence", carving: "StoneCarving") -> dict[int, Any]:
-    """Stones with their cuts, by block."""
-    from cyclopean.view.site.cuts import cut_stone
-
-    block = {one.id: k for k, one in enumerate(sequence.assembly.blocks)}
-    stones = {stone.id: stone for stone in carving.stones}
-    return {block[c.cell]: cut_stone(c, stones[c.stone]) for c in carving.carved if c.cell in block and c.cuts}
 
 
 def write_site(place: Path, files: SiteFiles) -> tuple[str, ...]:

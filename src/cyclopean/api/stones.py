@@ -117,7 +117,7 @@ class StoneCarving:
     fixed: "Bools"  # (n,) blocks of it that are held
     built: "CarvedWall"
     warnings: tuple[str, ...] = ()
-    stones: "tuple[Stone, ...]" = ()  # as they were found, at least those that are carved
+    stones: "tuple[Stone, ...]" = ()  # as they were found, those that no cell took too
 
     @property
     def assembly(self) -> "Assembly":
@@ -412,8 +412,7 @@ def carve(
         cut = carve_match(found.match, found.stones, found.cells, least=depth, progress=progress)
     else:
         stored = read_match(found)
-        wall, placed = read_matched(stored)
-        stones = tuple(stone for stone, *_ in placed)
+        wall, placed, stones = read_matched(stored)
         cut = carve_all(placed, least=depth, progress=progress)
         rule = supports or stored.supports or ""
         place = {block.id: k for k, block in enumerate(wall.blocks)}

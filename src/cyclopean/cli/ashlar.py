@@ -6,8 +6,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
 
 from cyclopean.api import wall_options
+from cyclopean.api.site import SiteOptions, site_folder, site_sheets
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files
+from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, warn
 from cyclopean.design.ashlar.best_fit import LEAST_SCORE, Method, Slots
 from cyclopean.design.ashlar.planning import AshlarSettings
@@ -72,16 +74,18 @@ def ashlar(
     openings: Openings = (),
     units: Units = None,
     strict: Strict = False,
+    site: SiteOptions = SiteOptions(),
     files: Written = Files({}),
 ) -> int:
     """Build a wall of sawn stones in a bond."""
     from cyclopean.design.ashlar import wall as room
 
+    site_folder(site)
     settings = _asked(settings, course, openings)
     with long_work("building a wall of sawn stones"):
         slabs, said = _slabs(stones, stone, units, strict)
         wall = room.ashlar(settings, slabs)
-    return _end(wall, said, files, {"method": "first", "slots": "bond"}, [])
+    return _end(wall, said, files, site, {"method": "first", "slots": "bond"}, [])
 
 
 @command(fields={"opening": "openings"}, unit=UNIT, weights="is --scores now; weights are those of forces, as in check")
@@ -109,11 +113,13 @@ def pack(
     openings: Openings = (),
     units: Units = None,
     strict: Strict = False,
+    site: SiteOptions = SiteOptions(),
     files: Written = Files({}),
 ) -> int:
     """Build a wall of the sawn stones that fit best."""
     from cyclopean.design.ashlar import best_fit as room
 
+    site_folder(site)
     settings = _asked(settings, course, openings)
     known = settings.bond != "running" or settings.through > 0 or method == "global"
     where = slots or ("bond" if known else "free")
@@ -133,7 +139,7 @@ def pack(
     }  # fmt: skip
     lines = [f"  score    {done.mean:.3f} in the mean; {done.poor} of {len(done.wall.laid)} below {least_score:g}"]
     lines += [f"  {one.method:<8} in the slots of the bond: {_told(one)}" for one in tried]
-    return _end(done.wall, said, files, asked, lines)
+    return _end(done.wall, said, files, site, asked, lines)
 
 
 def _asked(settings: AshlarSettings, course: str, openings: tuple[str, ...]) -> AshlarSettings:
@@ -220,24 +226,30 @@ def _told(one: "Packed") -> str:
     )
 
 
-def _end(wall: "AshlarWall", said: tuple[str, ...], files: Files, asked: dict[str, Any], lines: list[str]) -> int:
+def _end(
+    wall: "AshlarWall", said: tuple[str, ...], files: Files, site: SiteOptions, asked: dict[str, Any], lines: list[str]
+) -> int:
     """Write everything, and say what came out."""
     from cyclopean import io
     from cyclopean.api.drawings import drawn
     from cyclopean.io.stocklist import ashlar_cutlist_csv, ashlar_dict, left_csv
 
     data = ashlar_dict(wall, asked)
-    files.write({
-        "out": lambda: partial(io.write_model, assembly=wall.assembly),
-        "cutlist": lambda: ashlar_cutlist_csv(wall),
-        "left": lambda: left_csv(wall),
-        "display": lambda: partial(io.write_exchange, assembly=_as_sawn(wall)),
-        "json": lambda: data,
-        **drawn(wall),
-    })  # fmt: skip
+    with long_work("drawing sheets") as stage:
+        sheets = site_sheets(wall, site, progress=stage)
+    with io.together():
+        files.write({
+            "out": lambda: partial(io.write_model, assembly=wall.assembly),
+            "cutlist": lambda: ashlar_cutlist_csv(wall),
+            "left": lambda: left_csv(wall),
+            "display": lambda: partial(io.write_exchange, assembly=_as_sawn(wall)),
+            "json": lambda: data,
+            **drawn(wall),
+        })  # fmt: skip
+        site_line = written_site(site, sheets)
     for note in (*said, *wall.notes):
         warn(note)
-    files.tell(data, [*_lines(wall), *lines, *files.line()])
+    files.tell(data, [*_lines(wall), *lines, *site_line, *files.line()])
     return 0
 
 

@@ -1,15 +1,14 @@
 """`carve`: from a match to stones that can be cut, and does the wall stand as it will be built?"""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.analysis.answers import answer
 from cyclopean.analysis.settings import Settings
-from cyclopean.api.checking import CheckOptions, SequenceOptions, examined, sequenced
+from cyclopean.api.checking import CheckOptions, examined
 from cyclopean.api.inputs import Reading
-from cyclopean.api.site import SiteFiles, SiteOptions, site_files, site_folder
+from cyclopean.api.site import SiteOptions, site_folder, site_sheets
 from cyclopean.cli.check import write_result
 from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files, folder, seen_from
@@ -32,8 +31,8 @@ CAD = ("before.dxf", "after.dxf")
 
 
 @dataclass(frozen=True)
-class Carving(SiteOptions):
-    """How stones are carved, and what is drawn for whoever does it."""
+class Carving:
+    """How stones are carved, and what is drawn."""
 
     least: float = option(
         0.002, "Depth (m) up to which a cut is left to the chisel.", "number", metavar="L", least=0.0, word="least_cut"
@@ -53,6 +52,7 @@ def carve(
         ),
     ] = Settings(),
     options: Carving = Carving(),
+    site: SiteOptions = SiteOptions(),
     files: Annotated[Files, written("json", "report")] = Files({}),
 ) -> int:
     """Cut matched stones back to their cells, write the cut list, and check the wall as it will be built.
@@ -67,7 +67,8 @@ def carve(
 
     if options.dxf:
         dxf_library("`dxf`: ")
-    place, sheets_place = folder("--out", out, out), site_folder(options)
+    place = folder("--out", out, out)
+    site_folder(site)
     stored = read_match(match)
     files = files.within(
         place, (*NAMES, *(CAD if options.dxf else ())), (str(stored.file), str(stored.wall), str(stored.stones))
@@ -76,22 +77,14 @@ def carve(
         made = api.carve(stored.file, least=options.least, supports=settings.supports, progress=stage)
         # supports are those of the drawn wall; the carved one says what is held
         result = examined(made, replace(settings, supports=""), Reading(), CheckOptions(margins=False), stage)
-        sheets = None if sheets_place is None else _sheets(made, settings, options, stage)
+        sheets = site_sheets(made, site, settings, stage)
     for warning in (*made.warnings, *result.warnings):
         warn(warning)
     with io.together():
         data = _written(files, str(stored.wall), made, result, options.least)
-        site_line = written_site(sheets_place, sheets)
+        site_line = written_site(site, sheets)
     files.tell(data, [*_lines(data, result, place, files), *site_line])
     return 0
-
-
-def _sheets(made: "StoneCarving", settings: Settings, site: SiteOptions, stage: Callable[[str], None]) -> SiteFiles:
-    """The site set of the wall as it will be built, in an order that is found for it."""
-    from dataclasses import replace
-
-    order = sequenced(made, replace(settings, supports=""), Reading(), SequenceOptions(), stage)
-    return site_files(order, site, made, stage)
 
 
 def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", least: float) -> dict[str, Any]:

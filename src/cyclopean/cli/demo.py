@@ -2,9 +2,11 @@
 
 from typing import TYPE_CHECKING, Annotated
 
+from cyclopean.api.site import SiteOptions, site_folder, site_sheets
 from cyclopean.cli.check import write_result
 from cyclopean.cli.command import command
 from cyclopean.cli.outputs import Files, folder
+from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, say, typed, warn
 from cyclopean.options import Option
 
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from cyclopean.analysis import Result
+    from cyclopean.api.stones import StoneCarving
     from cyclopean.design.matching.cells import Cells
     from cyclopean.design.matching.negotiation import Negotiation
     from cyclopean.design.stones.stone import Stone
@@ -47,15 +50,18 @@ FILES = {
 @command()
 def demo(
     out: Annotated[str | None, Option("Folder to write to [demo, made if it is not there].", metavar="DIR")] = None,
+    site: SiteOptions = SiteOptions(),
 ) -> int:
     """Draw a wall, find it stones, carve them, prove that it stands, and plan how it is built.
 
     A wall of polygonal stones on a gently curved face, around an arched door; its cells are negotiated with the stones
     of a synthetic quarry, and the arch is sawn.
     """
+    site_folder(site)
     place = folder("--out", out, "demo")
 
     from cyclopean import analysis, io, view
+    from cyclopean.api.stones import StoneCarving
     from cyclopean.design.carving.carve import carve_match, total
     from cyclopean.design.carving.carved_wall import carved_wall
     from cyclopean.design.construction.sequence import build_sequence, dot_text
@@ -66,7 +72,6 @@ def demo(
     from cyclopean.design.stones.quarry import quarry
     from cyclopean.io.cutlist import carved_meshes, cutlist_csv, cuts_csv
     from cyclopean.proof import verify_file
-    from cyclopean.view.carving_drawing import carving_svg
     from cyclopean.view.overview import overall, overview_html
 
     with long_work("demo") as stage:
@@ -85,12 +90,14 @@ def demo(
         final = analysis.check(built.assembly)
         stage("sequencing")
         sequence = build_sequence(wall)
+        whole = total(carved)
+        made = StoneCarving(carved, whole, wall, result.fixed, built, built.notes, stones)
+        sheets = site_sheets(made, site, progress=stage)
         stage("writing")
         at = {name: place / name for name in FILES}
         with io.together():
             io.write_model(at["model.json"], wall, drawing=io.drawing_dict(talk.wall))
             _write(result, place, "", "check.html")
-            io.write_stones(at["stones.obj"], Inventory(stones))
             _write_match(talk, stones, cells, at)
             io.write_model(at["carved.json"], built.assembly)
             _write(final, place, "carved.", None)
@@ -99,13 +106,10 @@ def demo(
             io.write_mesh(at["wall.glb"], carved_meshes(carved))
             io.write_json(at["sequence.json"], io.sequence_dict(sequence, dot_text(sequence)))
             io.write_text(at["building.html"], view.building_html(sequence))
-            whole = total(carved)
-            before = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as placed", "before", built.sawn)
-            after = carving_svg(wall, result.fixed, carved, f"{wall.name}, stones as carved", "after", built.sawn)
-            page = overview_html(
-                result, Inventory(stones).stones, (carved, whole, before, after), (built, final), sequence, FILES
-            )
+            shown = (carved, whole, *_pictures(made))
+            page = overview_html(result, Inventory(stones).stones, shown, (built, final), sequence, FILES)
             io.write_text(place / "report.html", page)
+            site_lines = written_site(site, sheets)
     for warning in (*talk.notes, *built.notes):
         warn(warning)
     proofs = {name: verify_file(place / f"{name}certificate.json").proved for name in ("", "carved.")}
@@ -116,6 +120,8 @@ def demo(
     say(f"  sawn     {len(sawn)} voussoirs, new")
     say(f"  as built {final.verdict}, {_proof(proofs['carved.'])}")
     say(f"  sequence {len(sequence.steps)} stages of the wall as drawn, each verified, {len(held)} of them with props")
+    for line in site_lines:
+        say(line)
     say(f"  written  {place}; open {place / 'report.html'} in a browser, and check the wall again with")
     say(typed("check", place / "carved.json"))
     stands = result.verdict == final.verdict == "stable" and all(step.propped == "stable" for step in held)
@@ -123,15 +129,26 @@ def demo(
 
 
 def _write_match(talk: "Negotiation", stones: "tuple[Stone, ...]", cells: "Cells", at: "dict[str, Path]") -> None:
-    """What became of the cells' talk with the stones: the match and its page."""
+    """What became of the cells' talk with the stones: these, the match and its page."""
     from cyclopean import io
+    from cyclopean.design.stones.inventory import Inventory
     from cyclopean.io.matches import match_dict
     from cyclopean.view.match_page import match_html
 
     rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in talk.rounds]
     data = match_dict(talk.match, stones, cells, stones_path="stones.obj", wall_path="model.json", rounds=rounds)
+    io.write_stones(at["stones.obj"], Inventory(stones))
     io.write_json(at["match.json"], data)
     io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))
+
+
+def _pictures(made: "StoneCarving") -> tuple[str, str]:
+    """The stones as they are placed, and as they are carved."""
+    from cyclopean.view.carving_drawing import carving_svg
+
+    of, name = (made.drawn, made.fixed, made.carved), made.drawn.name
+    before = carving_svg(*of, f"{name}, stones as placed", "before", made.built.sawn)
+    return before, carving_svg(*of, f"{name}, stones as carved", "after", made.built.sawn)
 
 
 def _write(result: "Result", place: "Path", prefix: str, report: str | None) -> None:

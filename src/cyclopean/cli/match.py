@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.api.inputs import StoneReading, inventory_of
+from cyclopean.api.site import SiteOptions, site_folder, site_sheets
 from cyclopean.api.stones import MatchOptions, StoneMatch, StoneTradeoff, match_site, matched, traded
 from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files, folder
+from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, warn
 from cyclopean.cli.tradeoff import contents_of, names_of, summary, wanted_walls
 from cyclopean.cli.workers import workers as hands
@@ -43,6 +45,7 @@ def match(
     reading: StoneReading = StoneReading(),
     workers: Annotated[int, Option("Processes that share the work.", "whole", metavar="N")] = 1,
     cluster: Annotated[str | None, Option("Scheduler of a dask cluster that does the work.", metavar="ADDRESS")] = None,
+    site: SiteOptions = SiteOptions(),
     fresh: Annotated[bool, Option("Forget what an interrupted run has left in DIR.", "flag")] = False,
     files: Annotated[
         Files,
@@ -55,14 +58,14 @@ def match(
     each wall. A run that is interrupted goes on where it stopped when it is started again.
     """
     trade = wanted_walls(tradeoff, depths, weight, options)
-    if trade is not None and (drawing := next((name for name in ("svg", "dxf") if name in files.to), "")):
-        raise InputError.of(drawing, None, "a `tradeoff` draws each of its walls in DIR; leave it out")
+    _look_at_drawings(files, site, several=trade is not None)
     settings, asked = _asked(settings, bond, weight, options)
     place = folder("--out", out, out)
     usual = (MATCH, WALL) if options.negotiate > 0.0 else (MATCH,)
     files = files.within(place, usual if trade is None else names_of(trade.walls), (stones, wall))
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
+    from cyclopean import io
     from cyclopean.io.checkpoints import Checkpoints
 
     with hands(workers, cluster) as executor, long_work(f"matching {stones}") as stage:
@@ -74,10 +77,10 @@ def match(
         try:
             found: StoneMatch | StoneTradeoff
             if trade is None:
-                site = match_site(inventory, wall, settings, options)
-                for line in site.misfits:
+                cells = match_site(inventory, wall, settings, options)
+                for line in cells.misfits:
                     warn(line)
-                found = matched(site, settings, options, parts, stage)
+                found = matched(cells, settings, options, parts, stage)
             else:
                 found = traded(inventory, wall, settings, trade, parts, stage)
         except KeyboardInterrupt:
@@ -87,9 +90,9 @@ def match(
             if not resumed and not parts.made:  # a slip in the command must not cost what was done before it
                 parts.clear()
             raise
+        sheets = site_sheets(found, site, progress=stage) if isinstance(found, StoneMatch) else None
     notes = (*said, *_unfit(parts), *inventory.notes, *found.warnings)
-    told = found.misfits if isinstance(found, StoneMatch) else ()
-    for warning in dict.fromkeys(note for note in notes if note not in told):
+    for warning in dict.fromkeys(note for note in notes if note not in getattr(found, "misfits", ())):
         warn(warning)
 
     def plain(of: StoneMatch, model: str, **more: Any) -> dict[str, Any]:
@@ -101,10 +104,29 @@ def match(
     else:
         data = plain(found, WALL if options.negotiate > 0.0 else _seen_from(place, wall))
         contents, lines = _contents(found, data), _lines(data, inventory, files)
-    files.write(contents)
+    with io.together():
+        files.write(contents)
+        lines += written_site(site, sheets)
     parts.clear()
     files.tell(data, lines)
     return 0
+
+
+def _look_at_drawings(files: Files, site: SiteOptions, *, several: bool) -> None:
+    """Look at where drawings go; several walls have no one drawing.
+
+    Raises
+    ------
+    InputError
+        One was asked for, or the sheets cannot be written there.
+    """
+    site_folder(site)
+    if not several:
+        return
+    if drawing := next((name for name in ("svg", "dxf") if name in files.to), ""):
+        raise InputError.of(drawing, None, "a `tradeoff` draws each of its walls in DIR; leave it out")
+    if site.site is not None:
+        raise InputError.of("site", None, "a `tradeoff` gives several walls; carve one of them with `site`")
 
 
 def _contents(found: "StoneMatch", data: dict[str, Any]) -> dict[str, Callable[[], Any]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.checking import SEQUENCED, SequenceOptions, sequenced
 from cyclopean.api.inputs import Reading, assembly_of
-from cyclopean.api.site import SiteOptions, site_files, site_folder
+from cyclopean.api.site import SiteOptions, site_folder, site_sheets
 from cyclopean.cli.check import MODEL
 from cyclopean.cli.command import command, some, written
 from cyclopean.cli.outputs import Files
@@ -65,7 +65,7 @@ def sequence(
     from cyclopean.design.construction.sequence import dot_text
     from cyclopean.view import building_html
 
-    place = site_folder(options)
+    site_folder(options)
     assembly, warnings = assembly_of(model, reading)
     usual = 2 if len(assembly) > MANY and hands.cluster is None else 1
     with (
@@ -74,7 +74,7 @@ def sequence(
         of_file(model),
     ):
         found = sequenced(assembly, settings, Reading(), options, stage, executor=executor)
-        sheets = None if place is None else site_files(found, options, progress=stage)
+        sheets = site_sheets(found, options, progress=stage)
     for warning in (*warnings, *found.warnings):
         warn(warning)
     graph = dot_text(found)
@@ -82,7 +82,7 @@ def sequence(
     told: dict[str, Callable[[], Any]] = {"out": lambda: data, "json": lambda: data, "dot": lambda: graph}
     with io.together():
         files.write({**told, "report": lambda: building_html(found), **drawn(found)})
-        site_line = written_site(place, sheets)
+        site_line = written_site(options, sheets)
     files.tell(data, [*_lines(found, data), *site_line, *files.line()])
     return 0
 

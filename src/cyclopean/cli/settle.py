@@ -6,8 +6,10 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopean.api.inputs import StoneReading, inventory_of
+from cyclopean.api.site import SiteOptions, site_folder, site_sheets
 from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files
+from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, warn
 from cyclopean.cli.workers import beside
 from cyclopean.design.rubble.places import Scores
@@ -60,9 +62,11 @@ def settle(
     ] = None,
     workers: Annotated[int | None, Option("Processes [2].", "whole", choices=("1", "2"))] = None,
     reading: StoneReading = StoneReading(),
+    site: SiteOptions = SiteOptions(),
 ) -> int:
     """Lay found stones, uncut, into a dry rubble wall that stands at every stage."""
     out = files.to["out"]
+    site_folder(site)
     if out.suffix.lower() != ".json":
         raise InputError(f"`out` {out}: unknown ending; use .json")
     if scores is not None:
@@ -81,6 +85,7 @@ def settle(
         stands = None if standing is None else io.read_model(standing)[0]
         with beside((workers or 2) - 1) as executor:
             wall = build(inventory, settings, stage, executor, stands, next or 0)
+        sheets = site_sheets(wall, site, progress=stage, stones=inventory.stones)
     for warning in (*said, *inventory.notes):
         warn(warning)
     there = files.to.get("json", out).absolute().parent
@@ -91,15 +96,15 @@ def settle(
         model_path=os.path.relpath(out, there),
         units=reading.units,
     )
-    files.write(
-        {
+    with io.together():
+        files.write({
             "report": lambda: settled_page(wall, inventory),
             "out": lambda: lambda file: io.write_model(file, wall.assembly),
             "json": lambda: data,
             **drawn(wall),
-        }
-    )
-    files.tell(data, _lines(wall, inventory, files))
+        })  # fmt: skip
+        site_line = written_site(site, sheets)
+    files.tell(data, [*_lines(wall, inventory, files), *site_line])
     return 0
 
 

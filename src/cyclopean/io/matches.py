@@ -91,7 +91,9 @@ class StoredMatch:
         return None
 
 
-def read_matched(stored: StoredMatch) -> "tuple[Assembly, tuple[tuple[Stone, Block, Floats, Floats], ...]]":
+def read_matched(
+    stored: StoredMatch,
+) -> "tuple[Assembly, tuple[tuple[Stone, Block, Floats, Floats], ...], tuple[Stone, ...]]":
     """Read stones and wall of a match again; what their files leave open was said when they were matched.
 
     Returns
@@ -100,6 +102,8 @@ def read_matched(stored: StoredMatch) -> "tuple[Assembly, tuple[tuple[Stone, Blo
         As drawn.
     placed : tuple
         Stone, cell, rotation (3, 3) and shift (3,) in m, of each placement: as `carve_all` takes them.
+    stones : tuple of Stone
+        All that there were to choose from.
 
     Raises
     ------
@@ -116,9 +120,8 @@ def read_matched(stored: StoredMatch) -> "tuple[Assembly, tuple[tuple[Stone, Blo
     if changed is not None:
         raise InputError(f"{stored.file}: {changed}")
     blocks = {block.id: block for block in wall.blocks}
-    return wall, tuple(
-        (stones[p.stone], blocks[p.cell], p.transform[:3, :3], p.transform[:3, 3]) for p in stored.placements
-    )
+    placed = ((stones[p.stone], blocks[p.cell], p.transform[:3, :3], p.transform[:3, 3]) for p in stored.placements)
+    return wall, tuple(placed), tuple(inventory.stones)
 
 
 def tradeoff_dict(found: "Tradeoff", names: "Sequence[Mapping[str, str]]" = ()) -> dict[str, Any]:

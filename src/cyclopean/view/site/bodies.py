@@ -15,13 +15,13 @@ from cyclopean.assembly import Block
 from cyclopean.design.carving.cuts import planes_of
 from cyclopean.errors import InputError
 from cyclopean.geometry import pack
-from cyclopean.geometry.solids import fans
+from cyclopean.geometry.solids import cross_section, fans, solid_of
 from cyclopean.view.colours import INK
 from cyclopean.view.drawing import feature_edges
 from cyclopean.view.stone_faces import facing, stone_faces, stone_svg
 from cyclopean.view.svg import View, closed, layer, project, segments
 
-__all__ = ["Body", "Solid", "on_paper", "solid_of_block"]
+__all__ = ["Body", "Solid", "on_paper", "sliced", "solid_of_block"]
 
 MANY = 400  # triangles beyond which a stone is a scan: its small faces are joined, and it has no edges
 FINER = 10.0  # steps of shading in a mm
@@ -30,6 +30,7 @@ SLIT = 0.04  # mm: half of the widest slit that is rounding, less than any line 
 SPECK = 1e-6  # mm2: a triangle below it is seen edge-on
 PALE = 0.5  # light of the darkest shade on paper, on which numbers have to be read
 RIM, EDGE = 0.35, 0.18  # mm, width of lines: ISO 128
+CUT_RIM, HATCHED, HATCH_LINE = 0.5, 2.5, 0.1  # mm: rim of what is cut, between its hatch lines, and their width
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,6 +77,49 @@ class Body:
             + layer("shading", [f'<g transform="scale({1.0 / FINER:g})">{shade}</g>', again] if shade else ())
             + (lines if whole and len(self.edge) else "")
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Slice(Body):
+    """A stone that is cut open."""
+
+    shape: Any  # of shapely, mm of paper: what the cut shows
+
+    @property
+    def outline(self) -> Any:
+        """What it covers, as a geometry of shapely."""
+        return self.shape
+
+    def drawn(self, tint: str, window: Any = None) -> str:
+        """The cut in a tint, hatched, with a thick rim."""
+        import shapely
+
+        shape = self.shape if window is None else self.shape.intersection(window)
+        if not (rim := "".join(_rings(shape))):
+            return ""
+        left, top, right, foot = shape.bounds
+        begin = np.arange(left - (foot - top), right, HATCHED)
+        ends = np.stack([begin, np.full(len(begin), foot), begin + (foot - top), np.full(len(begin), top)], 1)
+        lines = shapely.intersection(shapely.linestrings(ends.reshape(-1, 2, 2)), shape)
+        parts = [p for p in shapely.get_parts(lines) if p.geom_type == "LineString" and not p.is_empty]
+        edge = np.array([shapely.get_coordinates(p)[[0, -1]] for p in parts]).reshape(-1, 2, 2)
+        style = f'fill="{tint}" stroke="{INK}" stroke-width="{CUT_RIM}" stroke-linejoin="round"'
+        hatch = f'<path d="{segments(edge, FINE)}" fill="none" stroke="{INK}" stroke-width="{HATCH_LINE}"/>'
+        return f'<path d="{rim}" {style}/>{hatch}'
+
+
+def sliced(solid: Solid, view: View, far: float, times: float, at: Floats) -> Body:
+    """A stone cut open so far (m) away from the viewer; `times` and `at` as in `on_paper`."""
+    import shapely
+
+    flat, away = project(solid.vertices, view)
+    body = solid_of(np.column_stack([flat, -away]), solid.triangles, solid.name)
+    rings = [shapely.Polygon(at + times * ring * [1.0, -1.0]) for ring in cross_section(body, -far)]
+    shape = shapely.Polygon()
+    for ring in sorted(rings, key=lambda one: -one.area):  # what lies within another is a hole
+        shape = shape.symmetric_difference(shapely.make_valid(ring))
+    none = np.zeros((0, 2, 2))
+    return Slice(solid.name, np.zeros((0, 3, 3)), np.zeros(0), none, shape)
 
 
 def _rings(shape: Any) -> Iterator[str]:

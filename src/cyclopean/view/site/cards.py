@@ -4,7 +4,7 @@ The three sides stand as on any drawing of a part in third-angle projection: the
 the right of it, all at one scale.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -91,24 +91,24 @@ def _box(place: Place) -> tuple[float, float, float, float]:
 def card_pages(
     sequence: BuildSequence,
     stones: Sequence[LaidStone],
-    solids: dict[int, Solid],
-    scans: dict[int, str],
+    solids: Sequence[Solid],
+    source: Mapping[int, str],
     form: Form,
     each: int,
 ) -> tuple[Page, ...]:
-    """Cards of all stones; `scans` names the found stone that a block is made of, where that is another."""
-    cards = [Card(stone.step, partial(_card, sequence, stone, solids[stone.block], scans)) for stone in stones]
+    """Cards of all stones; `source` says of what a block is made, where that is known."""
+    cards = [Card(stone.step, partial(_card, sequence, stone, solids[stone.block], source)) for stone in stones]
     return drawn_pages("cards", "Stones", cards, form, each)
 
 
 def _card(
-    sequence: BuildSequence, stone: LaidStone, solid: Solid, scans: dict[int, str], place: Place
+    sequence: BuildSequence, stone: LaidStone, solid: Solid, source: Mapping[int, str], place: Place
 ) -> Iterator[str]:
     """Heading, pictures, facts."""
     room = place.wide - 2.0 * PAD
     yield heading(place, str(stone.step), stone.id, f"step {stone.step} of {len(sequence.steps)}")
     most = max(int(FACTS * place.high / LINE), 6)
-    lines = [part for fact in facts(sequence, stone, scans.get(stone.block, "")) for part in wrapped(fact, room, 3)]
+    lines = [part for fact in facts(sequence, stone, source.get(stone.block, "")) for part in wrapped(fact, room, 3)]
     lines = lines if len(lines) <= most else [*lines[: most - 1], shortened(f"{lines[most - 1]} …", room)]
     top = place.y + PAD + HEADING + 1.0
     foot = place.y + place.high - PAD - LINE * len(lines)
@@ -132,14 +132,14 @@ def heading(place: Place, step: str, name: str, right: str) -> str:
     return layer("headings", parts)
 
 
-def facts(sequence: BuildSequence, stone: LaidStone, scan: str = "") -> Iterator[str]:
+def facts(sequence: BuildSequence, stone: LaidStone, source: str = "") -> Iterator[str]:
     """What a card says of a stone, the most important first."""
     along, deep, up = (f"{1000.0 * length:.0f}" for length in stone.size)
     left, face, bed = (f"{1000.0 * length:.0f}" for length in stone.centre)
     yield f"Mass {kilograms(stone.mass)} kg. {along} along, {deep} deep, {up} high (mm)."
     yield f"Centre of gravity (mm): {left} from left end, {face} behind face, {bed} above bed."
-    if scan:
-        yield f"Cut from found stone {scan}."
+    if source:
+        yield source
     around = (("on", stone.rests_on), ("beside", stone.beside), ("carries", stone.carries))
     said = "; ".join(f"{what} {named(sequence, blocks)}" for what, blocks in around if blocks)
     yield f"Layer {stone.layer}; {said or 'on nothing'}."

@@ -5,7 +5,7 @@ it is seen. Numbered points are where a person can find them. Each cut has three
 numbered points; its line runs through them, round the stone where it may be sawn right through.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -34,7 +34,7 @@ from cyclopean.view.site.paper import (
     words,
     wrapped,
 )
-from cyclopean.view.svg import EXACT, View, closed, layer, project, sheet, to_scale
+from cyclopean.view.svg import EXACT, View, closed, layer, project, rect, sheet, to_scale
 
 __all__ = ["CutStone", "cut_pages", "cut_stone", "template_svg"]
 
@@ -69,7 +69,7 @@ def cut_stone(carved: Carved, found: Stone) -> CutStone:
     return CutStone(carved, found, points, tuple(marks))
 
 
-def cut_pages(stones: Sequence[LaidStone], cut: dict[int, CutStone], axes: Floats, form: Form) -> tuple[Page, ...]:
+def cut_pages(stones: Sequence[LaidStone], cut: Mapping[int, CutStone], axes: Floats, form: Form) -> tuple[Page, ...]:
     """Cards of cuts, those of `cut` (by block); `axes` (3, 3) are along the wall, from face to back, up."""
     cards = [card for stone in stones if stone.block in cut for card in _cards(stone, cut[stone.block], axes, form)]
     return drawn_pages("cuts", "Cuts of stones", cards, form, EACH)
@@ -178,7 +178,8 @@ class _Labels:
                     self.taken.append(box)
                     leader = f'<path d="M{at[0]:.2f} {at[1]:.2f}L{x:.2f} {y:.2f}" {THIN}/>' if reach > 5.0 else ""
                     style = f'text-anchor="middle" {BOLD} fill="{CUT}"'
-                    return leader + words(x, y + 0.36 * LETTERS, said, more=style)
+                    ground = rect(box[0], box[1], wide, high, 'fill="#ffffff"', 2)  # lines pass below the words
+                    return leader + ground + words(x, y + 0.36 * LETTERS, said, more=style)
         return ""
 
 

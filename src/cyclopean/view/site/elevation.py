@@ -15,15 +15,25 @@ from cyclopean.design.construction.laying import axes_of
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.errors import InputError
 from cyclopean.view.building import STONES, middle_of, painting_order
-from cyclopean.view.colours import INK, SOFT
-from cyclopean.view.figures import number
-from cyclopean.view.site.bodies import Body, Solid, on_paper, solid_of_block
+from cyclopean.view.site.bodies import Body, Solid, on_paper, sliced, solid_of_block
+from cyclopean.view.site.dimensions import (
+    MIDDLE,
+    axes_mark,
+    chain,
+    clear_sizes,
+    datum,
+    level_joints,
+    openings,
+    overall,
+    scale_mark,
+    section_mark,
+)
 from cyclopean.view.site.paper import BOLD, HEADING, LETTERS, SCALES, Form, Page, standard_scale, words
-from cyclopean.view.svg import View, layer, project, rect, round_length
+from cyclopean.view.svg import View, layer, project
 
-__all__ = ["Elevations", "elevation_pages"]
+__all__ = ["GROUND", "Elevations", "elevation_pages", "numbered"]
 
-LEFT, TOP, RIGHT, FOOT = 20.0, 12.0, 30.0, 30.0  # mm round the stones: dimensions, heading, levels, scale bar
+LEFT, TOP, RIGHT, FOOT = 24.0, 14.0, 30.0, 36.0  # mm round the stones: dimensions, heading, levels, scale bar
 BEYOND = 9.0  # mm that supports are shown beyond the stones
 GROUND = "#b9bfc4"  # supports
 LARGEST = 5.0  # mm, letters of a stone's number
@@ -31,10 +41,9 @@ TIGHT = 0.62, 0.74  # width and height of a digit in its size
 CLEAR = 0.3  # mm between a number and the rim of its stone
 BAR_HIGH = 14.0  # mm that the scale takes at the foot
 PARTS = 24  # sheets that a front may be parted into
-FEW, ENOUGH = 0.02, 0.95  # share of the numbers that are left: a side that shows no more is not drawn; parts are to
-BAR = 80.0  # mm that the scale may be long
-FINE = f'stroke="{INK}" stroke-width="0.18" fill="none"'
-MIDDLE = 'text-anchor="middle"'
+ENOUGH = 0.95  # share of the numbers that are left, which parts are to show
+EDGE = 0.004  # of the length: nearer to its end no stone is cut by the section
+MOST_OPENINGS = 8  # that are measured; more are chinks of a wall of rubble
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,21 +61,36 @@ class _Side:
     name: str
     view: View
     upright: bool = True
+    cut: float | None = None  # m away from the viewer, of a section: what lies nearer is left out
+    section: float | None = None  # m along, where the sheet says that a section is cut
 
 
-def _sides(sequence: BuildSequence) -> tuple[_Side, ...]:
+def _sides(sequence: BuildSequence, solids: Sequence[Solid]) -> tuple[_Side, ...]:
     along, into, up = axes_of(sequence)
+    at = _section_at([solids[step.block].vertices @ along for step in sequence.steps])
     return (
-        _Side("Front elevation", View(along, into, up)),
+        _Side("Front elevation", View(along, into, up), section=at),
         _Side("Back elevation", View(-along, -into, up)),
-        _Side("Plan", View(along, -up, into), upright=False),
+        _Side("Plan", View(along, -up, into), upright=False, section=None),
+        _Side("Section A-A", View(-into, along, up), cut=at),
         _Side("Right end", View(into, -along, up)),
         _Side("Left end", View(-into, along, up)),
     )
 
 
+def _section_at(along: Sequence[Floats]) -> float | None:
+    """Where to cut, near the middle: through as many stones as can be, none of them at its end."""
+    if not along:
+        return None
+    low, high = np.array([x.min() for x in along]), np.array([x.max() for x in along])
+    span = float(high.max() - low.min())
+    places = low.min() + span * (0.5 + np.array([0.0, 0.02, -0.02, 0.05, -0.05, 0.1, -0.1]))
+    count = [int(((low < x - EDGE * span) & (high > x + EDGE * span)).sum()) for x in places.tolist()]
+    return float(places[int(np.argmax(count))])
+
+
 def elevation_pages(sequence: BuildSequence, form: Form, scale: int | None = None) -> Elevations:
-    """Draw a structure from the sides that it takes to number every stone; errors where no scale is small enough.
+    """Draw a structure from all sides, cut through, and larger in parts where that takes to number every stone.
 
     The `scale`, as 1 to so much, is taken where it fits; else the largest standard one that does, which is told.
 
@@ -78,20 +102,18 @@ def elevation_pages(sequence: BuildSequence, form: Form, scale: int | None = Non
     solids = [solid_of_block(block) for block in sequence.assembly.blocks]
     left = {step.block for step in sequence.steps}
     pages: list[Page] = []
-    notes: list[str] = []
-    for side in _sides(sequence):
-        if pages and not left:
-            break
+    other: dict[int, list[str]] = {}  # sides that the scale that was asked for does not fit, by their own
+    for side in _sides(sequence, solids):
         view = _whole(sequence, solids, side, form, scale)
         if scale is not None and view.scale != scale:
-            notes.append(f"{side.name.lower()}: 1:{scale} does not fit on {form.paper}; it is 1:{view.scale}")
+            other.setdefault(view.scale, []).append(side.name.lower())
         told = dict(view.numbers())
-        if not pages or len(told.keys() & left) > FEW * len(left):
-            pages.append(view.page(told))
-            left -= told.keys()
+        pages.append(view.page(told))
+        left -= told.keys()
     for part, told in _details(sequence, solids, form, left):
         pages.append(part.page(told))
         left -= told.keys()
+    notes = [f"1:{scale} does not fit on {form.paper}; 1:{k} on {', '.join(names)}" for k, names in other.items()]
     if left:
         steps = sorted(k for k, step in enumerate(sequence.steps, 1) if step.block in left)
         some = ", ".join(map(str, steps[:12])) + (f" and {len(steps) - 12} more" if len(steps) > 12 else "")
@@ -119,7 +141,7 @@ def _details(
     sequence: BuildSequence, solids: Sequence[Solid], form: Form, left: set[int]
 ) -> Iterator[tuple["_Drawn", dict[int, str]]]:
     """Parts of the front, larger, in as many sheets as it takes for the numbers that had no room; none if too many."""
-    side = _sides(sequence)[0]
+    side = _sides(sequence, solids)[0]
     low, span = _extent(sequence, solids, side)
     for scale in sorted(SCALES, reverse=True):
         frames = _parted(low, span, form, scale)
@@ -184,6 +206,7 @@ class _Drawn:
     form: Form
     frame: _Frame
     sequence: BuildSequence
+    solids: Sequence[Solid]
     bodies: dict[int, Body]  # by block, the furthest first
 
     @classmethod
@@ -191,14 +214,23 @@ class _Drawn:
         """Draw every block of which something is seen."""
         times = 1000.0 / frame.scale
         at = np.array(frame.foot) - times * frame.low * [1.0, -1.0]
-        bodies = {}
+        bodies: dict[int, Body] = {}
+        slices: dict[int, Body] = {}
+        near = -np.inf if side.cut is None else side.cut
         for i in painting_order(sequence, side.view.sight):
-            flat = at + times * project(solids[i].vertices, side.view)[0] * [1.0, -1.0]
-            (a, b), (c, d) = flat.min(axis=0), flat.max(axis=0)
+            flat, far = project(solids[i].vertices, side.view)
+            (a, b), (c, d) = (
+                (at + times * flat * [1.0, -1.0]).min(axis=0),
+                (at + times * flat * [1.0, -1.0]).max(axis=0),
+            )
             left, top, right, foot = frame.window
-            if a < right and left < c and b < foot and top < d:
+            if far.max() <= near or not (a < right and left < c and b < foot and top < d):
+                continue
+            if far.min() < near:
+                slices[i] = sliced(solids[i], side.view, near, times, at)
+            else:
                 bodies[i] = on_paper(solids[i], side.view, times, at)
-        return cls(side, form, frame, sequence, bodies)
+        return cls(side, form, frame, sequence, solids, bodies | slices)
 
     @property
     def scale(self) -> int:
@@ -228,7 +260,7 @@ class _Drawn:
             hidden = shapely.union_all([outlines[k] for k in above if k > place])
             seen = outlines[place].difference(hidden)
             seen = seen.intersection(window) if self.frame.part else seen
-            if drawn := _number(seen, str(step[block])):
+            if drawn := numbered(seen, str(step[block])):
                 yield block, drawn
 
     def page(self, told: dict[int, str]) -> Page:
@@ -249,9 +281,11 @@ class _Drawn:
             *stones,
             layer("numbers", told.values()),
             layer("dimensions", self._dimensions() if whole else ()),
-            layer("datum", self._datum() if self.side.upright and whole else ()),
+            layer("datum", datum(self.box, self.scale, BEYOND) if self.side.upright and whole else ()),
+            layer("section", self._section_mark() if whole else ()),
             layer("headings", [words(self.form.room[0], self.form.room[1] + HEADING, *self._heading())]),
-            _bar(self.form, self.scale),
+            scale_mark(self.form, self.scale),
+            axes_mark(self.form, self.side.view, axes_of(self.sequence)),
         )
         return Page("elevation", self._name(), parts, f"1:{self.scale}", 1000.0 / self.scale, self.frame.foot)
 
@@ -272,63 +306,36 @@ class _Drawn:
         return f": {across[0]:.2f} to {across[1]:.2f} m along, {up[0]:.2f} to {up[1]:.2f} m up"
 
     def _dimensions(self) -> Iterator[str]:
-        """Overall width below, overall height at the left."""
-        left, top, right, foot = self.box
-        times = 1000.0 / self.scale
-        y, x = foot + BEYOND + 5.0, left - BEYOND - 2.0
-        yield f'<path d="M{left:.3f} {foot + 1:.3f}V{y + 1.5:.3f}M{right:.3f} {foot + 1:.3f}V{y + 1.5:.3f}" {FINE}/>'
-        yield f'<path d="M{left:.3f} {y:.3f}H{right:.3f}{_ticks((left, y), (right, y))}" {FINE}/>'
-        yield words((left + right) / 2.0, y - 1.0, _metres((right - left) / times), more=MIDDLE)
-        yield f'<path d="M{left - 1:.3f} {top:.3f}H{x - 1.5:.3f}M{left - 1:.3f} {foot:.3f}H{x - 1.5:.3f}" {FINE}/>'
-        yield f'<path d="M{x:.3f} {top:.3f}V{foot:.3f}{_ticks((x, top), (x, foot))}" {FINE}/>'
-        turned = f'{MIDDLE} transform="rotate(-90 {x - 1.0:.1f} {(top + foot) / 2.0:.1f})"'
-        yield words(x - 1.0, (top + foot) / 2.0, _metres((foot - top) / times), more=turned)
+        """Over all; of an upright side its level courses and its openings too."""
+        left, _, right, foot = self.box
+        courses, holes = (self._courses(), self._openings()) if self.side.upright else ([], [])
+        if holes:
+            ends = sorted({left, right, *(x for a, _, c, _ in holes for x in (a, c))})
+            yield from chain(ends, foot + BEYOND + 4.5, self.scale, foot + 1.0)
+            yield from clear_sizes(holes, foot, self.scale)
+        if courses:
+            yield from chain(courses, left - BEYOND - 2.0, self.scale, left - 1.0, upright=True)
+        below, beside = BEYOND + (10.5 if holes else 4.5), BEYOND + (8.0 if courses else 2.0)
+        yield from overall(self.box, self.scale, below, beside)
 
-    def _datum(self) -> Iterator[str]:
-        """The level of the lowest bed, from which heights are measured, and that of the top."""
-        left, top, right, foot = self.box
-        end = right + BEYOND + 4.0
-        dashes = 'stroke-dasharray="6 1.2 0.8 1.2"'
-        yield f'<path d="M{left - BEYOND - 6:.3f} {foot:.3f}H{end:.3f}" {FINE.replace("0.18", "0.35")} {dashes}/>'
-        yield f'<path d="M{right + 1:.3f} {top:.3f}H{end:.3f}" {FINE}/>'
-        rise = (foot - top) * self.scale / 1000.0
-        for y, said in ((foot, "datum 0.000"), (top, f"+{rise:.3f} m")):
-            yield f'<path d="M{end:.3f} {y:.3f}l-1.5 -2.4h3z" fill="{INK}"/>'
-            yield words(end - 3.0, y - 3.2, said)
+    def _section_mark(self) -> Iterator[str]:
+        if self.side.section is not None:
+            (left, foot), times = self.frame.foot, 1000.0 / self.scale
+            x = left + times * (self.side.section - float(self.frame.low[0]))
+            yield from section_mark(x, self.box[1], foot)
 
+    def _courses(self) -> list[float]:
+        """Level joints, mm of paper, from the foot."""
+        up = [self.solids[step.block].vertices @ self.side.view.up for step in self.sequence.steps]
+        found = level_joints(np.array([z.min() for z in up]), np.array([z.max() for z in up]))
+        return [self.box[3] - 1000.0 / self.scale * (z - found[0]) for z in found]
 
-def _ticks(*ends: tuple[float, float]) -> str:
-    """Short strokes aslant at the ends of a dimension."""
-    return "".join(f"M{x - 1:.3f} {y + 1:.3f}l2 -2" for x, y in ends)
-
-
-def _metres(length: float) -> str:
-    """A length (m) to the millimetre."""
-    return f"{length:.3f} m" if length >= 1.0 else f"{1000.0 * length:.0f} mm"
+    def _openings(self) -> list[tuple[float, float, float, float]]:
+        found = openings((body.outline for body in self.bodies.values()), self.box, self.scale)
+        return found if len(found) <= MOST_OPENINGS else []
 
 
-def _bar(form: Form, scale: int) -> str:
-    """A scale of five parts, black and white in turn."""
-    x, y = form.room[0], form.room[1] + form.room[3] - 2.0
-    length, _ = round_length(BAR * scale / 1000.0)
-    part = length / 5.0 * 1000.0 / scale
-    parts = [
-        rect(x + k * part, y - 2.0, part, 2.0, f'fill="{INK if k % 2 == 0 else "#ffffff"}" {_thin()}', 3)
-        for k in range(5)
-    ]
-    unit, times = ("m", 1.0) if length >= 1.0 else ("mm", 1000.0)
-    for k in (0, 1, 5):
-        parts.append(words(x + k * part, y - 3.4, number(k * length / 5.0 * times), more=MIDDLE if k else ""))
-    parts.append(words(x + 5.0 * part + 4.0, y, unit))
-    said = f"Measure on the sheet only if this bar is {5.0 * part:.1f} mm long in print."
-    return layer("scale", [*parts, words(x + 5.0 * part + 12.0, y, said, more=f'fill="{SOFT}"')])
-
-
-def _thin() -> str:
-    return f'stroke="{INK}" stroke-width="0.18"'
-
-
-def _number(region: Any, said: str) -> str:
+def numbered(region: Any, said: str) -> str:
     """A number within what is seen of a stone, as large as there is room; nothing where there is none."""
     import shapely
 

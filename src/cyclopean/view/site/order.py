@@ -1,6 +1,7 @@
 """The order of building as tables: every step, what stands meanwhile, and what the crane has to lift."""
 
 from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from cyclopean.view.svg import layer
 __all__ = ["kilograms", "millimetres", "named", "order_pages", "props_and_masses"]
 
 ROW = 5.2  # mm, height of a row
+MOST = 4  # lines of a step
 SHARES = (0.05, 0.16, 0.06, 0.08, 0.15, 0.30, 0.20)  # of the width: one for each column
 HEAD = ("Step", "Stone", "Layer", "Mass, kg", "Size, mm", "Rests on", "Props")
 # kg up to which a stone is lifted by what; 25 and 50 are what Europe's safety rules have for one person and for two
@@ -43,19 +45,46 @@ def order_pages(sequence: BuildSequence, stones: Sequence[LaidStone], form: Form
     x, y, wide, high = form.room
     rooms = [share * wide for share in SHARES]
     at = [x + sum(rooms[:k]) for k in range(len(rooms))]
-    rows = int((high - 2.0 * ROW - HEADING) / ROW)
     pages = []
-    for part in portions(stones, rows):
-        first, last = part[0].step, part[-1].step
-        line = y + HEADING + ROW + 1.0
+    for part in _filled([(stone.step, _lines(sequence, stone, rooms)) for stone in stones], high - 2.0 * ROW - HEADING):
+        first, last = part[0][0], part[-1][0]
+        row = y + HEADING + ROW + 1.0
         drawn = [words(x, y + HEADING, f"Order of laying, steps {first} to {last}", HEADING, BOLD)]
-        drawn.append(columns(at, rooms, HEAD, line + 0.72 * ROW, BOLD))
-        for k, stone in enumerate(part, 1):
-            row = line + k * ROW
-            drawn.append(f'<path d="M{x:.2f} {row:.2f}h{wide:.2f}" stroke="{INK if k == 1 else LINE}" {_THIN}/>')
-            drawn.append(columns(at, rooms, _row(sequence, stone), row + 0.72 * ROW))
+        drawn.append(columns(at, rooms, HEAD, row + 0.72 * ROW, BOLD))
+        row += ROW
+        for step, lines in part:
+            drawn.append(f'<path d="M{x:.2f} {row:.2f}h{wide:.2f}" stroke="{INK if step == first else LINE}" {_THIN}/>')
+            drawn += [columns(at, rooms, line, row + 0.72 * ROW + k * PITCH) for k, line in enumerate(lines)]
+            row += _height(lines)
         pages.append(Page("order", f"Order of laying, {first} to {last}", (layer("order", drawn),)))
     return tuple(pages)
+
+
+Rows = list[tuple[str, ...]]  # lines of a step, each with all columns
+
+
+def _lines(sequence: BuildSequence, stone: LaidStone, rooms: Sequence[float]) -> Rows:
+    """A step, in so many lines as its longest column takes."""
+    cells = [wrapped(said, room - 2.0, MOST) for said, room in zip(_row(sequence, stone), rooms, strict=True)]
+    return list(zip_longest(*cells, fillvalue=""))
+
+
+def _height(lines: Rows) -> float:
+    return ROW + (len(lines) - 1) * PITCH
+
+
+def _filled(steps: Sequence[tuple[int, Rows]], room: float) -> Iterator[list[tuple[int, Rows]]]:
+    """Steps of one page after the other, as many as fit its room (mm)."""
+    page: list[tuple[int, Rows]] = []
+    used = 0.0
+    for one in steps:
+        if page and used + _height(one[1]) > room:
+            yield page
+            page, used = [], 0.0
+        page.append(one)
+        used += _height(one[1])
+    if page:
+        yield page
 
 
 _THIN = 'stroke-width="0.2" fill="none"'
@@ -77,15 +106,16 @@ def _row(sequence: BuildSequence, stone: LaidStone) -> tuple[str, ...]:
 
 
 def props_and_masses(
-    sequence: BuildSequence, stones: Sequence[LaidStone], form: Form, more: Sequence[str] = ()
+    sequence: BuildSequence, stones: Sequence[LaidStone], form: Form, work: Sequence[str] = (), left: Sequence[str] = ()
 ) -> tuple[Page, ...]:
-    """Props with their times, masses for whoever lifts, totals; `more` lines are told with these."""
+    """Props with their times, masses for whoever lifts, totals; lines of the work, and of what is left over."""
     x, y, wide, high = form.room
     room = wide / 2.0 - 6.0
     lines = [
-        ("Totals", True), *((line, False) for line in (*_totals(sequence, stones), *more)), ("", False),
+        ("Totals", True), *((line, False) for line in (*_totals(sequence, stones), *work)), ("", False),
         ("Masses", True), *((line, False) for line in _masses(stones)), ("", False),
         ("Props and centrings", True), *((line, False) for line in _props(sequence)),
+        *((("", False), ("Left over, litres of each", True), *((line, False) for line in left)) if left else ()),
     ]  # fmt: skip
     flowed = [(part, bold) for line, bold in lines for part in (wrapped(line, room) or [""])]
     fits = int((high - HEADING - 8.0) / PITCH)
@@ -93,10 +123,10 @@ def props_and_masses(
     for two in portions(portions(flowed, fits), 2):
         drawn = [words(x, y + HEADING, "Props, masses and totals", HEADING, BOLD)]
         for column, part in enumerate(two):
-            left = x + column * (wide / 2.0)
+            begin = x + column * (wide / 2.0)
             for k, (said, bold) in enumerate(part):
                 if said:
-                    drawn.append(words(left, y + HEADING + 8.0 + k * PITCH, said, more=BOLD if bold else ""))
+                    drawn.append(words(begin, y + HEADING + 8.0 + k * PITCH, said, more=BOLD if bold else ""))
         pages.append(Page("props-and-masses", "Props, masses and totals", (layer("order", drawn),)))
     return tuple(pages)
 

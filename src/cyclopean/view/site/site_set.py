@@ -1,6 +1,6 @@
-"""The set of sheets for whoever builds: elevations, order, props and masses, cards, cuts; an index of many stones."""
+"""The set of sheets for whoever builds: elevations, stages, order, props, masses, cards, cuts, an index of many."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cyclopean.design.construction.laying import LaidStone, axes_of, laid_stones
@@ -11,12 +11,25 @@ from cyclopean.view.site.cuts import CutStone, cut_pages, template_svg
 from cyclopean.view.site.elevation import elevation_pages
 from cyclopean.view.site.order import order_pages, props_and_masses
 from cyclopean.view.site.paper import BOLD, HEADING, LINE, Form, Page, Title, columns, drawn, portions, words
+from cyclopean.view.site.stages import stage_pages
+from cyclopean.view.site.stock import Stock, told
 from cyclopean.view.svg import layer
 
-__all__ = ["SiteSet", "site_set"]
+__all__ = ["Layout", "SiteSet", "site_set"]
 
 INDEXED = 40  # stones from which looking one up takes an index
 ENTRY = (34.0, 14.0, 16.0)  # mm, columns of the index: stone, step, sheet
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How the sheets are drawn."""
+
+    form: Form
+    title: Title
+    cards: int = 2  # on a page, 1 to 8
+    scale: int | None = None  # of the elevations, 1 to so much; None = the largest standard one that fits
+    hours: Mapping[str, float] = field(default_factory=dict)  # of work: lay, a tonne; cut, a m2 of faces
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,67 +42,59 @@ class SiteSet:
     notes: tuple[str, ...] = ()
 
 
-def site_set(
-    sequence: BuildSequence,
-    form: Form,
-    title: Title,
-    cards: int = 2,
-    scale: int | None = None,
-    cut: dict[int, CutStone] | None = None,
-) -> SiteSet:
+def site_set(sequence: BuildSequence, layout: Layout, stock: Stock | None = None) -> SiteSet:
     """Compose all sheets.
 
     Parameters
     ----------
     sequence : BuildSequence
         The structure and how it is built.
-    form : Form
-        Paper.
-    title : Title
-        Of the title block.
-    cards : int
-        On a page, 1 to 8.
-    scale : int, optional
-        Of the elevations, 1 to so much; the largest standard one that fits where not given.
-    cut : dict of int to CutStone, optional
-        Stones that are cut, by block.
+    layout : Layout
+        Paper, title, cards on a page, scale, rates of work.
+    stock : Stock, optional
+        Of what the stones are made, and what is left over.
 
     Raises
     ------
     InputError
         The structure is too large for the paper.
     """
-    cut = cut or {}
+    stock, form, cards = stock or Stock(), layout.form, layout.cards
     stones = laid_stones(sequence)
-    seen = elevation_pages(sequence, form, scale)
-    solids = {stone.block: solid_of_block(sequence.assembly.blocks[stone.block]) for stone in stones}
-    scans = {block: one.carved.stone for block, one in cut.items()}
+    solids = [solid_of_block(block) for block in sequence.assembly.blocks]
+    seen = elevation_pages(sequence, form, layout.scale)
     pages = [
         *seen.pages,
+        *stage_pages(sequence, solids, form),
         *order_pages(sequence, stones, form),
-        *props_and_masses(sequence, stones, form, _spoil(cut)),
-        *card_pages(sequence, stones, solids, scans, form, cards),
-        *cut_pages(stones, cut, axes_of(sequence), form),
+        *props_and_masses(sequence, stones, form, tuple(_work(stones, stock, layout.hours)), tuple(told(stock.left))),
+        *card_pages(sequence, stones, solids, stock.source, form, cards),
+        *cut_pages(stones, stock.cut, axes_of(sequence), form),
     ]
     first = next((k for k, page in enumerate(pages, 1) if page.kind == "cards"), 0)
     pages += _index(stones, first, cards, form) if len(stones) > INDEXED else ()
-    sheets = drawn(pages, form, title)
+    sheets = drawn(pages, form, layout.title)
     titles = {name: page.title for name, page in zip(sheets, pages, strict=True)}
-    return SiteSet(sheets, titles, _templates(sequence, stones, cut), seen.notes)
+    return SiteSet(sheets, titles, _templates(sequence, stones, stock.cut), seen.notes)
 
 
-def _spoil(cut: dict[int, CutStone]) -> tuple[str, ...]:
-    """What comes off, in words."""
-    if not cut:
-        return ()
-    every = [one.carved for one in cut.values()]
-    off = 1000.0 * sum(c.stone_volume - c.volume for c in every)
-    count = sum(not face.dressing for c in every for face in c.cuts)
-    area = sum(face.area for c in every for face in c.cuts if not face.dressing)
-    return (f"{len(every)} found stones are cut: {count} cuts, {area:.2f} m² of faces, {off:,.0f} litres come off.",)
+def _work(stones: Sequence[LaidStone], stock: Stock, rates: Mapping[str, float]) -> Iterator[str]:
+    """What comes off, and hours of work at the rates that were given."""
+    every = [one.carved for one in stock.cut.values()]
+    faces = [face.area for c in every for face in c.cuts if not face.dressing]
+    if every:
+        off = 1000.0 * sum(c.stone_volume - c.volume for c in every)
+        said = f"{len(faces)} cuts, {sum(faces):.2f} m² of faces, {off:,.0f} litres come off"
+        yield f"{len(every)} found stones are cut: {said}."
+    much = {"lay": sum(stone.mass for stone in stones) / 1000.0, "cut": sum(faces)}
+    unit = {"lay": "h of laying, at {:g} h a tonne", "cut": "h of cutting, at {:g} h a m²"}
+    hours = {work: rate * much[work] for work, rate in rates.items()}
+    if hours:
+        parts = "; ".join(f"{hours[work]:.1f} {unit[work].format(rate)}" for work, rate in rates.items())
+        yield f"Work: {parts}; {sum(hours.values()):.1f} h in all."
 
 
-def _templates(sequence: BuildSequence, stones: Sequence[LaidStone], cut: dict[int, CutStone]) -> dict[str, str]:
+def _templates(sequence: BuildSequence, stones: Sequence[LaidStone], cut: Mapping[int, CutStone]) -> dict[str, str]:
     """A template for each face that a cut leaves, by the step of its stone and the number of the cut."""
     digits = len(str(len(stones)))
     return {
