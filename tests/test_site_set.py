@@ -8,6 +8,7 @@ import json
 import re
 import zlib
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -20,16 +21,20 @@ from hypothesis import strategies as st
 from carving_cases import box, pebble, rotation, stone_like
 from cyclopean.analysis import Settings
 from cyclopean.api.site import SiteOptions, site_files, write_site
+from cyclopean.api.site import site_set as site_set_of
 from cyclopean.api.site_stock import stock_of
 from cyclopean.api.stones import StoneCarving
+from cyclopean.api.wall_options import opening
 from cyclopean.design import arch, wall
+from cyclopean.design.ashlar.wall import AshlarSettings, ashlar
 from cyclopean.design.carving.carve import carve, total
 from cyclopean.design.carving.carved_wall import carved_wall
 from cyclopean.design.carving.marks import numbered_points, template_of
 from cyclopean.design.construction.laying import laid_stones
 from cyclopean.design.construction.sequence import build_sequence
 from cyclopean.errors import InputError
-from cyclopean.view.site.cuts import cut_stone
+from cyclopean.io.stocklist import repeated
+from cyclopean.view.site.cuts import bent_faces, cut_stone
 from cyclopean.view.site.elevation import elevation_pages
 from cyclopean.view.site.paper import Form, Title, shortened, standard_scale, width, wrapped
 from cyclopean.view.site.site_set import Layout, site_set
@@ -192,6 +197,54 @@ def test_a_notch_is_marked_where_it_ends():
     assert all(abs(made.cuts[m.cut].offset - 1.0) < 1e-9 for m in notch)
 
 
+def test_cuts_of_a_bent_face_are_one():
+    """By hand: at (1, 1.2) the top turns by 2 atan 0.2 = 22.6 degrees, at its ends by 78.7."""
+    from carving_cases import prism
+
+    cell = prism([(0, 0), (2, 0), (2, 1), (1, 1.2), (0, 1)], 1.0)
+    cuts = carve(stone_like(box((2.2, 1.2, 1.6), (-0.1, -0.1, -0.1))), cell, np.eye(3), np.zeros(3)).cuts
+    (bent,) = bent_faces(cuts)
+    assert sorted(abs(round(float(cuts[k].normal @ [1.0, 0.0, 0.0]), 4)) for k in bent) == [0.1961, 0.1961]
+
+
+@pytest.fixture
+def no_cad(monkeypatch):
+    """DXF takes most of the time."""
+    monkeypatch.setattr("cyclopean.api.site.find_spec", lambda name: None if name == "ezdxf" else find_spec(name))
+
+
+@pytest.fixture
+def plain_sheets(monkeypatch):
+    monkeypatch.setattr("cyclopean.api.site.find_spec", lambda name: None)
+
+
+def test_a_wall_of_sawn_stones_has_courses_opening_and_left_overs(plain_sheets, tmp_path):
+    """By hand: 4 courses of 0.2 m; an opening of 0.4 m by 0.4 m, 0.4 m from the left end, on the ground."""
+    settings = AshlarSettings(length=1.2, height=0.8, depth=0.2, openings=(opening("opening", "0.4,0.2,0.4,0.4"),))
+    wall_ = ashlar(settings, [*repeated("", (0.4, 0.2, 0.2), 20), *repeated("beam", (0.8, 0.2, 0.2), 2)])
+    made = site_set_of(wall_, tmp_path / "s", Settings(method="rbe"), hours={"lay": 2.0})
+    front = texts(made.contents["elevation-1.svg"])
+    assert {"4 x 200 mm", "400 mm x 400 mm", "3 x 400 mm", "sill +0.200 m", "along (x)", "up (z)"} <= set(front)
+    assert any("Section A-A" in text for text in texts(made.contents["elevation-4.svg"]))
+    said = " ".join(texts(made.contents["props-and-masses.svg"]))
+    tonnes = 2.4 * (1.2 * 0.8 - 0.4 * 0.4) * 0.2
+    assert f"{2.0 * tonnes:.1f} h of laying" in said
+    left = re.search(r"(\d+) not used, ([\d.]+) litres", said)
+    assert float(left[2]) == pytest.approx(16.0 * 20 + 32.0 * 2 - 1000.0 * tonnes / 2.4, abs=17.0)
+    assert "slab-0001, uncut" in " ".join(texts(made.contents["cards-1.svg"]))
+    frames = json.loads((tmp_path / "s" / "frames.json").read_text())
+    bases = {name: np.array(frame) for name, frame in frames["bases"].items()}
+    for step in frames["steps"]:
+        for name, base in bases.items():
+            assert base @ np.array(step[f"in_{name}"]["approach"]) == pytest.approx(np.array(step["approach"]))
+    assert np.array(frames["steps"][0]["in_wall"]["place"])[:3, 3] == pytest.approx([0.2, 0.1, 0.1])
+    assert np.array(frames["steps"][0]["in_yard"]["yard"])[:3, 3] == pytest.approx([0.2, 0.1, 0.1], abs=1.0)
+    compas = json.loads((tmp_path / "s" / "frames.compas.json").read_text())
+    place = compas["stops"]["place"][0]
+    assert place["dtype"] == "compas.geometry/Frame"
+    assert place["data"]["point"] == pytest.approx(np.array(frames["steps"][0]["place"])[:3, 3])
+
+
 def test_numbered_points_of_a_cube_are_corners_and_a_ball_has_others():
     cube = trimesh.creation.box((0.4, 0.3, 0.2))
     points = numbered_points(cube.vertices, cube.faces)
@@ -269,7 +322,7 @@ def test_words_fit_their_room():
     assert len(wrapped("many words " * 50, 40.0, 3)) == 3
 
 
-def test_text_of_the_pdf_can_be_found_and_the_same_sheets_give_the_same_bits(arched):
+def test_text_of_the_pdf_can_be_found_and_the_same_sheets_give_the_same_bits(arched, no_cad):
     pytest.importorskip("reportlab")
     options = SiteOptions(site="s", title="Gothic arch", date="3 May 2026")
     data = site_files(arched, options).contents["site.pdf"]
@@ -282,14 +335,13 @@ def test_text_of_the_pdf_can_be_found_and_the_same_sheets_give_the_same_bits(arc
     assert data == site_files(arched, options).contents["site.pdf"]
 
 
-def test_letters_that_the_pdf_lacks_are_told(arched):
+def test_letters_that_the_pdf_lacks_are_told(arched, no_cad):
     pytest.importorskip("reportlab")
     notes = site_files(arched, SiteOptions(site="s", title="石 arch")).notes
     assert any("shows ? for 石" in note for note in notes)
 
 
-def test_without_the_libraries_the_sheets_are_there_as_svg(arched, monkeypatch):
-    monkeypatch.setattr("cyclopean.api.site.find_spec", lambda name: None)
+def test_without_the_libraries_the_sheets_are_there_as_svg(arched, plain_sheets):
     files = site_files(arched, SiteOptions(site="s"))
     assert [note.split(";")[0] for note in files.notes] == [
         "no PDF: it needs reportlab (pip install 'cyclopean[pdf]')",
@@ -312,6 +364,7 @@ def test_a_structure_too_large_for_the_paper_is_refused(built):
         (["--paper", "A3"], "--paper: no sheets are drawn; say where they go with --site DIR"),
         (["--site", "s", "--paper", "A9"], "--paper"),
         (["--site", "s", "--cards", "9"], "--cards"),
+        (["--site", "s", "--hours", "rest=1"], "--hours rest=1: expected lay=H or cut=H"),
         (["--site", "no/where"], "--site no/where: the folder 'no' does not exist; make it first"),
         (["--site", "arch.json"], "--site arch.json: is not a folder; choose another name"),
     ],
@@ -325,7 +378,7 @@ def test_the_command_refuses(run, words, said):
     assert Path("seq.json").exists() is (said is None)
 
 
-def test_the_command_tells_of_a_long_title_and_of_old_sheets(run):
+def test_the_command_tells_of_a_long_title_and_of_old_sheets(run, no_cad):
     run("make", "arch", 3, "--out", "arch.json")
     command = ("sequence", "arch.json", "--out", "seq.json", "--method", "rbe", "--site", "s", "--title", "x" * 300)
     status, out, err = run(*command, "--cards", "1")

@@ -36,7 +36,7 @@ from cyclopean.view.site.paper import (
 )
 from cyclopean.view.svg import EXACT, View, closed, layer, project, rect, sheet, to_scale
 
-__all__ = ["CutStone", "cut_pages", "cut_stone", "template_svg"]
+__all__ = ["CutStone", "bent_faces", "cut_pages", "cut_stone", "template_svg"]
 
 TINT = "#ded5c4"  # stone as it was found
 CUT = "#0b4f8a"  # lines of cuts
@@ -46,6 +46,7 @@ EACH = 1  # cards on a page: the table needs the room
 COLUMNS = 15.0, 11.0, 13.0, 13.0, 13.0, 11.0, 13.0  # mm, of the table; the angles take the rest
 DISC = 2.4  # mm, radius of a numbered point
 EDGE = 12.0  # mm round a template
+BENT = 30.0  # degrees that neighbouring faces may turn and be one bent face; a joint turns by more
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +113,8 @@ def _how(one: CutStone, room: float) -> list[str]:
     apart = ", ".join(f"{a}-{b}: {_mm(d)}" for (a, b), d in pairs)
     said = f"{kind}. Check: {apart} mm. Dashed: on the far side. Mark every cut before the first is sawn."
     lines = wrapped(f"{said} Measure straight, with callipers or a beam compass.", room, 6)
+    for bent in bent_faces(one.carved.cuts):
+        lines += wrapped(f"Cuts {', '.join(str(k + 1) for k in bent)} leave one bent face: saw them together.", room, 2)
     dressed = [str(k) for k, cut in enumerate(one.carved.cuts, 1) if cut.dressing]
     if dressed:
         deepest = max(cut.depth for cut in one.carved.cuts if cut.dressing)
@@ -125,9 +128,22 @@ def _mm(length: float) -> str:
 
 def _rows(one: CutStone) -> Iterator[Row]:
     """Three rows for each cut: marks with their distances, then depth, area, angles to its neighbours."""
-    for k, cut in enumerate(one.carved.cuts):
-        if not cut.dressing:
-            yield from _cut_rows(k, cut, one.marks[k], one.carved.cuts)
+    cuts = one.carved.cuts
+    first = {k: bent[0] for bent in bent_faces(cuts) for k in bent}
+    for k in sorted(range(len(cuts)), key=lambda k: (first.get(k, k), k)):
+        if not cuts[k].dressing:
+            yield from _cut_rows(k, cuts[k], one.marks[k], cuts)
+
+
+def bent_faces(cuts: Sequence[Cut]) -> list[list[int]]:
+    """Cuts (from 0) that leave one bent face together, as facets of a curved wall do: each meets another bluntly."""
+    face = list(range(len(cuts)))
+    for k, cut in enumerate(cuts):
+        for j, degrees in cut.beside:
+            if abs(180.0 - degrees) <= BENT and not (cut.dressing or cuts[j].dressing):
+                face = [face[k] if one == face[j] else one for one in face]
+    found = ([k for k, one in enumerate(face) if one == which] for which in dict.fromkeys(face))
+    return [those for those in found if len(those) > 1]
 
 
 def _cut_rows(k: int, cut: Cut, marks: CutMarks | None, every: Sequence[Cut]) -> Iterator[Row]:
