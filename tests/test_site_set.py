@@ -36,7 +36,7 @@ from cyclopean.errors import InputError
 from cyclopean.io.stocklist import repeated
 from cyclopean.view.site.cuts import bent_faces, cut_stone
 from cyclopean.view.site.elevation import elevation_pages
-from cyclopean.view.site.paper import Form, Title, shortened, standard_scale, width, wrapped
+from cyclopean.view.site.paper import Form, Title, drawn, shortened, standard_scale, width, wrapped
 from cyclopean.view.site.site_set import Layout, site_set
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -106,7 +106,8 @@ def test_sheets_in_dxf_are_as_large_as_the_wall(built):
 
     from cyclopean import io
 
-    drawing = site_set(built, Layout(Form("A4"), Title("Wall"))).sheets["elevation-1"]
+    page = elevation_pages(built, Form("A4")).pages[0]
+    (drawing,) = drawn([page], Form("A4"), Title("Wall")).values()
     stones = [e for e in ezdxf.read(StringIO(io.dxf_text(drawing))).modelspace() if e.dxf.layer == "stones"]
     x = np.array([p[:2] for e in stones if e.dxftype() == "LWPOLYLINE" for p in e.get_points()])
     assert np.ptp(x, axis=0) == pytest.approx([2400.0, 800.0], abs=0.1)
@@ -258,7 +259,7 @@ def test_numbered_points_of_a_cube_are_corners_and_a_ball_has_others():
     assert np.linalg.norm(round_.point, axis=1) == pytest.approx([0.25] * 3)
 
 
-def test_the_set_of_a_carved_wall(carving, tmp_path):
+def test_the_set_of_a_carved_wall(carving, tmp_path, plain_sheets):
     order = build_sequence(carving.assembly)
     files = site_files(order, SiteOptions(site="s", date="3 May 2026"), stock_of(order, carving))
     assert not [note for note in files.notes if "PDF" not in note and "DXF" not in note]
