@@ -114,7 +114,7 @@ def _how(one: CutStone, room: float) -> list[str]:
     said = f"{kind}. Check: {apart} mm. Dashed: on the far side. Mark every cut before the first is sawn."
     lines = wrapped(f"{said} Measure straight, with callipers or a beam compass.", room, 6)
     for bent in bent_faces(one.carved.cuts):
-        lines += wrapped(f"Cuts {', '.join(str(k + 1) for k in bent)} leave one bent face: saw them together.", room, 2)
+        lines += wrapped(f"Cuts {', '.join(str(k + 1) for k in bent)} are one face with a bend.", room, 2)
     dressed = [str(k) for k, cut in enumerate(one.carved.cuts, 1) if cut.dressing]
     if dressed:
         deepest = max(cut.depth for cut in one.carved.cuts if cut.dressing)
