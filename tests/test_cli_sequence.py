@@ -106,8 +106,7 @@ def test_the_page(run, arch):
     run("sequence", arch, "--out", "seq.json", "--report", "page.html")
     with open("page.html", encoding="utf-8") as file:
         page = file.read()
-    assert "<script" not in page
-    assert not re.search(r"""(?:src|href)=["'](?!#stone)""", page)
+    assert not re.search(r"""(?:src|href)=["'](?:https?:|//)""", page)
     assert page.count("<use ") == 5  # each stone in the yard
     assert "Stands when finished" in page
     assert page.count("<animateTransform") == 5 + 1  # each stone, and the hand on the bar

@@ -40,13 +40,13 @@ def test_a_model_is_drawn_without_a_verdict(made):
     assert loads_nothing(page)
 
 
-@pytest.mark.parametrize(("name", "word"), [("arch.result.json", "Stable"), ("falls.json", "Unstable")])
+@pytest.mark.parametrize(("name", "word"), [("arch.result.json", "Stands"), ("falls.json", "Falls")])
 def test_a_result_is_drawn_with_the_blocks_of_its_certificate(made, name, word):
     status, _, err = made("view", name, "--out", "r.html", *SEE)
     assert (status, err) == (0, "")
     page = Path("r.html").read_text()
     assert f"<strong>{word}</strong>" in page
-    assert ("How it moves" in page) == (word == "Unstable")
+    assert ("How it moves" in page) == (word == "Falls")
     assert "<svg" in page
     assert loads_nothing(page)
 
@@ -85,7 +85,7 @@ def test_without_any_model_the_verdict_is_shown_all_the_same(made):
     assert status == 0
     assert "its model was not found beside it, so blocks are not drawn; name it with --model" in err
     page = Path("r.html").read_text()
-    assert "<strong>Stable</strong>" in page
+    assert "<strong>Stands</strong>" in page
     assert "Most used contacts" in page
     assert "<iframe" not in page
 

@@ -215,7 +215,7 @@ def test_never_says_nan_and_stays_small(pages, name):
 
 
 STABLE = """
-arch by hand|(arch.json)|Stable|Forces in compression & friction balance every block.|rigid-block equilibrium (RBE)
+arch by hand|(arch.json)|Stands|Forces in compression & friction balance every block.|rigid-block equilibrium (RBE)
 blocks 13|of them free 11|contacts 12|contact points 48|Friction coefficient μ 0.7 (35.0°) given|2,400 kg/m³ given
 2 of 13 blocks: the blocks that touch the lowest point assumed|9.80665 m/s², straight down assumed
 Contact Utilisation Normal (kN) Friction (kN) μ Area (m²) v11 – v12 0.95 65 19.5 0.7 0.8 v10 – v11
@@ -224,7 +224,7 @@ seconds solve 0.0123, total 0.05|cyclopean verify 'arch cert.json'|python -m cyc
 the longest is 67.9 kN|not about what was surveyed|about to slide
 """
 UNSTABLE = """
-Unstable|Three blocks overturn, 'b3' the fastest.|How it moves|where it stands|1 of 4 blocks given
+Falls|Three blocks overturn, 'b3' the fastest.|How it moves|where it stands|1 of 4 blocks given
 Friction coefficient μ 0.84 (40.0°) assumed 0.84 where the model gives none|2,400 kg/m³ assumed 2,400 where
 9.81275 m/s² along (0.5, 0, −9.8) given|b3 1.00|bound 4.20 × 10¹⁴|dilatant|contacts listed
 cyclopean verify certificate.json|cyclopean check MODEL --certificate certificate.json

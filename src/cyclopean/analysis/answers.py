@@ -7,14 +7,16 @@ the joints slide, so that "falls" is said of the upper bound of a limit or a mar
 import math
 from typing import TYPE_CHECKING
 
-from cyclopean.analysis.reasons import BALANCED
-
 if TYPE_CHECKING:
     from cyclopean.analysis.limit_analysis.result import LimitResult
     from cyclopean.analysis.verdict import Result
 
-__all__ = ["answer", "force", "limit_answer", "rounded", "towards"]
+__all__ = ["BALANCED", "answer", "force", "limit_answer", "rounded", "towards"]
 
+BALANCED = {  # why a structure stands where nothing else is to be said, by method
+    "rbe": "Compression and friction at the contacts can balance every load on every block.",
+    "cra": "Forces that a virtual motion of the blocks produces, pressing and rubbing, balance every load.",
+}
 WAYS = ("right", "right and back", "back", "left and back", "left", "left and front", "front", "right and front")
 LATEST = "It falls at the latest"  # the upper bound is proved of every way in which joints may slide
 SLIGHT = 1e-3  # degrees; % of the weight: less than anybody measures

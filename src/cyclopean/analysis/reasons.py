@@ -5,17 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from cyclopean.analysis.answers import BALANCED
 from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.analysis.equilibrium.rbe import BALANCE, COLLAPSE
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats
 
-__all__ = ["BALANCED", "counted_on", "reason_for"]
-
-BALANCED = {  # why a structure stands where nothing else is to be said, by method
-    "rbe": "Compression and friction at the contacts can balance every load on every block.",
-    "cra": "Forces that a virtual motion of the blocks produces, pressing and rubbing, balance every load.",
-}
+__all__ = ["counted_on", "reason_for"]
 
 
 def reason_for(

@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopean.api.site import SiteOptions, site_folder, site_sheets
+from cyclopean.api.site import SiteOptions, site_files, site_folder
+from cyclopean.api.site_stock import stock_of
 from cyclopean.cli.check import write_result
 from cyclopean.cli.command import command
 from cyclopean.cli.outputs import Files, folder
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
     from cyclopean.analysis import Result
     from cyclopean.api.stones import StoneCarving
+    from cyclopean.design.construction.sequence import BuildSequence
     from cyclopean.design.matching.cells import Cells
     from cyclopean.design.matching.negotiation import Negotiation
     from cyclopean.design.stones.stone import Stone
@@ -70,7 +72,6 @@ def demo(
     from cyclopean.design.matching.negotiation import negotiate
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.quarry import quarry
-    from cyclopean.io.cutlist import carved_meshes, cutlist_csv, cuts_csv
     from cyclopean.proof import verify_file
     from cyclopean.view.overview import overall, overview_html
 
@@ -89,21 +90,18 @@ def demo(
         built = carved_wall(wall, carved, sawn=sawn)
         final = analysis.check(built.assembly)
         stage("sequencing")
-        sequence = build_sequence(wall)
+        # the stages of carved stones take three times as long: they are looked at where the site has to agree with them
+        sequence = build_sequence(wall if site.site is None else built.assembly)
         whole = total(carved)
         made = StoneCarving(carved, whole, wall, result.fixed, built, built.notes, stones)
-        sheets = site_sheets(made, site, progress=stage)
+        sheets = site_files(sequence, site, stock_of(sequence, made, stones), stage) if site.site else None
         stage("writing")
         at = {name: place / name for name in FILES}
         with io.together():
             io.write_model(at["model.json"], wall, drawing=io.drawing_dict(talk.wall))
             _write(result, place, "", "check.html")
             _write_match(talk, stones, cells, at)
-            io.write_model(at["carved.json"], built.assembly)
-            _write(final, place, "carved.", None)
-            io.write_text(at["cutlist.csv"], cutlist_csv(carved))
-            io.write_text(at["cuts.csv"], cuts_csv(carved))
-            io.write_mesh(at["wall.glb"], carved_meshes(carved))
+            _write_carved(made, final, place, at)
             io.write_json(at["sequence.json"], io.sequence_dict(sequence, dot_text(sequence)))
             io.write_text(at["building.html"], view.building_html(sequence))
             shown = (carved, whole, *_pictures(made))
@@ -113,19 +111,25 @@ def demo(
     for warning in (*talk.notes, *built.notes):
         warn(warning)
     proofs = {name: verify_file(place / f"{name}certificate.json").proved for name in ("", "carved.")}
-    held = [step for step in sequence.steps if step.verdict != "stable"]
     say(" ".join(overall(final, sequence)))
     say(f"  drawn    {wall.name}: {result.verdict}, {_proof(proofs[''])}")
     say(f"  matched  {len(talk.match)} of {STOCK} stones: Lambda {whole.imposition:.3f}, gap {whole.gap:.3f}")
     say(f"  sawn     {len(sawn)} voussoirs, new")
     say(f"  as built {final.verdict}, {_proof(proofs['carved.'])}")
-    say(f"  sequence {len(sequence.steps)} stages of the wall as drawn, each verified, {len(held)} of them with props")
+    held = _say_stages(sequence, "drawn" if sequence.assembly is wall else "carved")
     for line in site_lines:
         say(line)
     say(f"  written  {place}; open {place / 'report.html'} in a browser, and check the wall again with")
     say(typed("check", place / "carved.json"))
-    stands = result.verdict == final.verdict == "stable" and all(step.propped == "stable" for step in held)
+    stands = held and result.verdict == final.verdict == "stable"
     return 0 if stands and all(proofs.values()) else 1
+
+
+def _say_stages(sequence: "BuildSequence", of: str) -> bool:
+    """Say how many stages there are, of the wall as drawn or as carved; whether all stand, with props where needed."""
+    bare = [step for step in sequence.steps if step.verdict != "stable"]
+    say(f"  sequence {len(sequence.steps)} stages of the wall as {of}, each verified, {len(bare)} of them with props")
+    return all(step.propped == "stable" for step in bare)
 
 
 def _write_match(talk: "Negotiation", stones: "tuple[Stone, ...]", cells: "Cells", at: "dict[str, Path]") -> None:
@@ -140,6 +144,18 @@ def _write_match(talk: "Negotiation", stones: "tuple[Stone, ...]", cells: "Cells
     io.write_stones(at["stones.obj"], Inventory(stones))
     io.write_json(at["match.json"], data)
     io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))
+
+
+def _write_carved(made: "StoneCarving", final: "Result", place: "Path", at: "dict[str, Path]") -> None:
+    """The wall as it will be built, and what is cut off for it."""
+    from cyclopean import io
+    from cyclopean.io.cutlist import carved_meshes, cutlist_csv, cuts_csv
+
+    io.write_model(at["carved.json"], made.assembly)
+    _write(final, place, "carved.", None)
+    io.write_text(at["cutlist.csv"], cutlist_csv(made.carved))
+    io.write_text(at["cuts.csv"], cuts_csv(made.carved))
+    io.write_mesh(at["wall.glb"], carved_meshes(made.carved))
 
 
 def _pictures(made: "StoneCarving") -> tuple[str, str]:

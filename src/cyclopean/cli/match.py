@@ -63,7 +63,6 @@ def match(
     place = folder("--out", out, out)
     usual = (MATCH, WALL) if options.negotiate > 0.0 else (MATCH,)
     files = files.within(place, usual if trade is None else names_of(trade.walls), (stones, wall))
-
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
     from cyclopean import io
     from cyclopean.io.checkpoints import Checkpoints
@@ -83,6 +82,7 @@ def match(
                 found = matched(cells, settings, options, parts, stage)
             else:
                 found = traded(inventory, wall, settings, trade, parts, stage)
+            sheets = site_sheets(found, site, progress=stage) if isinstance(found, StoneMatch) else None
         except KeyboardInterrupt:
             _kept(parts)
             raise
@@ -90,10 +90,7 @@ def match(
             if not resumed and not parts.made:  # a slip in the command must not cost what was done before it
                 parts.clear()
             raise
-        sheets = site_sheets(found, site, progress=stage) if isinstance(found, StoneMatch) else None
-    notes = (*said, *_unfit(parts), *inventory.notes, *found.warnings)
-    for warning in dict.fromkeys(note for note in notes if note not in getattr(found, "misfits", ())):
-        warn(warning)
+    _warn((*said, *_unfit(parts), *inventory.notes, *found.warnings), but=getattr(found, "misfits", ()))
 
     def plain(of: StoneMatch, model: str, **more: Any) -> dict[str, Any]:
         return _data(of, place, stones, model, reading.units, asked | more)
@@ -198,6 +195,12 @@ def _data(
     if found.interlock is not None:
         said["J"] = dict(zip(("before", "after"), found.interlock, strict=True))
     return said
+
+
+def _warn(notes: tuple[str, ...], but: tuple[str, ...]) -> None:
+    """Warn once of each, but of what has been said."""
+    for note in dict.fromkeys(note for note in notes if note not in but):
+        warn(note)
 
 
 def _kept(parts: "Checkpoints") -> None:

@@ -5,8 +5,7 @@ from html import escape
 from urllib.parse import quote
 
 from cyclopean.analysis import Result
-from cyclopean.analysis.answers import answer
-from cyclopean.analysis.reasons import BALANCED
+from cyclopean.analysis.answers import BALANCED, answer
 from cyclopean.design.carving.carve import Carved, Total
 from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.design.construction.sequence import BuildSequence
@@ -19,7 +18,7 @@ from cyclopean.view.stone_sheet import stone_sheet_svg
 __all__ = ["overall", "overview_html"]
 
 _STYLE = "ul.files{columns:2;padding-left:1.1rem}ul.files li{break-inside:avoid}"
-_AS_BUILT = "Finished means as carved, with the gaps that are left; the stages are those of the wall as drawn."
+_AS_BUILT = "Finished means as carved, with the gaps that are left; the stages are those of the wall as {}."
 SHOWN = 24  # stones of the inventory
 
 
@@ -50,6 +49,7 @@ def overview_html(
     """
     cuts, whole, before, after = carved
     (wall, result), (title, said) = built, overall(built[1], sequence)
+    shown = "drawn" if sequence.assembly is drawn.assembly else "carved"
     figures = [
         ("stones", len(cuts)),
         ("Lambda: carved off", f"{whole.imposition:.3f}"),
@@ -57,7 +57,7 @@ def overview_html(
         ("stages", len(sequence.steps)),
     ]
     body = (
-        headline(drawn.assembly.name, figures, answer=(title.removesuffix("."), f"{said} {_AS_BUILT}")),
+        headline(drawn.assembly.name, figures, answer=(title.removesuffix("."), f"{said} {_AS_BUILT.format(shown)}")),
         section("Which stones", figure(stone_sheet_svg(stones, most=SHOWN)), _stock(stones, cuts)),
         section("Where they go", figure(before) + figure(after), _carving(whole, wall)),
         section("How it is built", figure(building_svg(sequence)), _building(sequence)),
