@@ -109,7 +109,7 @@ def test_what_coupled_analysis_says_below(run, block, tmp_path):
         (("--load", "b01:1,0,0@1"), "--load b01"),
         (("--load", "b77:1,0,0"), "no block 'b77'"),
         (("--load", "ground:1,0,0"), "supports only"),
-        (("--push", "1,0,0", "--polar", "8"), "--polar 8"),
+        (("--push", "0,0,1", "--polar", "8"), "--polar 8"),
         (("--tilt", "--polar", "0"), "--polar"),
         (("--push", "1,0,0", "--steps", "8"), "--steps 8"),
         (("--push", "1,0,0", "--pushover", "-1m"), "--pushover"),

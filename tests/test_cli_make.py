@@ -9,6 +9,7 @@ import pytest
 from cyclopean import design
 from cyclopean.cli.demo import FILES
 from cyclopean.cli.files import MESHES
+from cyclopean.design.earthworks import BridgeShape, DryStone, Soil
 from cyclopean.design.walls.dressing import Coping, Quoins
 from cyclopean.design.walls.interlock import interlock
 from cyclopean.design.walls.openings import Opening
@@ -31,6 +32,10 @@ MADE = [
      lambda: design.vault(7, 3, radius=2.0, thickness=0.4, length=3.0)),
     (["dome", 4, 8, "--radius", "2", "--thickness", "0.3", "--oculus", "20", "--mu", "0.6", "--density", "2000"],
      lambda: design.dome(4, 8, radius=2.0, thickness=0.3, oculus=20.0, mu=0.6, density=2000.0)),
+    (["retaining", 2, 3, "--base", "0.8", "--inward", "5", "--through", "2", "--friction", "33", "--mu", "0.6"],
+     lambda: design.retaining(2, 3, DryStone(base=0.8, inward=5.0, through=2), Soil(friction=33.0), mu=0.6)),
+    (["bridge", 9, "--span", "4", "--rise", "1.2", "--spread", "boussinesq"],
+     lambda: design.bridge(9, BridgeShape(span=4.0, rise=1.2, spread="boussinesq"))),
 ]  # fmt: skip
 
 

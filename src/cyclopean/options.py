@@ -19,6 +19,7 @@ __all__ = ["Kind", "Option", "check_option", "check_options", "option", "options
 Kind: TypeAlias = Literal[
     "text", "number", "whole", "flag", "vector", "tilt", "pair", "numbers", "length", "reach", "texts", "factors",
     "loads", "settlements", "tolerance", "within",
+    "span",
 ]  # fmt: skip
 # How a text becomes a value; what is no text yet, as from Python, is only checked. Texts that may be given several
 # times are read together.
@@ -34,6 +35,7 @@ READERS: dict[str, Callable[[str, Any], Any]] = {
     "reach": texts.reach,
     "tolerance": texts.tolerance,
     "within": texts.numbers,
+    "span": texts.span,
     "loads": texts.point_loads,
     "texts": lambda _, several: tuple(several),
     "factors": texts.case_factors,
@@ -140,7 +142,7 @@ def check_option(name: str, described: Option, value: Any) -> None:
         raise InputError.of(name, value, f"expected one of {', '.join(described.choices)}")
     if described.kind in ("number", "whole") and not _inside(described, value):
         raise InputError.of(name, value, described.expected())
-    if described.kind in ("vector", "tilt", "pair", "numbers") and not all(map(math.isfinite, value)):
+    if described.kind in ("vector", "tilt", "pair", "numbers", "span") and not all(map(math.isfinite, value)):
         raise InputError.of(name, None, "expected finite numbers")
 
 

@@ -22,6 +22,7 @@ __all__ = [
     "reach",
     "scores",
     "settlements",
+    "span",
     "tilt",
     "tolerance",
     "vector",
@@ -153,6 +154,14 @@ def tolerance(where: str, text: str) -> "float | tuple[float, float] | str":
     if len(values) > 2:
         raise InputError(f"{where}: '{text}' should be GAP (m), GAP,DEGREES or auto")
     return values[0] if len(values) == 1 else (values[0], values[1])
+
+
+def span(where: str, text: str) -> tuple[float, float]:
+    """Read X0:X1: two numbers."""
+    values = tuple(number(where, part) for part in text.split(":"))
+    if len(values) != 2:
+        raise InputError(f"{where}: '{text}' should be two numbers X0:X1")
+    return values[0], values[1]
 
 
 def reach(where: str, text: str) -> tuple[float, str]:

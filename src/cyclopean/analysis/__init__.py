@@ -28,7 +28,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.analysis.limit_analysis.joints import MovingJoint, moving_joints
     from cyclopean.analysis.limit_analysis.limit import limit
     from cyclopean.analysis.limit_analysis.live_load import Live, LiveLoad
-    from cyclopean.analysis.limit_analysis.polar import Polar, polar_tilt
+    from cyclopean.analysis.limit_analysis.polar import Polar, Travelling, polar, travelling
     from cyclopean.analysis.limit_analysis.result import LimitResult
     from cyclopean.analysis.preparation import PreparedModel, prepare
     from cyclopean.analysis.proving import Judge
@@ -72,6 +72,7 @@ __all__ = [
     "Settled",
     "Subsidence",
     "SubsidenceStep",
+    "Travelling",
     "Word",
     "check",
     "collapse_bound",
@@ -88,7 +89,7 @@ __all__ = [
     "openings",
     "parse_cone",
     "penalty_program",
-    "polar_tilt",
+    "polar",
     "prepare",
     "pushover",
     "ranges_of",
@@ -102,6 +103,7 @@ __all__ = [
     "solve_rbe",
     "subsidence",
     "tension",
+    "travelling",
 ]
 
 __getattr__, __dir__ = _lazy_exports(
@@ -120,7 +122,7 @@ __getattr__, __dir__ = _lazy_exports(
         "limit_analysis.joints": "MovingJoint moving_joints",
         "limit_analysis.limit": "limit",
         "limit_analysis.live_load": "Live LiveLoad",
-        "limit_analysis.polar": "Polar polar_tilt",
+        "limit_analysis.polar": "Polar Travelling polar travelling",
         "limit_analysis.result": "LimitResult",
         "preparation": "PreparedModel prepare",
         "proving": "Judge",

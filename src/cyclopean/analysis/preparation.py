@@ -23,13 +23,16 @@ from cyclopean.assembly import (
     detect,
     grounded,
     length_tolerance,
+    load_cases,
     loading,
     meant,
     mended,
     paired_friction,
+    resolved_fields,
     resolved_loads,
     slips,
     supports,
+    with_soil,
 )
 from cyclopean.errors import InputError
 from cyclopean.geometry import detached_pieces, mesh_faults
@@ -106,7 +109,7 @@ def prepare(
     fixed, rule = supports(assembly, settings.supports)
     density = DENSITY if settings.density is None else settings.density
     chosen = loading(assembly, settings.combination, settings.factors)
-    acting = resolved_loads(assembly, chosen, density)
+    assembly = with_soil(assembly, settings.surcharge, settings.soil_height)
     progress("contacts")
     for library in LIBRARIES if assembly.contacts is None else ():
         import_module(library)
@@ -119,6 +122,7 @@ def prepare(
     contacts, narrow = bearing(assembly, contacts, tolerance)
     clock["contacts"] = time.perf_counter()
     contacts, unsaid = paired_friction(assembly, contacts)
+    acting, chosen = _acting(assembly, contacts, chosen, density)
     warnings = (
         *warnings,
         *slips(assembly, contacts),
@@ -161,6 +165,17 @@ def prepare(
         found.forgiven,
         found.near,
     )
+
+
+def _acting(
+    assembly: Assembly, contacts: Contacts, chosen: Loading | None, density: float
+) -> tuple[Assembly, Loading | None]:
+    """The model with all loads at points, and which of them act; both say earth, water and fill."""
+    pressed, fields = resolved_fields(assembly, contacts)
+    acting = resolved_loads(pressed, chosen, density)
+    if not fields:
+        return acting, chosen
+    return acting, replace(chosen or Loading("", dict.fromkeys(load_cases(assembly), 1.0)), fields=fields)
 
 
 def joined(assembly: Assembly, settings: Settings, fixed: Bools) -> tuple[Detection, Forgiven | None]:

@@ -17,7 +17,16 @@ from cyclopean.analysis.preparation import joined
 from cyclopean.analysis.pyramids import edges_of
 from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Bools, Floats
-from cyclopean.assembly import Assembly, Block, Contacts, grounded, paired_friction, resolved_loads, supports
+from cyclopean.assembly import (
+    Assembly,
+    Block,
+    Contacts,
+    grounded,
+    paired_friction,
+    resolved_fields,
+    resolved_loads,
+    supports,
+)
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 
@@ -109,7 +118,7 @@ def compare(certificate: Mapping[str, Any], assembly: Assembly, settings: Settin
         *_blocks(stones, assembly, fixed, lengths),
         *lines,
         *_materials(pairs, certificate["kind"]),
-        *_loads(certificate["loads"], assembly, stones, lengths),
+        *_loads(certificate["loads"], assembly, found.contacts, stones, lengths),
         *_settlements(certificate, assembly),
     ]
     more = [f"... and {len(told) - LISTED} more differences"] if len(told) > LISTED else []
@@ -279,7 +288,9 @@ def _is_harder(kind: str, more: float) -> bool:
 # Loads and settlements.
 
 
-def _loads(rows: Sequence[Row], assembly: Assembly, stones: Mapping[str, Row], lengths: _Lengths) -> Iterator[str]:
+def _loads(
+    rows: Sequence[Row], assembly: Assembly, contacts: Contacts, stones: Mapping[str, Row], lengths: _Lengths
+) -> Iterator[str]:
     """Loads of the model, at points, against those of the certificate; in any order."""
     wide = COMPUTED if assembly.actions else 1.0
     filled = [
@@ -288,7 +299,8 @@ def _loads(rows: Sequence[Row], assembly: Assembly, stones: Mapping[str, Row], l
         else block
         for block in assembly.blocks
     ]
-    acting = resolved_loads(replace(assembly, blocks=tuple(filled)), None, 0.0).loads
+    pressed = resolved_fields(replace(assembly, blocks=tuple(filled)), contacts)[0]
+    acting = resolved_loads(pressed, None, 0.0).loads
     here = [(assembly.blocks[load.block].id, load.force, load.point) for load in acting if load.force.any()]
     left = [(row["block"], np.array(row["force"], float), np.array(row["point"], float)) for row in rows]
     left = [row for row in left if row[1].any()]

@@ -61,6 +61,13 @@ class Settings:
     factors: tuple[tuple[str, float], ...] = option(
         (), "Factor of a load case; self is the weight. Repeatable.", "factors", metavar="CASE=X", word="factor"
     )
+    surcharge: float | None = option(
+        None, "Surcharge on the soil of the model, instead of what it says.", "number", metavar="PA", least=0.0,
+        unit="Pa",
+    )  # fmt: skip
+    soil_height: float | None = option(
+        None, "z of the ground on the soil's side (m), instead of what the model says.", "number", metavar="Z"
+    )
     tension: float | None = option(
         None, "rbe: what joints may pull where the model gives none [0, dry].", "number", metavar="PA", above=0.0,
         unit="Pa",

@@ -59,6 +59,9 @@ class LimitKeywords(ModelKeywords, total=False):
     push: Vector | None
     tilt: float | None
     loads: Mapping[str, Vector] | tuple[PointLoad, ...]
+    surcharge: float | None
+    live_at: str
+    along: str | tuple[float, float] | None
     method: Literal["rbe", "cra"]
     solver: Literal["auto", "interior", "clarabel"]
     seconds: float | None
@@ -67,6 +70,7 @@ class LimitKeywords(ModelKeywords, total=False):
     steps: int | None
     combination: str
     factors: Mapping[str, float] | tuple[tuple[str, float], ...]
+    soil_height: float | None
     tension: float | None
     cohesion: float | None
 
@@ -87,6 +91,8 @@ class SettingsKeywords(ModelKeywords, total=False):
     nodes: int
     combination: str
     factors: Mapping[str, float] | tuple[tuple[str, float], ...]
+    surcharge: float | None
+    soil_height: float | None
     tension: float | None
     cohesion: float | None
     settlement: Mapping[str, tuple[float, ...]] | tuple[tuple[str, tuple[float, ...]], ...]
@@ -246,6 +252,6 @@ def _plain(name: str, described: Option, value: Any) -> Any:
         return tuple((block, (*motion, 0.0, 0.0, 0.0)[: max(6, len(motion))]) for block, motion in dict(value).items())
     if described.kind == "loads" and isinstance(value, Mapping):
         return tuple((block, force, None) for block, force in value.items())
-    if described.kind == "reach" and isinstance(value, str):
+    if described.kind in ("reach", "span") and isinstance(value, str):
         return read_option(f"`{name}`", described, value)
     return tuple(value.items()) if isinstance(value, Mapping) else value

@@ -2,17 +2,21 @@
 
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, sealed
 from cyclopean.assembly.contacts import Contacts
+from cyclopean.assembly.field_loads import FieldLoad
 from cyclopean.assembly.loads import SELF, BodyLoad, Combination, Load, SurfaceLoad
 from cyclopean.errors import InputError
 from cyclopean.geometry import MassProperties, Polyhedra, mass_properties, pack
 from cyclopean.representation import one_line
 
-__all__ = ["DIRECTIONS", "Assembly", "Block", "FrictionPair", "Settlement", "held_directions", "supports"]
+__all__ = ["DIRECTIONS", "Action", "Assembly", "Block", "FrictionPair", "Settlement", "held_directions", "supports"]
+
+Action: TypeAlias = SurfaceLoad | BodyLoad | FieldLoad  # a load that is not at a point
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """What a support may hold: displacements of the centre of mass along the world's axes, rotations about them."""
@@ -80,7 +84,7 @@ class Assembly:
     contacts: Contacts | None = None
     loads: tuple[Load, ...] = ()
     name: str = "model"
-    actions: tuple[SurfaceLoad | BodyLoad, ...] = ()  # loads that are not at a point
+    actions: tuple[Action, ...] = ()
     combinations: tuple[Combination, ...] = ()
     friction: tuple[FrictionPair, ...] = ()  # where a contact gives no mu
     settlements: tuple[Settlement, ...] = ()
@@ -134,7 +138,7 @@ class Assembly:
 def _check_actions(assembly: Assembly) -> None:
     groups = {block.group for block in assembly.blocks}
     for load in assembly.actions:
-        if isinstance(load, BodyLoad):
+        if not isinstance(load, SurfaceLoad):
             if load.group is not None and load.group not in groups:
                 raise InputError(f"loads: no block belongs to group '{load.group}'")
         elif load.face is not None:

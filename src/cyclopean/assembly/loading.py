@@ -14,6 +14,7 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.checking import ALIGNED, face_distances
+from cyclopean.assembly.field_loads import FieldLoad
 from cyclopean.assembly.loads import SELF, BodyLoad, Load, SurfaceLoad
 from cyclopean.assembly.precision import FLAT_SHARE, length_tolerance, local_mesh
 from cyclopean.errors import InputError
@@ -30,6 +31,7 @@ class Loading:
 
     name: str  # of the combination; "" = all loads
     factors: dict[str, float]  # of the weight ("self") and of every case of the model
+    fields: tuple[str, ...] = ()  # a line on each earth, water or fill, forces without their factors
 
     def words(self) -> str:
         """Name and factors on one line.
@@ -40,7 +42,7 @@ class Loading:
         'ULS: self x 1.35, wind x 0'
         """
         each = ", ".join(f"{case} x {factor:g}" for case, factor in self.factors.items())
-        return f"{self.name or 'all loads'}: {each}"
+        return "; ".join([f"{self.name or 'all loads'}: {each}", *self.fields])
 
 
 def load_cases(assembly: Assembly) -> tuple[str, ...]:
@@ -104,13 +106,15 @@ def resolved_loads(assembly: Assembly, chosen: Loading | None, density: float) -
     Raises
     ------
     InputError
-        A surface load off the faces of its block, or a group that no block belongs to.
+        A surface load off the faces of its block, or a group that no block belongs to; earth, water or fill.
     """
     factors = dict.fromkeys(load_cases(assembly), 1.0) if chosen is None else chosen.factors
     if not assembly.actions and all(factors[load.case] == 1.0 for load in assembly.loads):
         return assembly
     found = [replace(load, force=factors[load.case] * load.force) for load in assembly.loads]
     for number, action in enumerate(assembly.actions):
+        if isinstance(action, FieldLoad):
+            raise InputError("loads: earth, water and fill have to be resolved before (resolved_fields)")
         rows = _spread(assembly, action, density) if isinstance(action, BodyLoad) else [_pressed(assembly, number)]
         found += [replace(row, force=factors[row.case] * row.force) for row in rows]
     return replace(assembly, loads=tuple(row for row in found if row.force.any()), actions=(), combinations=())

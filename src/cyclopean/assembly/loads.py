@@ -7,13 +7,14 @@ import numpy as np
 from cyclopean.arrays import Floats, sealed
 from cyclopean.errors import InputError
 
-__all__ = ["DEAD", "SELF", "BodyLoad", "Combination", "Load", "SurfaceLoad"]
+__all__ = ["DEAD", "SELF", "BodyLoad", "Combination", "Load", "SurfaceLoad", "check_case"]
 
 DEAD = "dead"  # the case of loads that name none
 SELF = "self"  # the case of the weight; no load may take it
 
 
-def _check_case(case: str) -> None:
+def check_case(case: str) -> None:
+    """Refuse a case without a name, or with that of the weight."""
     if case == SELF:
         raise InputError(f"loads: the case '{SELF}' is the weight of the blocks; name this one otherwise")
     if not case:
@@ -32,7 +33,7 @@ class Load:
     def __post_init__(self) -> None:
         for name in ("force", "point"):
             object.__setattr__(self, name, sealed(f"load {name}", getattr(self, name), 3))
-        _check_case(self.case)
+        check_case(self.case)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +59,7 @@ class SurfaceLoad:
                 object.__setattr__(self, name, sealed(f"load {name}", value, *shape))
         if self.polygon is not None and len(self.polygon) < 3:
             raise InputError("loads: the polygon of a surface load needs at least 3 points")
-        _check_case(self.case)
+        check_case(self.case)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +87,7 @@ class BodyLoad:
         for name in names:
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, sealed(f"load {name}", value, 3))
-        _check_case(self.case)
+        check_case(self.case)
 
 
 @dataclass(frozen=True, slots=True)

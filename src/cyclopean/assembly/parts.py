@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.assembly.blocks import Assembly, Block, FrictionPair
+from cyclopean.assembly.blocks import Action, Assembly, Block, FrictionPair
 from cyclopean.assembly.contacts import Contacts
-from cyclopean.assembly.loads import SELF, BodyLoad, Combination, Load, SurfaceLoad
+from cyclopean.assembly.loads import SELF, Combination, Load, SurfaceLoad
 
 __all__ = ["part"]
 
@@ -57,13 +57,13 @@ def part(
     )
 
 
-def _stays(load: SurfaceLoad | BodyLoad, place: Ints, groups: set[str | None]) -> bool:
-    if isinstance(load, BodyLoad) and load.group is not None:
+def _stays(load: Action, place: Ints, groups: set[str | None]) -> bool:
+    if not isinstance(load, SurfaceLoad) and load.group is not None:
         return load.group in groups
     return load.block is None or bool(place[load.block] >= 0)
 
 
-def _moved(load: SurfaceLoad | BodyLoad, place: Ints, moved: Callable[[int, Floats], Floats]) -> SurfaceLoad | BodyLoad:
+def _moved(load: Action, place: Ints, moved: Callable[[int, Floats], Floats]) -> Action:
     if load.block is None:
         return load
     if isinstance(load, SurfaceLoad) and load.polygon is not None:
@@ -71,7 +71,7 @@ def _moved(load: SurfaceLoad | BodyLoad, place: Ints, moved: Callable[[int, Floa
     return replace(load, block=int(place[load.block]))
 
 
-def _combinations(whole: Assembly, loads: tuple[Load | SurfaceLoad | BodyLoad, ...]) -> tuple[Combination, ...]:
+def _combinations(whole: Assembly, loads: tuple[Load | Action, ...]) -> tuple[Combination, ...]:
     """The combinations without the cases of loads that are gone."""
     cases = {SELF, *(load.case for load in loads)}
     return tuple(

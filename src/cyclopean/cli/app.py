@@ -39,7 +39,10 @@ COMMANDS = {
     "view": ("view", "Show a model, or the result of a check, as a page that needs no network."),
     "studio": ("studio", "Open a live page of a model: turn friction, tilt and push, move blocks, and see."),
     "limit": ("limit", "Tell by how much live loads may grow before a mechanism forms, and prove it."),
-    "make": ("make", "Make a stack, wall, arch, vault, dome, polygonal wall, or synthetic stones."),
+    "make": (
+        "make",
+        "Make a stack, wall, arch, vault, dome, bridge, retaining or polygonal wall, or synthetic stones.",
+    ),
     "doctor": ("doctor", "Look at what is installed, what is missing, and whether the core does its work here."),
     "completion": ("completion", "Print the script by which a shell completes commands, options and their words."),
 }
@@ -58,6 +61,8 @@ MADE = {
     "arch": ("make", "Make a circular arch."),
     "vault": ("make", "Make a barrel vault."),
     "dome": ("make", "Make a hemispherical dome."),
+    "retaining": ("make", "Make a dry-stone wall with batter and through-stones, and the earth behind it."),
+    "bridge": ("make", "Make an arch bridge: arch, spandrel walls and fill."),
     "polygonal": ("polygonal", "Make a wall of polygonal stones, flat or curved, or two round a corner."),
     "stones": ("quarry", "Make synthetic stones with the shapes of real ones."),
 }

@@ -70,6 +70,14 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "cyclopean make dome 6 12 --out dome.json",
         "cyclopean make dome 8 16 --radius 3 --thickness 0.3 --oculus 15 --out dome.json",
     ),
+    "make retaining": (
+        "cyclopean make retaining 4 6 --out wall.json",
+        "cyclopean make retaining 4 6 --base 0.8 --friction 32 --wall-friction 20 --surcharge 5000 --out wall.json",
+    ),
+    "make bridge": (
+        "cyclopean make bridge 16 --out bridge.json",
+        "cyclopean make bridge 20 --span 8 --rise 2.5 --spread boussinesq --out bridge.json",
+    ),
     "make polygonal": (
         "cyclopean make polygonal --width 3 --height 1.8 --seed 7 --out wall.json",
         "cyclopean make polygonal --opening 1.05,0,0.9,1.25 --improve J --out wall.json",

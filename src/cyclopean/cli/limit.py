@@ -54,9 +54,9 @@ def limit(
 
     Exit status: 0 done, whatever the answer; 2 bad input.
     """
-    live = options.live()
+    options.check()
     with long_work(f"limit of {model}") as stage, of_file(model):
-        result = limited(model, live, settings, reading, options, stage)
+        result = limited(model, None, settings, reading, options, stage)
     for warning in result.warnings:
         warn(warning)
     files.tell(_written(result, files, model), _lines(result, files))
@@ -89,6 +89,8 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
         f"  model    {result.assembly.name}: {len(result.assembly)} blocks, {int((~result.fixed).sum())} of them free,"
         f" {len(result.contacts)} contacts"
     )
+    if result.loading is not None:
+        lines.append(f"  loads    {result.loading.words()}")
     lines += assumed_line(result.assumed)
     if result.governing is not None:
         contacts, blocks = result.contacts, result.assembly.blocks
@@ -97,7 +99,10 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
     if coupled is not None:
         lines.append(f"  cra      {_coupled_line(coupled)}")
     if polar is not None:
-        lines.append(f"  polar    {len(polar.results)} azimuths; least towards {polar.least.live.tilt:g} degrees")
+        lines.append(f"  polar    {len(polar.results)} azimuths; least towards {polar.towards:g} degrees")
+    if (moved := result.travelling) is not None:
+        reach = f"x = {moved.places[0]:g} to {moved.places[-1]:g} m"
+        lines.append(f"  along    {len(moved.places)} places, {reach}; least at x = {moved.at:g} m")
     if curve is not None:
         last = curve.steps[-1]
         lines.append(

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import say
+from cyclopean.design.earthworks import BridgeShape, DryStone, Soil
 from cyclopean.errors import InputError
 from cyclopean.options import Option, check_options, option
 
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
 
-__all__ = ["Material", "arch", "dome", "stack", "vault", "wall"]
+__all__ = ["Material", "arch", "bridge", "dome", "retaining", "stack", "vault", "wall"]
 
 MOST = 1_000_000  # blocks, or facets of them, in a model that is made: more do not fit into a common memory
 
@@ -128,6 +129,30 @@ def dome(
     """Make a hemispherical dome."""
     sizes = {"radius": radius, "thickness": thickness, "oculus": oculus}
     return _make("dome", (courses, segments), files, material, **sizes)
+
+
+@command()
+def retaining(
+    stones: Annotated[int, _count("STONES", "Whole stones in a course.")],
+    courses: Annotated[int, _count("COURSES", "Number of courses.")],
+    files: Out,
+    shape: DryStone = DryStone(),
+    soil: Soil = Soil(),
+    material: Material = Material(),
+) -> int:
+    """Make a dry-stone wall with batter and through-stones, and the earth behind it."""
+    return _make("retaining", (stones, courses), files, material, shape=shape, soil=soil)
+
+
+@command()
+def bridge(
+    voussoirs: Annotated[int, _count("VOUSSOIRS", "Number of voussoirs.")],
+    files: Out,
+    shape: BridgeShape = BridgeShape(),
+    material: Material = Material(),
+) -> int:
+    """Make an arch bridge: arch, spandrel walls and fill."""
+    return _make("bridge", (voussoirs,), files, material, shape=shape)
 
 
 def _make(kind: str, counts: tuple[int, ...], files: Files, material: Material, **options: Any) -> int:

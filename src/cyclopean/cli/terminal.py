@@ -69,11 +69,11 @@ def typed(*words: object) -> str:
 
 @contextmanager
 def of_file(path: str) -> Iterator[None]:
-    """Refusals of a block or a contact name the file that it is in, too."""
+    """Refusals of a block, a contact or loads name the file that it is in, too."""
     try:
         yield
     except InputError as error:
-        if not str(error).startswith(("block ", "contact ")):
+        if not str(error).startswith(("block ", "contact ", "loads:")):
             raise
         raise InputError(f"{path}: {error.spelt(as_option)}") from None
 

@@ -28,7 +28,7 @@ from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.design.options import at_least, finite, not_negative, one_of, positive
 from cyclopean.errors import InputError
 
-__all__ = ["arch", "dome", "stack", "vault", "wall"]
+__all__ = ["arch", "brick_faces", "dome", "numbered", "stack", "vault", "wall"]
 
 Faces = tuple[tuple[int, ...], ...]
 Ground = Literal["slab", "course"]
@@ -92,7 +92,7 @@ def stack(
     left = np.cumsum(shift)
     low = np.stack([left, np.zeros(count), height * np.arange(count)], 1)
     high = np.stack([left + width, np.full(count, depth), height * np.arange(1, count + 1)], 1)
-    names = _numbered("b", count)
+    names = numbered("b", count)
     if ground:
         low = np.concatenate([[[-width, -0.5 * depth, -0.5 * height]], low])
         high = np.concatenate([[[2.0 * width, 1.5 * depth, 0.0]], high])
@@ -105,7 +105,7 @@ def stack(
     blocks = []
     for name, box in zip(names, _boxes(low, high), strict=True):
         group = "ground" if name == "ground" else "stack"
-        blocks.append(Block(name, box @ turn.T, _brick_faces(1, 1, False), density, name == names[0], group))
+        blocks.append(Block(name, box @ turn.T, brick_faces(1, 1, False), density, name == names[0], group))
     pairs = np.arange(len(blocks) - 1)
     contacts = _quads(pairs, pairs + 1, quad @ turn.T, mu)
     return Assembly(tuple(blocks), contacts, name=f"stack of {count}")
@@ -155,7 +155,7 @@ def wall(
     z = np.arange(-1 if own else 0, courses + 1) * height
     lattice = np.zeros((len(z), len(u), 2, 3))
     lattice[..., 0], lattice[..., 1], lattice[..., 2] = u[:, None], [0.0, depth], z[:, None, None]
-    labels = (["ground"] if own else []) + _numbered("c", courses)
+    labels = (["ground"] if own else []) + numbered("c", courses)
     edges = [_bond(columns, k % 2 == 1) for k in range(len(labels))]
     blocks, contacts = _lay(lattice, edges, labels, density, mu)
     name = f"wall of {columns} x {courses}"
@@ -164,7 +164,7 @@ def wall(
     margin = np.array([length / 2.0, depth, 0.0])
     low = -margin - [0.0, 0.0, height]
     high = np.array([u[-1], depth, 0.0]) + margin
-    slab = Block("ground", _boxes(low[None], high[None])[0], _brick_faces(1, 1, False), density, True, "ground")
+    slab = Block("ground", _boxes(low[None], high[None])[0], brick_faces(1, 1, False), density, True, "ground")
     return Assembly((slab, *blocks), _stand_on_slab(lattice, edges[0], contacts, mu), name=name)
 
 
@@ -225,7 +225,7 @@ def arch(
         raise InputError(
             f"voussoirs: {voussoirs} cannot span {np.degrees(2 * half):.0f} degrees; take more, or more facets"
         )
-    labels = _numbered("v", voussoirs)
+    labels = numbered("v", voussoirs)
     angle = np.linspace(-half, half, voussoirs * facets + 1)  # from the crown, clockwise seen from -y
     cosine = np.cos(half) if half < np.pi / 2.0 else 0.0
     if springers == "wedges":
@@ -233,7 +233,7 @@ def arch(
         angle = _with_springers(angle, 2.0 * half / voussoirs, facets)
     lattice = _barrel(angle, np.array([0.0, depth]), inner, thickness, base=inner * cosine)
     blocks, n = [], len(labels)
-    faces = _brick_faces(1, facets, True)
+    faces = brick_faces(1, facets, True)
     for k, label in enumerate(labels):
         held = k in {0, n - 1}
         cut = lattice[k * facets : (k + 1) * facets + 1].reshape(-1, 3)
@@ -289,7 +289,7 @@ def vault(
     angle = _with_springers(np.linspace(-np.pi / 2.0, np.pi / 2.0, voussoirs + 1), np.pi / voussoirs, 1)
     along = np.linspace(0.0, whole, 2 * columns + 1)
     lattice = _barrel(angle, along, radius - thickness / 2.0, thickness, base=0.0)
-    labels = ["springer-left", *_numbered("r", voussoirs), "springer-right"]
+    labels = ["springer-left", *numbered("r", voussoirs), "springer-right"]
     edges = [_bond(columns, k % 2 == 1 and columns > 1) for k in range(voussoirs + 2)]
     blocks, contacts = _lay(lattice, edges, labels, density, mu)
     return Assembly(tuple(blocks), contacts, name=f"vault of {voussoirs} x {columns}")
@@ -349,7 +349,7 @@ def dome(
     lattice[..., 1] = flat[:, None] * np.sin(azimuth)[:, None]
     lattice[..., 2] = (np.sin(elevation)[:, None] * shell)[:, None]
     lattice = np.concatenate([lattice, lattice[:, :2]], 1)  # once round, to the last bit, and half a block further
-    labels = ["ring", *_numbered("c", courses)]
+    labels = ["ring", *numbered("c", courses)]
     edges = [np.arange(0, 2 * segments + 1, 2) + k % 2 for k in range(courses + 1)]
     blocks, contacts = _lay(lattice, edges, labels, density, mu, ring=2 * segments)
     return Assembly(tuple(blocks), contacts, name=f"dome of {courses} x {segments}")
@@ -359,7 +359,7 @@ def dome(
 
 
 @cache
-def _brick_faces(across: int, up: int, mirrored: bool) -> Faces:
+def brick_faces(across: int, up: int, mirrored: bool) -> Faces:
     """Quads of a brick of `across` x `up` cells, vertex (v, u, w) at 2 (v (across + 1) + u) + w, outward.
 
     `mirrored` where the lattice is left-handed.
@@ -422,7 +422,7 @@ def _course(levels: Floats, edge: Ints, label: str, curved: bool, density: float
     for i, (u0, u1) in enumerate(pairwise(edge.tolist()), 1):
         step = 1 if curved else u1 - u0
         points = _frozen(levels[:, u0 : u1 + 1 : step].reshape(-1, 3))
-        faces = _brick_faces((u1 - u0) // step, 1, not curved)
+        faces = brick_faces((u1 - u0) // step, 1, not curved)
         blocks.append(Block(f"{label}-b{i:0{digits}d}", points, faces, density, label in SUPPORTS, _group(label)))
     return blocks
 
@@ -511,7 +511,8 @@ def _circle(span: float | None, rise: float | None, radius: float | None, thickn
     return (clear * clear / 4.0 + rise * rise) / (2.0 * rise), 2.0 * float(np.arctan2(2.0 * rise, clear))
 
 
-def _numbered(letter: str, count: int) -> list[str]:
+def numbered(letter: str, count: int) -> list[str]:
+    """Names of so many things, from 1, of equal length."""
     return [f"{letter}{k:0{max(2, len(str(count)))}d}" for k in range(1, count + 1)]
 
 

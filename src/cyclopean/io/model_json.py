@@ -9,6 +9,7 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import (
     DEAD,
     DIRECTIONS,
+    Action,
     Assembly,
     Block,
     BodyLoad,
@@ -20,7 +21,9 @@ from cyclopean.assembly import (
     SurfaceLoad,
 )
 from cyclopean.assembly.contacts import UNIT
+from cyclopean.assembly.field_loads import FieldLoad
 from cyclopean.errors import InputError
+from cyclopean.io.field_rows import FIELDS, field_dict, field_load
 from cyclopean.io.fields import (
     UnknownKeys,
     array,
@@ -62,7 +65,7 @@ _LOADS = {  # by what says which kind of load it is
     "traction": frozenset({"block", "traction", "face", "polygon", "case"}),
     "body": frozenset({"block", "group", "body", "case"}),
     "acceleration": frozenset({"block", "group", "acceleration", "case"}),
-}
+} | {key: frozenset({"block", "group", key, "case"}) for key in FIELDS}
 
 
 def read_document(path: str, stem: str, data: dict[str, Any], units: str | None) -> tuple[Assembly, tuple[str, ...]]:
@@ -269,9 +272,7 @@ def _normal(row: dict[str, Any], where: str) -> Floats:
     return np.asarray(normal if abs(length - 1.0) <= UNIT else normal / length)
 
 
-def _load(
-    where: str, row: dict[str, Any], index: dict[str, int], units: str, unknown: UnknownKeys
-) -> Load | SurfaceLoad | BodyLoad:
+def _load(where: str, row: dict[str, Any], index: dict[str, int], units: str, unknown: UnknownKeys) -> Load | Action:
     kinds = [key for key in _LOADS if row.get(key) is not None]
     if len(kinds) > 1:
         raise InputError(f'{where}: has both "{kinds[0]}" and "{kinds[1]}"; make two loads of it')
@@ -280,16 +281,19 @@ def _load(
     if not kinds:
         raise InputError(f'{where}: has no "force"')
     kind = kinds[0]
-    if kind not in ("body", "acceleration") or row.get("block") is not None:
+    if "group" not in _LOADS[kind] or row.get("block") is not None:
         block: int | None = _known(where, "block", row, index)
     else:
         block = None
-    value = number(row[kind], f"{where}: {kind}") if kind == "pressure" else vector(row[kind], f"{where}: {kind}")
     case = optional(row.get("case"), f"{where}: case", text) or DEAD
     unknown.note(row, _LOADS[kind], "load", where)
+    group = optional(row.get("group"), f"{where}: group", text)
     try:
+        if kind in FIELDS:
+            place = {"block": block, "group": group, "case": case}
+            return field_load(f"{where}: {kind}", kind, row[kind], units, unknown, place)
+        value = number(row[kind], f"{where}: {kind}") if kind == "pressure" else vector(row[kind], f"{where}: {kind}")
         if kind in ("body", "acceleration"):
-            group = optional(row.get("group"), f"{where}: group", text)
             return BodyLoad(block, group, **{kind: value}, case=case)  # type: ignore[arg-type]
         assert block is not None
         if kind == "force":
@@ -346,9 +350,11 @@ def _case(case: str) -> dict[str, str]:
     return {} if case == DEAD else {"case": case}
 
 
-def _action_dict(load: SurfaceLoad | BodyLoad, ids: list[str]) -> dict[str, Any]:
+def _action_dict(load: Action, ids: list[str]) -> dict[str, Any]:
     """A load that is not at a point."""
     row: dict[str, Any] = {} if load.block is None else {"block": ids[load.block]}
+    if isinstance(load, FieldLoad):
+        return row | ({} if load.group is None else {"group": load.group}) | field_dict(load) | _case(load.case)
     for key in ("group", "face", "polygon", "force", "pressure", "traction", "body", "acceleration"):
         if (value := getattr(load, key, None)) is not None:
             row[key] = value.tolist() if isinstance(value, np.ndarray) else value

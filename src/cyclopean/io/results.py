@@ -54,8 +54,7 @@ def result_dict(
     ids = [block.id for block in result.assembly.blocks]
     document = _head(SCHEMA, result, result.method)
     document |= {"verdict": result.verdict, "reason": result.reason} | _counts(result) | {"residuals": result.residuals}
-    if result.loading is not None:
-        document["loading"] = {"combination": result.loading.name, "factors": result.loading.factors}
+    document |= _loading(result)
     if result.partly_held:
         document["partly_held"] = result.partly_held
     if result.strength > 0.0:
@@ -130,7 +129,7 @@ def limit_dict(
     coupled, polar, pushover = result.coupled, result.polar, result.pushover
     ids = [block.id for block in result.assembly.blocks]
     document = _head(LIMIT, result, "rbe" if coupled is None else "cra")
-    document |= {"word": result.word, "reason": result.reason, "live": _live(result)}
+    document |= {"word": result.word, "reason": result.reason, "live": _live(result)} | _loading(result)
     document["multiplier"] = picked(result, "lower", "upper", "gap")
     for key, names, pair in (
         ("angle", ("lower", "upper"), result.angle),
@@ -159,7 +158,13 @@ def limit_dict(
         }
     if polar is not None:
         document["polar"] = [
-            {"azimuth": azimuth, "angle": {"lower": low, "upper": high}} for azimuth, low, high in polar.table
+            {"azimuth": azimuth, "multiplier" if result.live.tilt is None else "angle": {"lower": low, "upper": high}}
+            for azimuth, low, high in polar.table
+        ]
+    if (moved := result.travelling) is not None:
+        document["along"] = [
+            {"x": x, "word": one.word, "multiplier": picked(one, "lower", "upper")}
+            for x, one in zip(moved.places, moved.results, strict=True)
         ]
     if pushover is not None:
         document["pushover"] = picked(pushover, "control", "ended", "steps")
@@ -168,6 +173,15 @@ def limit_dict(
 
 def _head(schema: str, result: "Result | LimitResult", method: str) -> dict[str, Any]:
     return {"schema": schema, "model": result.assembly.name, "method": method}
+
+
+def _loading(result: "Result | LimitResult") -> dict[str, Any]:
+    """Which cases act, and earth, water and fill among them; nothing where no case was told apart."""
+    found = result.loading
+    if found is None:
+        return {}
+    said = {"combination": found.name, "factors": found.factors}
+    return {"loading": said | ({"fields": list(found.fields)} if found.fields else {})}
 
 
 def _counts(result: "Result | LimitResult") -> dict[str, Any]:

@@ -30,6 +30,8 @@ NAMED = {
     "penalty": ("Penalty", "Py"),
     "pushover": ("Pushover", "Po"),
     "polar": ("Polar", "Pr"),
+    "live_at": ("Live", "Lv"),
+    "surcharge": ("Surcharge", "Sc"),
     "bearing": ("Bearing", "Be"),
     "order": ("Given Order", "Go"),
     "corner": ("Corner", "Cr"),

@@ -73,6 +73,7 @@ class Picture:
     pull: Floats = field(default_factory=NOWHERE.copy)  # (t, 3) m, where a joint would have to pull, the most first
     pull_share: Floats = field(default_factory=NOBODY.copy)  # (t,) of the largest tension
     thrust: Floats = field(default_factory=NOTHING.copy)  # (s, 2, 3) m, the line of thrust, where there is one
+    given: Floats = field(default_factory=NOTHING.copy)  # (l, 2, 3) m, tail and tip of given loads on free blocks
     blamed: Floats = field(default_factory=NOWHERE.copy)  # (b, 3) m, middles of stones at which a search ends, in order
     load: Floats = field(default_factory=NOTHING.copy)  # (l, 2, 3) m, live loads, tail and tip, where they act
     load_text: tuple[str, ...] = ()  # what is written at each
@@ -101,6 +102,7 @@ def picture(result: Result) -> Picture:
     quantity, value = _quantity(result, motion)
     arrow, largest = _arrows(result, None if many else resultants(result), notes)
     blamed = _blamed(result)
+    given = NOTHING if many else _given(result, notes)
     group = classes(value, result.fixed)
     group[blamed] = BLAMED
     drawn = Picture(
@@ -116,6 +118,7 @@ def picture(result: Result) -> Picture:
         tuple(notes),
         None if motion is None else shown.vertex,
         thrust=NOTHING if many else thrust_line(result),
+        given=given,
         blamed=result.assembly.mass.centroid[blamed],
     )
     return drawn if many else _with_points(drawn, result)
@@ -294,6 +297,18 @@ def _arrows(result: Result, found: Resultants | None, notes: list[str]) -> tuple
     length = 0.9 * float(np.mean(volume)) ** (1.0 / 3.0) / largest
     half = 0.5 * length * force
     return np.stack([found.centre[some] - half, found.centre[some] + half], 1), largest
+
+
+def _given(result: Result, notes: list[str]) -> Floats:
+    """Given loads on free blocks where they act on the model at rest; the largest is 0.9 block sizes long."""
+    rows = [row for row in result.assembly.loads if not result.fixed[row.block]]
+    if not rows:
+        return NOTHING
+    force, point = np.array([row.force for row in rows]), np.array([row.point for row in rows])
+    size = np.linalg.norm(force, axis=1)
+    some = np.argsort(-size, kind="stable")[:ARROW_LIMIT]
+    notes.append(f"Black arrows are the given loads on the model at rest, the longest {size.max():.3g} N.")
+    return np.stack([point[some] - 0.9 * _size(result) / size.max() * force[some], point[some]], 1)
 
 
 def feature_edges(mesh: Polyhedra) -> Floats:

@@ -64,7 +64,7 @@ def elevation_svg(drawn: Picture, title: str, view: View | None = None, *, faces
 
     Of more `faces` only the silhouette of each block is drawn.
     """
-    seen = np.concatenate([drawn.mesh.vertex, drawn.ghost.reshape(-1, 3), drawn.load.reshape(-1, 3)])
+    seen = np.concatenate([part.reshape(-1, 3) for part in (drawn.mesh.vertex, drawn.ghost, drawn.load, drawn.given)])
     paper = fitted(
         front_view(drawn.mesh.vertex) if view is None else view,
         seen if len(seen) else NOTHING,
@@ -78,6 +78,7 @@ def elevation_svg(drawn: Picture, title: str, view: View | None = None, *, faces
         layer("at-rest", [_ghost(drawn, paper)]),
         layer("thrust", [_thrust(drawn.thrust, paper)]),
         layer("forces", [_arrows(drawn.arrow, paper, FORCE), _dots(drawn.press, full, paper, FORCE)]),
+        layer("given-loads", [_arrows(drawn.given, paper, GRAVITY)]),
         layer("friction", [_arrows(drawn.rub, paper, RUB)]),
         layer("tension", [_dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), paper, PULL)]),
         layer("hinges", [_dots(drawn.hinge, np.full(len(drawn.hinge), 6.0), paper, LOAD)]),

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, moving_joints
+from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, Travelling, moving_joints
 from cyclopean.analysis.answers import limit_answer
+from cyclopean.arrays import Floats
 from cyclopean.view.colours import ACCENT, GRAVITY, INK, LINE, LOAD, SOFT
 from cyclopean.view.drawing import Picture, picture_at_limit
 from cyclopean.view.figures import number
@@ -31,7 +32,7 @@ from cyclopean.view.proof_here import proof_here
 from cyclopean.view.svg import closed, grid, open_path, sheet, text
 from cyclopean.view.tables import joint_name
 
-__all__ = ["limit_html", "polar_svg", "pushover_svg"]
+__all__ = ["limit_html", "polar_svg", "pushover_svg", "travelling_svg"]
 
 MOST = 40  # joints listed
 WORDS = {"limit": "Limit", "unbounded": "No limit", "falls": "Falls", "undecided": "Undecided"}
@@ -39,7 +40,7 @@ TONES = {"limit": "stable", "unbounded": "stable", "falls": "unstable", "undecid
 KINDS = {"hinge": "opens about a hinge", "slide": "slides", "part": "parts"}
 STANDS = ACCENT["stable"]
 RADIUS = 190.0  # drawing units of the outermost circle
-RINGS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0)  # degrees that circles may be apart
+RINGS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0)  # degrees, or pushes, that circles may be apart
 
 
 def limit_html(
@@ -49,7 +50,7 @@ def limit_html(
     model_file: str | None = None,
 ) -> str:
     """Write the page of both bounds as one self-contained HTML document; files are named in its commands."""
-    drawn, polar, pushover = picture_at_limit(result), result.polar, result.pushover
+    drawn, polar, pushover, moved = picture_at_limit(result), result.polar, result.pushover, result.travelling
     body = (
         _head(result, model_file),
         section("The bounds", _bounds(result), _MEANING[result.live.kind]),
@@ -60,7 +61,8 @@ def limit_html(
         ),
         section("Joints that move", _joints(result), _JOINTS),
         section("Without dilatancy", _coupled(result.coupled), _COUPLED),
-        section("Tilt in every direction", "" if polar is None else figure(polar_svg(polar), _polar_caption(polar))),
+        section("In every direction", "" if polar is None else figure(polar_svg(polar), _polar_caption(polar))),
+        section("The load in every place", "" if moved is None else _travelling(moved), _TRAVELLING),
         section("As it goes on", "" if pushover is None else _pushover(pushover), _PUSHOVER),
         section("Warnings", listed(result.warnings)),
         section("How to verify it", _proof(result, certificate_file, model_file)),
@@ -131,6 +133,10 @@ def _bounds(result: LimitResult) -> str:
         rows += [("angle, stands at", _degrees(low)), ("angle, falls from", _degrees(high))]
     if result.window is not None:
         rows.append(("stands only between", f"{number(result.window[0])} and {number(result.window[1])}"))
+    if result.live.words:
+        rows.append(("what grows", escape(result.live.words)))
+    if result.loading is not None:
+        rows += [("loads", escape(words)) for words in result.loading.words().split("; ")]
     if result.assumed:
         rows += [(f"{name} (assumed)", _assumed(name, value)) for name, value in result.assumed.items()]
     return table(["", ""], rows)
@@ -172,18 +178,24 @@ def _coupled(coupled: CoupledBracket | None) -> str:
 
 
 def _polar_caption(polar: Polar) -> str:
-    angle = polar.least.angle
-    if angle is None or angle[0] is None:
+    stands, unit = next(low for azimuth, low, _ in polar.table if azimuth == polar.towards), _unit(polar)
+    if stands is None:
         return f"{len(polar.results)} azimuths."
     return (
-        f"{len(polar.results)} azimuths; the least of them is {number(angle[0])}° towards {polar.least.live.tilt:g}°"
+        f"{len(polar.results)} azimuths; the least of them is {number(stands)}{unit} towards {polar.towards:g}°"
         " (between two of them it may be less). From +x to the right, counter-clockwise to +y."
     )
 
 
+def _unit(polar: Polar) -> str:
+    return "°" if polar.least.live.tilt is not None else ""
+
+
 def polar_svg(polar: Polar) -> str:
-    """Draw the tilt that is proved to stand, by azimuth, on circles of equal angle."""
-    shown = [(az, 90.0 if low is not None and high is None else low or 0.0) for az, low, high in polar.table]
+    """Draw what is proved to stand, by azimuth, on circles of equal angle, or multiplier of a push."""
+    table = [(az, low or 0.0, high) for az, low, high in polar.table]
+    most = 90.0 if _unit(polar) else max((low for _, low, high in table if high is not None), default=1.0)
+    shown = [(az, most if high is None and low else low) for az, low, high in table]
     top = max((value for _, value in shown), default=1.0) or 1.0
     ring = next((step for step in RINGS if top / step <= 5.0), RINGS[-1])
     rings = np.arange(ring, top * 1.001 + ring, ring)
@@ -191,18 +203,25 @@ def polar_svg(polar: Polar) -> str:
     parts = []
     for value in rings:
         parts.append(f'<circle r="{value * reach:.1f}" fill="none" stroke="{LINE}"/>')
-        parts.append(text(4.0, -value * reach - 3.0, f"{value:g}°", f'fill="{SOFT}" font-size="11"'))
+        parts.append(text(4.0, -value * reach - 3.0, f"{value:g}{_unit(polar)}", f'fill="{SOFT}" font-size="11"'))
     parts.append(f'<path d="M-200 0H200M0 -200V200" stroke="{LINE}"/>')
     points = (
         np.array([(value * np.cos(np.deg2rad(az)), -value * np.sin(np.deg2rad(az))) for az, value in shown]) * reach
     )
     parts.append(f'<path d="{closed(points)}" fill="{STANDS}" fill-opacity=".18" stroke="{STANDS}"/>')
     for (x, y), (az, value) in zip(points.tolist(), shown, strict=True):
-        parts.append(_dot(x, y, f"<title>{az:g}°: {number(value)}°</title>"))
+        parts.append(_dot(x, y, f"<title>{az:g}°: {number(value)}{_unit(polar)}</title>"))
     for x, y, anchor, name in ((204, 4, "start", "+x"), (-204, 4, "end", "−x"), (0, -206, "middle", "+y")):
         parts.append(text(x, y, name, f'text-anchor="{anchor}"'))
     centred = ['<g transform="translate(240 230)">', *parts, "</g>"]
-    return sheet((480.0, 450.0), "Tilt by azimuth", centred, letters=13.0, white=False, more=' style="max-width:34rem"')
+    return sheet(
+        (480.0, 450.0),
+        "Tilt by azimuth" if _unit(polar) else "Push by azimuth",
+        centred,
+        letters=13.0,
+        white=False,
+        more=' style="max-width:34rem"',
+    )
 
 
 def _dot(x: float, y: float, title: str = "") -> str:
@@ -222,22 +241,59 @@ def pushover_svg(pushover: Pushover) -> str:
     """Draw the multiplier over the displacement of the control block."""
     u = np.array([step.displacement for step in pushover.steps])
     t = np.array([step.multiplier for step in pushover.steps])
+    return _curve(u, t, "Pushover curve", _AXES)
+
+
+def _travelling(moved: Travelling) -> str:
+    caption = (
+        f"{len(moved.places)} places; the least of them is x = {moved.at:g} m (between two of them it may be less)."
+    )
+    rows = [
+        (f"{x:g}", WORDS[one.word], _number(one.lower), _number(one.upper))
+        for x, one in zip(moved.places, moved.results, strict=True)
+    ]
+    return figure(travelling_svg(moved), caption) + table(["x (m)", "", ">Stands at (kN)", ">Falls from (kN)"], rows)
+
+
+def travelling_svg(moved: Travelling) -> str:
+    """Draw the load (kN) that is proved to stand over its place; places without a limit are left out."""
+    rows = [(x, one.lower) for x, one in zip(moved.places, moved.results, strict=True) if one.lower and one.upper]
+    x, y = (np.array(column, float) for column in zip(*rows, strict=True)) if rows else (np.zeros(1), np.zeros(1))
+    return _curve(x, y, "Load by place", "place of the load, x (m); upright: load that stands (kN)", least=moved.at)
+
+
+def _curve(u: Floats, t: Floats, title: str, axes: str, least: float | None = None) -> str:
+    """A curve from its points, (k,) each, with the place marked where it is `least`."""
     wide, high, left, foot = 560.0, 260.0, 60.0, 36.0
-    right, top = float(u.max()) or 1.0, float(max(t.max(), 0.0)) or 1.0
+    start = min(float(u.min()), 0.0) if least is None else float(u.min())
+    right, top = float(u.max()) - start or 1.0, float(max(t.max(), 0.0)) or 1.0
     low = float(min(t.min(), 0.0))
     shares = np.linspace(0.0, 1.0, 5)
-    levels = [(12.0 + high * (1.0 - share), f"{low + share * (top - low):.3g}") for share in shares]
-    ticks = [(left + wide * share, f"{share * right:.3g}") for share in shares]
-    points = np.stack([left + wide * u / right, 12.0 + high * (top - t) / (top - low)], -1)
+    levels = [(12.0 + high * (1.0 - share), _short(low + share * (top - low))) for share in shares]
+    ticks = [(left + wide * share, f"{start + share * right:.3g}") for share in shares]
+    points = np.stack([left + wide * (u - start) / right, 12.0 + high * (top - t) / (top - low)], -1)
     parts = [
         grid(left, wide, levels, ticks, high + 30.0),
         f'<path d="{open_path(points)}" fill="none" stroke="{STANDS}" stroke-width="2"/>',
         *(_dot(x, y) for x, y in points.tolist()),
-        text(left + wide / 2.0, high + foot + 12.0, _AXES, f'text-anchor="middle" fill="{INK}"'),
+        *(
+            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="none" stroke="{INK}"/>'
+            for x, y in points[u == least].tolist()
+        ),
+        text(left + wide / 2.0, high + foot + 12.0, axes, f'text-anchor="middle" fill="{INK}"'),
     ]
-    return sheet((left + wide + 24.0, high + foot + 22.0), "Pushover curve", parts, letters=12.0, white=False)
+    return sheet((left + wide + 24.0, high + foot + 22.0), title, parts, letters=12.0, white=False)
 
 
+def _short(value: float) -> str:
+    """Three digits, or all before the point."""
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
+_TRAVELLING = (
+    "The limit of a load of 1 kN in each place, so that multipliers are in kN; the curve is what is proved to stand."
+    " The page shows the mechanism of the least of them."
+)
 _AXES = "displacement of the control block (m); upright: multiplier"
 
 

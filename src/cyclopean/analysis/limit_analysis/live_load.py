@@ -34,6 +34,7 @@ class Live:
     push: tuple[float, float, float] | None = None
     tilt: float | None = None
     loads: tuple[LiveLoad, ...] = ()
+    words: str = ""  # what the loads stand for, as in "3 times ..."
 
     def __post_init__(self) -> None:
         if sum((self.push is not None, self.tilt is not None, bool(self.loads))) != 1:

@@ -52,4 +52,4 @@ def _said(live: Live, multiplier: float | None) -> str:
         return "a multiplier that could not be proved"
     if live.kind == "tilt":
         return f"{np.rad2deg(np.arctan(multiplier)):.6g} degrees"
-    return f"{multiplier:.7g} times the {'push' if live.kind == 'push' else 'live loads'}"
+    return f"{multiplier:.7g} times {live.words or ('the push' if live.kind == 'push' else 'the live loads')}"

@@ -13,7 +13,7 @@ from cyclopean.representation import one_line
 if TYPE_CHECKING:
     from cyclopean.analysis.large_displacement.pushover import Pushover
     from cyclopean.analysis.limit_analysis.bracket import CoupledBracket
-    from cyclopean.analysis.limit_analysis.polar import Polar
+    from cyclopean.analysis.limit_analysis.polar import Polar, Travelling
 
 __all__ = ["LimitResult", "LimitWord"]
 
@@ -54,7 +54,8 @@ class LimitResult:
     warnings: tuple[str, ...] = ()
     loading: Loading | None = None
     coupled: "CoupledBracket | None" = None  # what coupled analysis says below the bounds
-    polar: "Polar | None" = None  # tilts in other directions, of which this is the least
+    polar: "Polar | None" = None  # tilts or pushes in other directions, of which this is the least
+    travelling: "Travelling | None" = None  # the load in other places, of which this is the least
     pushover: "Pushover | None" = None  # the curve on displaced geometry
 
     @property

@@ -23,7 +23,7 @@ LONGEST = 0.5  # of a mean block: the line of the largest force
 FIRST = "mu density method gravity"  # inputs that have always been first
 THEN = (
     "supports tolerance weights combination factors tension cohesion settlement penalty cone solver eps eta beta_min"
-    " nodes within"
+    " nodes within surcharge soil_height"
 )
 
 

@@ -1,6 +1,7 @@
 """Limit: how far from collapse?"""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cyclopean.analysis.settings import Settings
@@ -22,11 +23,14 @@ def _limit(given: Mapping[str, Any], context: Context) -> Answer:
     """Find the multiplier at which it falls."""
     from cyclopean.io import json_text, limit_dict
 
-    live = _live(given)
+    road = [name for name in ("Surcharge", "Live", "Along") if given[name] is not None]
+    live = None if road else _live(given)
     said_of_them = {name: value for name, value in given.items() if name not in ("Push", "Load")}
-    wanted = option_values(said_of_them, LimitOptions(tilt=live.tilt, seconds=SHARE * context.seconds))
+    base = LimitOptions() if live is None else LimitOptions(push=live.push, tilt=live.tilt)
+    wanted = option_values(said_of_them, replace(base, seconds=SHARE * context.seconds))
     assembly, said = model_of(given)
-    found = limited(assembly, live, option_values(given, Settings()), Reading(), wanted)
+    settings = option_values({name: value for name, value in given.items() if name != "Surcharge"}, Settings())
+    found = limited(assembly, live, settings, Reading(), wanted)
     ids = [block.id for block in found.assembly.blocks]
     at = found.governing
     ends = [] if at is None else [ids[int(found.contacts.a[at])], ids[int(found.contacts.b[at])]]
@@ -84,7 +88,7 @@ LIMIT = Component(
         Input("Load", "L", "Vector", "A force (N) on one block instead.", optional=True),
         Input("Load Block", "Lb", "Text", "Name of that block.", optional=True),
         *option_inputs(Settings, LIMITED.removeprefix("mu density ")),
-        *option_inputs(LimitOptions, "method solver polar pushover steps"),
+        *option_inputs(LimitOptions, "method solver polar pushover steps surcharge live_at along"),
     ),
     (
         Output("Outcome", "O", "Text", "limit; unbounded: it never falls; falls: it does so already; or undecided."),
