@@ -57,6 +57,8 @@ def test_a_cube_that_is_pushed_or_loaded():
     title, said = limit_answer(limit(CUBE, Live(loads=(load,)), settings))
     assert title == "9.81 kN"
     assert said == f"It falls at the latest under 9.81 kN on '{load.block}'."
+    title, said = limit_answer(limit(CUBE, Live(loads=(load,), words="1 kN on the road at x = 1 m"), settings))
+    assert (title, said) == ("981 kN", "It falls at the latest under 981 kN on the road at x = 1 m.")
     assert force(9.81, True) == "9.81 N"
 
 

@@ -91,6 +91,10 @@ def limit_answer(result: "LimitResult") -> tuple[str, str]:
             return "Nothing to spare", f"It falls at the slightest push {way}."
         share = rounded(percent, up=True)
         return f"{share} % of its weight", f"{LATEST} when it is pushed {way} with {share} % of its weight."
+    if live.words:
+        often = rounded(most, up=True)
+        total = f"{often} {live.words[2:]}" if live.words.startswith("1 kN ") else f"{often} times {live.words}"
+        return total.partition(" on ")[0], f"{LATEST} under {total}."
     total = force(most * math.fsum(math.hypot(*load.force) for load in live.loads), up=True)
     blocks = sorted({load.block for load in live.loads})
     where = f"on '{blocks[0]}'" if len(blocks) == 1 else f"in all on {len(blocks)} stones"

@@ -45,7 +45,7 @@ def resolved_fields(assembly: Assembly, contacts: Contacts) -> tuple[Assembly, t
             blocks = len({load.block for load in free})
             size = float(np.linalg.norm(sum((load.force for load in free), np.zeros(3))))
             loads += found
-            said.append(f"{words}: {size:.4g} N on {blocks} free block{'s' * (blocks != 1)}")
+            said.append(f"{words}: {size / 1e3:.4g} kN on {blocks} free block{'s' * (blocks != 1)}")
     rest = tuple(row for row in assembly.actions if not isinstance(row, FieldLoad))
     return replace(assembly, loads=tuple(loads), actions=rest) if said else assembly, tuple(said)
 

@@ -307,7 +307,7 @@ def _given(result: Result, notes: list[str]) -> Floats:
     force, point = np.array([row.force for row in rows]), np.array([row.point for row in rows])
     size = np.linalg.norm(force, axis=1)
     some = np.argsort(-size, kind="stable")[:ARROW_LIMIT]
-    notes.append(f"Black arrows are the given loads on the model at rest, the longest {size.max():.3g} N.")
+    notes.append(f"Black arrows are the given loads on the model at rest, the longest {force_text(size.max())}.")
     return np.stack([point[some] - 0.9 * _size(result) / size.max() * force[some], point[some]], 1)
 
 

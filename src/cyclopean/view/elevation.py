@@ -52,6 +52,7 @@ HEIGHT, MARGIN = 640.0, 40.0
 SIDE, FOOT = 2.6 * MARGIN, MARGIN + 44.0  # room for gravity at the right, for the scale below
 FACE_LIMIT = 20_000  # faces painted one by one; beyond it one silhouette a block
 ARROW_LIMIT = 1_000  # drawn; of more the largest
+ACROSS = 0.5  # of the loads: a share that is not seen from the front
 STRAYS = 0.6  # of the depth of a block: middles that stray further are of a model that is not in one plane
 POINT_LIMIT = 5_000  # dots of one kind
 ANIMATED_FACES = 1_500  # beyond it the two shapes of every face would make the page heavy
@@ -91,10 +92,11 @@ def elevation_svg(drawn: Picture, title: str, view: View | None = None, *, faces
     return sheet((paper.width, paper.height), title, parts, letters=16.0, white=False, more=more)
 
 
-def sides(mesh: Polyhedra) -> list[tuple[str, View]]:
+def sides(mesh: Polyhedra, load: Floats = NOTHING) -> list[tuple[str, View]]:
     """Views that show all of a model, named: of a wall in one plane one elevation, of others two and the plan.
 
-    It is in one plane while the middles of its blocks stray by less than a block is deep. Of others the elevations go
+    It is in one plane while the middles of its blocks stray by less than a block is deep; where most of what loads it,
+    arrows (l, 2, 3), acts across that plane, as earth does, it is shown from the side too. Of others the elevations go
     by the directions of upright faces, and look from where most of the model is near.
     """
     front = front_view(mesh.vertex)
@@ -103,7 +105,9 @@ def sides(mesh: Polyhedra) -> list[tuple[str, View]]:
         return [("Elevation", front)]
     far, near = np.maximum.reduceat(depth, first), np.minimum.reduceat(depth, first)
     if not float(np.std(far + near)) > 2.0 * STRAYS * float(np.median(far - near)):
-        return [("Elevation", front)]
+        push = load[:, 1] - load[:, 0]
+        across = np.abs(push @ front.into).sum() > ACROSS * np.linalg.norm(push, axis=1).sum()
+        return [("Elevation", front), *([("Elevation from the side", _level(front.right))] if across else [])]
     normal = face_normals(mesh)
     normal = normal[np.abs(normal[:, 2]) < 0.1 * np.linalg.norm(normal, axis=1)]
     turn = np.rint(np.degrees(np.arctan2(normal[:, 1], normal[:, 0]))).astype(int) % 90
@@ -113,9 +117,14 @@ def sides(mesh: Polyhedra) -> list[tuple[str, View]]:
     for angle in (best, best + np.pi / 2.0):
         into = np.array([-np.sin(angle), np.cos(angle), 0.0])
         into *= 1.0 if into @ middle >= 0.0 else -1.0
-        views.append(View(np.array([into[1], -into[0], 0.0]), into))
+        views.append(_level(into))
     plan = View(views[0].right, np.array([0.0, 0.0, -1.0]), views[0].into)
     return [("Elevation", views[0]), ("Elevation from the side", views[1]), ("Plan, from above", plan)]
+
+
+def _level(into: Floats) -> View:
+    """The view that looks level along this."""
+    return View(np.array([into[1], -into[0], 0.0]), into)
 
 
 def animated(drawn: Picture) -> bool:

@@ -146,7 +146,7 @@ def model_figures(drawn: Picture, name: str, caption: str, *, layers: str = DRAG
     3), m, are outlines of contacts, in the scene only.
     """
     flat = without_points(drawn)
-    shown = [(what, elevation_svg(flat, f"{what} of {name}", view)) for what, view in sides(drawn.mesh)]
+    shown = [(what, elevation_svg(flat, f"{what} of {name}", view)) for what, view in sides(drawn.mesh, drawn.given)]
     told = [f"{shown[0][0]}. {caption}{click_note(drawn)}", *(f"{what}." for what, _ in shown[1:])]
     flats = (figure(svg, words, "elevation") for (_, svg), words in zip(shown, told, strict=True))
     return scene_figure(drawn, name, layers, joints=joints) + "".join(flats)
