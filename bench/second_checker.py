@@ -12,13 +12,13 @@ checker runs in node where there is one, else in headless Chromium; `--chromium`
 import argparse
 import atexit
 import json
-import re
 import shutil
 import subprocess
 import sys
 from collections import Counter
 from contextlib import suppress
 from pathlib import Path
+from tempfile import mkdtemp
 from time import perf_counter
 from typing import Any
 
@@ -35,7 +35,7 @@ CHECKER = Path(__file__).parents[1] / "src" / "cyclopean" / "view" / "checker.js
 LINES = (
     "const {verifyCertificate}=require(process.argv[1]);"
     "require('readline').createInterface({input:process.stdin}).on('line',l=>{let r;const t=performance.now();"
-    "try{r=verifyCertificate(JSON.parse(l))}catch(e){r={proved:null,kind:null,claim:'',reason:e.stack}}"
+    "try{r=verifyCertificate(JSON.parse(l))}catch(e){r={proved:null,kind:null,claim:'',assumed:[],reason:e.stack}}"
     "r.seconds=(performance.now()-t)/1000;console.log(JSON.stringify(r))})"
 )
 
@@ -69,7 +69,14 @@ class Page:
             f"(()=>{{const t=performance.now(),r=verifyCertificate({json.dumps(text)});"
             "r.seconds=(performance.now()-t)/1000;return r})()"
         )
-        return self.page.js(run) or {"proved": None, "kind": None, "claim": "", "reason": "it threw", "seconds": 0.0}
+        return self.page.js(run) or {
+            "proved": None,
+            "kind": None,
+            "claim": "",
+            "assumed": [],
+            "reason": "it threw",
+            "seconds": 0.0,
+        }
 
 
 def python_says(text: str, file: Path) -> dict[str, Any]:
@@ -79,22 +86,22 @@ def python_says(text: str, file: Path) -> dict[str, Any]:
     try:
         report = verify_file(file)
     except NotACertificateError as error:
-        return {"proved": False, "claim": "", "reason": str(error), "seconds": 0.0}
+        return {"proved": False, "claim": "", "assumed": [], "reason": str(error), "seconds": 0.0}
     except Exception as error:  # noqa: BLE001  # what a checker must never do is counted here
-        return {"proved": None, "claim": "", "reason": repr(error), "seconds": 0.0}
+        return {"proved": None, "claim": "", "assumed": [], "reason": repr(error), "seconds": 0.0}
     seconds = perf_counter() - began
     return {
         "proved": report.proved,
         "claim": report.claim if report.proved else "",
+        "assumed": [[line[:10].strip(), line[11:]] for line in report.assumed] if report.proved else [],
         "reason": report.reason,
         "seconds": seconds,
     }
 
 
-def said(answer: dict[str, Any]) -> tuple[object, str]:
-    """What is compared: the verdict and the claim, but for what only Python's measures: how well contacts fit."""
-    claim = re.sub(r", (contacts up to|\d+ contacts) .*?(?=;|$)|, \d+ pairs? .*?(?=;|$)", "", answer["claim"])
-    return answer["proved"], re.sub(r"up to mu \S+e-1\d", "up to mu 0", claim)  # of edges along the normal: rounding
+def said(answer: dict[str, Any]) -> tuple[object, ...]:
+    """What is compared: the verdict, the whole claim and all that is assumed."""
+    return answer["proved"], answer["claim"], answer["assumed"]
 
 
 def proof_of_file(file: Path) -> dict[str, Any] | None:
@@ -123,7 +130,7 @@ def main() -> None:
     parser.add_argument("--files", nargs="+", type=Path, default=[])
     given = parser.parse_args()
     other = Page() if given.chromium or not shutil.which("node") else Node()
-    keep = given.keep or Path("/tmp")
+    keep = given.keep or Path(mkdtemp())
     keep.mkdir(exist_ok=True)
     counts: Counter[str] = Counter()
     spent = {"python": 0.0, "page": 0.0}

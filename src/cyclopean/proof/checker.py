@@ -162,6 +162,8 @@ MAX_DEPTH, MAX_NODES = 250, 1_000_000  # of a tree: each split settles something
 LONG = 256  # bits of lengths and motions from which on a visit counts double, from twice as many threefold, and so on
 SMALL = 1_000_000  # bytes of a certificate that must cost next to nothing whatever is in it
 LARGEST = 1 << 30  # bytes of the largest certificate that is read at all
+ROUNDED_MU = 1e-9  # friction of a pyramid below which the claim says 0: edges along the normal, but for rounding
+EQUALLY_DEEP = 1 - 1e-9  # share of the deepest overlap from which one counts as deep as it: the first of them is named
 SLIPPERY = 2  # a friction coefficient above which the claim says it: no dry stone has one
 
 CLAIMS = {
@@ -1080,7 +1082,9 @@ def _pyramids(joints: Sequence[_Joint]) -> str:
             along, across = _dot(edge, normal), math.hypot(*_cross(edge, normal))  # type: ignore[arg-type]
             slopes.append(across / along if along > 0 else math.inf)
     count = _span([len(joint.edges) for joint in joints])
-    return f"PYRAMIDS OF {count} EDGES for friction cones, up to mu {max(slopes):.6g}" if slopes else ""
+    most = max(slopes, default=0.0)
+    mu = most if most > ROUNDED_MU else 0.0
+    return f"PYRAMIDS OF {count} EDGES for friction cones, up to mu {mu:.6g}" if slopes else ""
 
 
 def _span(values: Sequence[Number]) -> str:
@@ -2454,7 +2458,8 @@ def _geometry_told(model: _Model) -> tuple[str, dict[str, float], tuple[str, ...
         figures["pieces"] = float(several)
     found, unseen = _overlaps(model)
     if found:
-        depth, *worst = max(found, key=lambda pair: pair[0])
+        least = max(depth for depth, _, _ in found) * EQUALLY_DEEP
+        depth, *worst = next(pair for pair in found if pair[0] >= least)
         one, two = (_short(model.sheet.stones[i].name) for i in worst)
         more = f" (and {len(found) - 1} more pair{'s' * (len(found) > 2)})" if len(found) > 1 else ""
         told += f", blocks '{one}' and '{two}' run into each other by {depth:.3g} m{more}"

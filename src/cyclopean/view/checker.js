@@ -15,11 +15,13 @@ const COUPLING = 10n ** 9n; // one over
 const SHORT = 1000n;
 const SETTLING = 10n ** 7n; // one over
 const TINY = 1e-150, HUGE = 1e100;
-const STEEP = 5, SLIPPERY = 2;
+const STEEP = 5, SLIPPERY = 2, ROUNDED_MU = 1e-9;
 const MAX_DEPTH = 250, MAX_NODES = 1000000;
 const LARGEST = 1 << 30;
 const GUARD = 128n; // bits behind the unit that roots and quotients keep
 const FAMILY = "cyclopean.certificate/", SCHEMA = FAMILY + "2";
+const TOLD_LEAN = 1e-4, TOLD_SHARE = 1e-5; // from which the claim tells how badly contacts fit
+const MAX_CONVEX = 4000, MAX_PAIRS = 100000, MAX_PROJECTED = 4e6; // how far it is looked for overlaps
 const AXES = ["x", "y", "z", "rx", "ry", "rz"];
 
 class BadInput extends Error {}
@@ -66,7 +68,14 @@ function isqrt(n) {
 }
 // Roots of whole numbers, in units of 2^-128.
 const rootDown = (n) => isqrt(n << (2n * GUARD));
-const rootUp = (n) => (n === 0n ? 0n : isqrt((n << (2n * GUARD)) - 1n) + 1n);
+const rootUp = (n) => ceilRoot(n << (2n * GUARD));
+const ceilRoot = (n) => (n === 0n ? 0n : isqrt(n - 1n) + 1n);
+const boxOf = (points) => [least, most].map((of) => points.reduce((corner, r) => corner.map((x, k) => of(x, r[k]))));
+
+function ratio(n, d) { // n / d as a double, d > 0: for what is only told
+  const shift = 4 * (d.toString(16).length - n.toString(16).length) + 80;
+  return Number(shift > 0 ? (n << BigInt(shift)) / d : n / (d << BigInt(-shift))) * 2 ** -shift;
+}
 
 // ---- The file: JSON that keeps how numbers are written, and its seal
 
@@ -142,7 +151,18 @@ function readJson(text) {
 }
 
 const jointName = ({ blocks }, { k, a, b }) => `contact ${k} of ${quoted(blocks[a].id)} and ${quoted(blocks[b].id)}`;
-const quoted = (text) => `'${text.length > 60 ? `${text.slice(0, 57)}...` : text}'`;
+const quoted = (text) => `'${shown(text)}'`;
+
+function shown(text) { // a name on one line of plain ASCII, as the page has it
+  const some = [...text].slice(0, 61), mark = some.includes("'") && !some.includes('"') ? '"' : "'";
+  const hex = (c, letter, digits) => `\\${letter}${c.codePointAt(0).toString(16).padStart(digits, "0")}`;
+  const plain = some.map((c) => {
+    if (c === mark || "\\\n\r\t".includes(c)) return { "\n": "\\n", "\r": "\\r", "\t": "\\t" }[c] ?? `\\${c}`;
+    if (c >= " " && c <= "~") return c;
+    return c <= "\xff" ? hex(c, "x", 2) : c.length === 1 ? hex(c, "u", 4) : hex(c, "U", 8);
+  }).join("");
+  return plain.length > 60 ? `${plain.slice(0, 57)}...` : plain;
+}
 
 function byCodePoints(a, b) {
   for (let i = 0; i < a.length && i < b.length; i++) {
@@ -632,11 +652,20 @@ function measure(block) {
   block.V6 = volume;
   block.q = 4n * volume; // the centre is M / q
   block.M = add(moment, times(origin, block.q));
-  const sides = [0, 1, 2].map((k) => used.reduce((x, r) => most(x, r[k]), used[0][k]) - used.reduce((x, r) => least(x, r[k]), used[0][k]));
-  block.DD = square(sides);
+  block.box = boxOf(used);
+  block.DD = square(sub(block.box[1], block.box[0]));
   block.pieces = 1;
   const shells = shellsOf(block, edges);
+  block.convex = shells.length === 1 && isConvex(block);
   if (shells.length > 1 || !isStar(triangles, moment.map((x) => floorDiv(x, block.q)))) boundsSolid(block, shells, near, told, where);
+}
+
+function isConvex({ faces, corners }) { // so that it can be told how deep it runs into another
+  return faces.length * corners.length <= MAX_CONVEX && faces.every((face) => {
+    const N = areaVector(face.map((i) => corners[i])), heights = corners.map((r) => dot(r, N));
+    const base = face.map((i) => heights[i]).reduce(least), depth = base - heights.reduce(least);
+    return depth > 0n && (heights.reduce(most) - base) << 20n <= depth;
+  });
 }
 
 // Whether every triangle is seen from the centre from inside, and exactly one of them in the direction of the first. Then
@@ -674,7 +703,7 @@ function boundsSolid(block, shells, corners, told, where) {
   const all = shells.map((faces) => {
     const triangles = faces.flatMap((f) => trianglesOf(block.faces[f], corners));
     const flat = triangles.flat();
-    const sides = [0, 1, 2].reduce((sum, k) => sum + flat.reduce((x, r) => most(x, r[k]), flat[0][k]) - flat.reduce((x, r) => least(x, r[k]), flat[0][k]), 0n);
+    const [low, high] = boxOf(flat), sides = sub(high, low).reduce((x, y) => x + y);
     const areas = triangles.reduce((sum, t) => areaVector(t).reduce((s, x) => s + size(x), sum), 0n);
     const volume = triangles.reduce((sum, [a, b, c]) => sum + dot(sub(a, flat[0]), cross(sub(b, flat[0]), sub(c, flat[0]))), 0n);
     demand(size(volume) << 30n > sides * areas, `${told}: a shell of it has no volume`, where);
@@ -823,69 +852,95 @@ function facetsOf(model, block) {
 
 function facet(block, face) {
   const points = face.map((i) => block.corners[i]), N = areaVector(points), NN = square(N);
-  return NN === 0n ? null : { face, points, N, NN, n: BigInt(points.length), sum: points.reduce(add), edges: null };
+  if (NN === 0n) return null;
+  const made = { face, points, N, NN, n: BigInt(points.length), sum: points.reduce(add), edges: null };
+  const off = points.map((r) => size(rise(made, r))).reduce(most), wide = ceilRoot(ceilDiv(off * off, made.n * made.n * NN));
+  const [low, high] = boxOf(points);
+  made.box = [low.map((x) => x - wide), high.map((x) => x + wide)]; // of the corners, and of their places in the plane
+  return made;
 }
-
 // tol4 is 40,000 tol^2: both shares, 0.5 % and 2.5 %, are whole two-hundredths.
-function isWithin({ N, NN, n, sum }, p, tol4) { // of the plane through the mean, across N
-  const off = dot(sub(times(p, n), sum), N);
-  return 40000n * off * off <= tol4 * n * n * NN;
-}
+const rise = ({ N, n, sum }, p) => dot(sub(times(p, n), sum), N); // above the plane through the mean, across N, times n |N|
+const isWithin = (f, p, tol4) => 40000n * rise(f, p) ** 2n <= tol4 * f.n * f.n * f.NN;
 
-function isNear(f, p, tol4) {
-  if (!isWithin(f, p, tol4)) return false;
+function beside2(f, p, tol4) { // how far p is beside a facet, squared: a fraction; null where that is more than tol
+  if (!isWithin(f, p, tol4)) return null;
   if (!f.edges) {
-    f.axes = [sub(f.points[1], f.points[0])];
-    if (isZero(f.axes[0])) f.axes = [sub(f.points[2], f.points[0])];
-    f.axes.push(cross(f.N, f.axes[0]));
+    const { u, v } = planeOf(f);
+    f.axes = [u, v]; // in its plane: a facet that is not quite flat is seen along N
     f.flat = f.points.map((r) => f.axes.map((axis) => dot(r, axis)));
     f.edges = f.points.map((r, i) => sub(f.points[(i + 1) % f.points.length], r));
   }
-  const at = f.axes.map((axis) => dot(p, axis));
-  if (strictlyInside(at, f.flat)) return true;
-  return f.edges.some((e, i) => isBeside(sub(p, f.points[i]), e, tol4));
+  if (strictlyInside(f.axes.map((axis) => dot(p, axis)), f.flat)) return [0n, 1n];
+  const near = f.edges.map((e, i) => apart2(sub(p, f.points[i]), e)).filter(([n, d]) => 40000n * n <= tol4 * d);
+  return near.length ? near.reduce((x, y) => (y[0] * x[1] < x[0] * y[1] ? y : x)) : null;
 }
 
-function isBeside(x, e, tol4) { // whether x is within tol of the segment from 0 to e
+function apart2(x, e) { // of x from the segment from 0 to e, squared: a fraction
   const t = dot(x, e), ee = square(e);
-  if (t <= 0n || ee === 0n) return 40000n * square(x) <= tol4;
-  if (t >= ee) return 40000n * square(sub(x, e)) <= tol4;
-  return 40000n * square(cross(x, e)) <= tol4 * ee;
+  if (t <= 0n || ee === 0n) return [square(x), 1n];
+  return t >= ee ? [square(sub(x, e)), 1n] : [square(cross(x, e)), ee];
 }
 
 const leansLittle = (N, NN, M, MM) => square(cross(N, M)) * 1000000n <= NN * MM; // sine at most 1e-3
 
 function checkContact(model, contact) {
-  const { k, points, N, NN, surface } = contact, where = { contact: k };
-  const sides = [model.all ?? model].flatMap((all) => [all.blocks[contact.a], all.blocks[contact.b]]);
+  const { k, points, N, NN, surface } = contact, where = { contact: k }, all = model.all ?? model;
+  const sides = [all.blocks[contact.a], all.blocks[contact.b]];
   const rough = surface === "rough" || surface === "curved";
-  const tol4 = least(40000n * model.tol * model.tol, least(sides[0].DD, sides[1].DD) * (rough ? 25n : 1n));
-  const told = jointName(model.all ?? model, contact);
-  if (surface === "point") return checkPoint(model, contact, sides, tol4, told);
-  const plane = { N, NN, n: BigInt(points.length), sum: points.reduce(add) };
-  demand(points.every((r) => isWithin(plane, r, tol4)), `${told} is not flat`, where);
-  if (!rough) {
+  const small = least(sides[0].DD, sides[1].DD), tol4 = least(40000n * model.tol * model.tol, small * (rough ? 25n : 1n));
+  const told = jointName(all, contact);
+  if (surface !== "point") {
+    const plane = { N, NN, n: BigInt(points.length), sum: points.reduce(add) };
+    demand(points.every((r) => isWithin(plane, r, tol4)), `${told} is not flat`, where);
     const perimeter = points.reduce((sum, r, i) => sum + rootUp(square(sub(points[(i + 1) % points.length], r))), 0n);
-    demand((200n * rootDown(NN)) << GUARD > 4n * rootUp(tol4) * perimeter, `${told} is no wider than four tolerances`, where);
+    demand(rough || (200n * rootDown(NN)) << GUARD > 4n * rootUp(tol4) * perimeter, `${told} is no wider than four tolerances`, where);
   }
-  const looking = sides.map((block, side) => facetsOf(model, block).filter((f) => {
-    const along = side ? -dot(f.N, N) : dot(f.N, N);
-    return along > 0n && (rough ? along * along * 400n >= f.NN * NN * 361n : leansLittle(f.N, f.NN, N, NN));
-  }));
-  contact.near = points.map((r, i) => sides.map((block, side) => {
-    if (!rough) return demand(looking[side].some((f) => isNear(f, r, tol4)), `${told}: point ${i} is not on a face of ${quoted(block.id)}`, where);
-    const near = looking[side].filter((f) => isNear(f, r, tol4));
-    demand(near.length, `${told}: point ${i} is not on a face of ${quoted(block.id)}`, where);
-    return near.map((f) => (side ? times(f.N, -1n) : f.N));
-  }));
+  const looking = sides.map((block, side) => facetsAlong(model, block, contact, side, tol4, rough));
+  const seats = points.map((r) => looking.map((facets) => seatOf(facets, r, tol4)));
+  if (surface === "point") checkPoint(model, contact, sides, tol4, told, seats[0]);
+  else seats.forEach((pair, i) => pair.forEach((seat, side) => demand(seat, () => `${told}: point ${i} is not on a face of ${quoted(sides[side].id)}`, where)));
+  if (rough) contact.near = seats.map((pair) => pair.map(({ on }, side) => on.map((f) => (side ? times(f.N, -1n) : f.N))));
+  noteFit(model, seats, looking.flat(), contact, Math.sqrt(ratio(small, 1n)));
 }
 
-function checkPoint(model, contact, sides, tol4, told) {
+function facetsAlong(model, block, { points, N, NN }, side, tol4, rough) { // near a contact, that look along its normal
+  const [low, high] = boxOf(points);
+  return facetsOf(model, block).filter((f) => {
+    const along = side ? -dot(f.N, N) : dot(f.N, N);
+    if (along <= 0n || !(rough ? along * along * 400n >= f.NN * NN * 361n : leansLittle(f.N, f.NN, N, NN))) return false;
+    return [...sub(low, f.box[1]), ...sub(f.box[0], high)].every((x) => x <= 0n || 40000n * x * x <= tol4);
+  });
+}
+
+function seatOf(facets, r, tol4) { // on which of these a point lies; how far beside and above the nearest, in units of length
+  const found = facets.map((f) => [f, beside2(f, r, tol4)]).filter(([, beside]) => beside);
+  if (!found.length) return null;
+  const seats = found.map(([f, [n, d]]) => {
+    const up = rise(f, r), height = up && Math.sqrt(ratio(up * up, f.n * f.n * f.NN));
+    return { beside: n && Math.sqrt(ratio(n, d)), height: up < 0n ? -height : Number(height) };
+  });
+  const nearest = seats.reduce((x, y) => (y.beside < x.beside || (y.beside === x.beside && Math.abs(y.height) < Math.abs(x.height)) ? y : x));
+  return { on: found.map(([f]) => f), beside: Number(nearest.beside), height: nearest.height };
+}
+
+function noteFit(model, seats, facets, { N, NN }, small) { // the most of what contacts were let pass
+  const fit = model.fit ??= { off: 0, gap: 0, overlap: 0, share: 0, lean: 0 }, metre = 2 ** model.unit.lengths;
+  for (const pair of seats) {
+    const [above, below] = pair.map((seat) => (seat ? seat.height : 0)), beside = pair.map((seat) => (seat ? seat.beside : 0));
+    const most = { off: Math.max(Math.abs(above), Math.abs(below), ...beside), gap: above + below, overlap: -above - below };
+    for (const key of Object.keys(most)) {
+      fit[key] = Math.max(fit[key], most[key] / metre);
+      fit.share = Math.max(fit.share, most[key] / small);
+    }
+  }
+  for (const f of facets) fit.lean = Math.max(fit.lean, Math.asin(Math.sqrt(ratio(square(cross(f.N, N)), f.NN * NN))));
+}
+
+function checkPoint(model, contact, sides, tol4, told, seats) {
   const { N, NN, points: [p] } = contact;
-  const outward = [N, times(N, -1n)];
-  const onFace = sides.map((block, side) => facetsOf(model, block).some((f) => dot(f.N, outward[side]) > 0n && leansLittle(f.N, f.NN, N, NN) && isNear(f, p, tol4)));
-  const tips = sides.map((block, side) => touching(facetsOf(model, block).filter((f) => isNear(f, p, tol4)), block, outward[side], p, tol4));
-  if ((onFace[0] && tips[1]) || (onFace[1] && tips[0])) return;
+  const tips = sides.map((block, side) => touching(facetsOf(model, block).filter((f) => beside2(f, p, tol4)), block, side ? times(N, -1n) : N, p, tol4));
+  if ((seats[0] && tips[1]) || (seats[1] && tips[0])) return;
   if (tips[0] && tips[1] && tips[0].edge && tips[1].edge) {
     const [e, f] = [tips[0].edge, tips[1].edge], m = cross(e, f), mm = square(m);
     if (100n * mm >= square(e) * square(f) && leansLittle(m, mm, N, NN)) return;
@@ -912,8 +967,82 @@ function touching(facets, block, N, p, tol4) {
   const convex = dot(cross(edge.f.N, edge.g.N), edge.along) > 0n;
   if (!(looks === 2 || (looks === 1 && convex))) return null;
   const [drop, length] = fall(edge);
-  if (isBeside(sub(p, block.corners[edge.from]), edge.along, tol4) && drop * 1000000n <= length * square(N)) return { edge: edge.along };
+  const [away2, per] = apart2(sub(p, block.corners[edge.from]), edge.along);
+  if (40000n * away2 <= tol4 * per && drop * 1000000n <= length * square(N)) return { edge: edge.along };
   return 40000n * away(top) <= tol4 ? {} : null;
+}
+
+// How deep convex blocks run into each other by more than the tolerance: [depth in m, one, other]; and how many pairs were
+// not looked at, null where none was. All along axes, in doubles: it is told, and proves nothing.
+function overlapsOf(model) {
+  const { blocks, contacts } = model.all ?? model, metre = 2 ** model.unit.lengths, [low, high] = boxOf(blocks.flatMap((block) => block.box));
+  const room = model.tol + (sub(high, low).reduce(most) >> 40n), found = [];
+  const pairs = boxPairs(blocks, room), between = new Map(pairs.map((pair) => [pair.join(), []]));
+  if (pairs.length > MAX_PAIRS) return { found, unseen: null };
+  for (const { a, b, rays, N } of contacts) between.get(`${Math.min(a, b)},${Math.max(a, b)}`)?.push(...(rays ?? [N]));
+  const places = blocks.map(({ corners, faces }) => () => [...new Set(faces.flat())].map((i) => sub(corners[i], blocks[0].box[0]).map((x) => Number(x) / metre)));
+  let left = MAX_PROJECTED, unseen = 0;
+  for (const pair of pairs) {
+    const [one, two] = pair.map((k) => blocks[k]), [p, q] = pair.map((k) => (blocks[k].places ??= places[k]()));
+    let depth = Number([...sub(one.box[1], two.box[0]), ...sub(two.box[1], one.box[0])].reduce(least)) / metre;
+    for (const axis of axesBetween(model, one, two, between.get(pair.join()))) {
+      if (depth * metre <= Number(room) || left <= 0) break;
+      left -= p.length + q.length;
+      const [x, y] = [p, q].map((some) => some.map((r) => dot(axis, r)));
+      depth = Math.min(depth, x.reduce(larger) - y.reduce(smaller), y.reduce(larger) - x.reduce(smaller));
+    }
+    if (depth * metre <= Number(room)) continue;
+    if (left > 0 && isMeasured(model, one, two)) found.push([depth, ...pair]);
+    else unseen++;
+  }
+  return { found, unseen };
+}
+const larger = (x, y) => (x > y ? x : y), smaller = (x, y) => (x < y ? x : y);
+
+function boxPairs(blocks, room) { // i < j, not both fixed, whose boxes overlap by more than that along all axes; by j, then i
+  const start = (k) => blocks[k].box[0][0], pairs = [];
+  let open = [];
+  for (const j of blocks.map((_, k) => k).sort((i, j) => sign(start(i) - start(j)))) {
+    const [low, high] = blocks[j].box;
+    open = open.filter((i) => blocks[i].box[1][0] - low[0] > room);
+    for (const i of open) {
+      const apart = [...sub(blocks[i].box[1], low), ...sub(high, blocks[i].box[0])].some((x) => x <= room);
+      if (!apart && !(blocks[i].fixed && blocks[j].fixed)) pairs.push([Math.min(i, j), Math.max(i, j)]);
+    }
+    open.push(j);
+    if (pairs.length > MAX_PAIRS) break;
+  }
+  return pairs.sort((x, y) => x[1] - y[1] || x[0] - y[0]);
+}
+
+const isMeasured = (model, one, two) => one.convex && two.convex
+  && axesOf(model, one).edges.length * axesOf(model, two).edges.length * (one.places.length + two.places.length) <= MAX_PROJECTED / 10;
+
+function* axesBetween(model, one, two, normals) { // of contacts and faces, then of an edge of each
+  yield* normals.map(unitOf);
+  yield* axesOf(model, one).normals;
+  yield* axesOf(model, two).normals;
+  if (!isMeasured(model, one, two)) return;
+  for (const e of axesOf(model, one).edges) for (const f of axesOf(model, two).edges) {
+    const axis = cross(e, f), length = Math.hypot(...axis);
+    if (length > 1e-30) yield times(axis, 1 / length);
+  }
+}
+
+function axesOf(model, block) { // directions of its normals and edges, each once but for rounding
+  if (block.axes) return block.axes;
+  const all = facetsOf(model, block), every = block.convex ? 1 : Math.floor(all.length / 64) + 1, facets = all.filter((_, k) => k % every === 0);
+  const once = (vectors) => [...new Map(vectors.map(unitOf).reverse().map((u) => {
+    const way = u.find((x) => x !== 0) > 0 ? 1e9 : -1e9;
+    return [u.map((x) => Math.round(way * x)).join(), u];
+  })).values()].reverse(); // the first of each, in their order
+  const edges = facets.flatMap(({ points }) => points.map((r, i) => sub(points[(i + 1) % points.length], r))).filter((e) => !isZero(e));
+  return block.axes = { normals: once(facets.map((f) => f.N)), edges: once(edges) };
+}
+
+function unitOf(vector) {
+  const most = vector.map(size).reduce(larger), short = vector.map((x) => ratio(x, most));
+  return times(short, 1 / Math.hypot(...short));
 }
 
 // ---- Loads, cones, motions
@@ -1482,10 +1611,8 @@ function checkStateWithin(model, own) {
 function isInner(contact, { u, v }, p, L) {
   const flat = (r) => [dot(r, u), dot(r, v)], { points, N, NN } = contact;
   return strictlyInside(flat(p), points.map(flat)) && points.every((r, i) => {
-    const x = cross(sub(p, r), N), e = cross(sub(points[(i + 1) % points.length], r), N), t = dot(x, e), ee = square(e), reach = L * L * NN;
-    if (t <= 0n || ee === 0n) return square(x) >= reach;
-    if (t >= ee) return square(sub(x, e)) >= reach;
-    return square(cross(x, e)) >= reach * ee;
+    const [n, d] = apart2(cross(sub(p, r), N), cross(sub(points[(i + 1) % points.length], r), N));
+    return n >= L * L * NN * d;
   });
 }
 
@@ -1590,7 +1717,7 @@ function outline(points) { // Andrew's monotone chain: corners of the convex hul
 
 // ---- Each kind, and what is claimed
 
-const drawn = ({ within }) => `in every drawing within ${decimal(within.length)} m of this one, normals within ${within.slope === undefined ? "what that allows" : `a slope of ${decimal(within.slope)}`} (listed contacts)`;
+const drawn = ({ within }) => `in every drawing within ${decimal(within.length)} m of this one, normals within ${within.slope === undefined ? "what that allows" : `${short(Math.atan(within.slope) * 180 / Math.PI)} degrees`} (listed contacts)`;
 const PROOFS = {
   "rbe-state"(model, own, progress) {
     const { exact } = checkState(model, model.rows, loadingAt(model), own, { progress });
@@ -1659,50 +1786,84 @@ function lightest(model, live, own) { // w^2 of a recession
 }
 
 const grade = (exact) => (exact ? "; every block balances exactly" : "; balancing loads that differ, on each block, by at most 1e-9 of its own weight");
-function rounded(x, digits) { // as C's %g
-  const [lead, power] = x.toExponential(digits - 1).split("e"), e = Number(power);
-  if (Object.is(x, -0)) return "-0";
+function rounded(x, digits) { // as C's %g: of two that are as near the even one
+  const [long, power] = x.toExponential(digits - 1).split("e"), exact = Math.abs(x).toExponential(80).replace(".", "").split("e")[0];
+  const tied = /^50*$/.test(exact.slice(digits)) && exact[digits - 1] % 2 === 0; // JavaScript takes the larger
+  const lead = tied ? `${x < 0 ? "-" : ""}${exact[0]}.${exact.slice(1, digits)}` : long, e = Number(tied ? Math.floor(Math.log10(Math.abs(x))) : power);
+  if (x === 0) return Object.is(x, -0) ? "-0" : "0";
   if (e < -4 || e >= digits) return `${String(Number(lead))}e${e < 0 ? "-" : "+"}${String(Math.abs(e)).padStart(2, "0")}`;
-  return x.toFixed(digits - 1 - e).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+  return Number(`${lead}e${e}`).toFixed(Math.max(0, digits - 1 - e)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
 }
 const short = (x) => rounded(x, 6), decimal = (x) => rounded(x, 15);
 const bounds = (model) => `eta = ${decimal(model.eta / model.eps)} eps, beta_min = ${decimal(model.beta_min / model.eps)} eps`;
 
-function provisos(model) {
-  const { blocks, contacts, gravity } = model, told = [], count = (list, what) => { if (list.length) told.push(what(list)); };
-  count(blocks.filter((b) => b.partly), (list) => ` (${list.length} of ${blocks.length} blocks partly held)`);
-  if (gravity.every((x) => x === 0)) told.push(", with zero gravity");
-  if (blocks.every((block) => block.fixed)) told.push(", no block is free");
-  const mu = contacts.filter((c) => !c.rays).reduce((x, c) => Math.max(x, c.mu), 0);
-  if (mu > SLIPPERY) told.push(`, mu up to ${short(mu)}`);
-  count(contacts.filter((c) => c.tension), (list) => `, COUNTING ON JOINTS THAT PULL: ${list.length} of ${contacts.length}, up to ${short(list.reduce((x, c) => Math.max(x, c.tension), 0))} Pa`);
-  count(contacts.filter((c) => c.edges), (list) => `, COUNTING ON PYRAMIDS OF ${[...new Set(list.map((c) => c.edges.length))].join(", ")} EDGES for friction cones, up to mu ${short(steepest(list))}`);
-  count(contacts.filter((c) => c.surface === "rough" || c.surface === "curved"), (list) => `, ${list.length} contacts on surfaces said to be rough or curved`);
-  count(contacts.filter((c) => c.surface === "point"), (list) => `, ${list.length} contacts at corners and edges`);
-  count(blocks.filter((b) => b.pieces > 1), (list) => `, ${list.length} blocks of detached pieces`);
-  return told.join("");
+function provisos(model) { // what would let a person expect more than is proved
+  const { gravity, live, fit } = model, { blocks, contacts } = model.all ?? model, told = [];
+  const partly = blocks.filter((block) => block.partly), mu = contacts.reduce((x, c) => Math.max(x, c.mu), 0);
+  if ([gravity, live ? live.gravity : []].flat().every((x) => x === 0)) told.push("with zero gravity");
+  if (blocks.every((block) => block.fixed)) told.push("no block is free");
+  if (mu > SLIPPERY) told.push(`mu up to ${short(mu)}`);
+  if (pyramids(contacts)) told.push(`COUNTING ON ${pyramids(contacts)}`);
+  const pulls = contacts.filter((c) => c.tension).map((c) => c.tension);
+  if (pulls.length) told.push(`COUNTING ON JOINTS THAT PULL: ${pulls.length} of ${contacts.length}, up to ${short(pulls.reduce(larger))} Pa`);
+  const bent = contacts.filter((c) => c.surface === "rough" || c.surface === "curved").length, tips = contacts.filter((c) => c.surface === "point").length;
+  if (bent || tips || fit?.lean > TOLD_LEAN || fit?.share > TOLD_SHARE) {
+    const more = (x, what) => (x > 0 ? ` (${what.replace("%", rounded(x, 2))})` : "");
+    told.push(`contacts up to ${rounded(fit.off, 2)} m off the faces${more(fit.gap, "gaps up to % m")}${more(fit.overlap, "faces up to % m into each other")}`);
+    if (fit.lean > TOLD_LEAN) told.push(`leaning by up to ${rounded(fit.lean * 180 / Math.PI, 2)} degrees`);
+    if (tips) told.push(`${tips} of them at corners and edges`);
+    if (bent) told.push(`${bent} of them on surfaces said to be rough or curved`);
+  }
+  const several = blocks.filter((block) => block.pieces > 1).length, { found } = model.overlaps;
+  if (several) told.push(`${several} block${several > 1 ? "s" : ""} of several detached pieces`);
+  if (found.length) {
+    const deepest = found.map(([depth]) => depth).reduce(larger), [depth, i, j] = found.find(([x]) => x >= deepest * (1 - 1e-9)), others = found.length - 1;
+    const more = others ? ` (and ${others} more pair${others > 1 ? "s" : ""})` : "";
+    told.push(`blocks ${quoted(blocks[i].id)} and ${quoted(blocks[j].id)} run into each other by ${rounded(depth, 3)} m${more}`);
+  }
+  return (partly.length ? ` (${partly.length} of ${blocks.length} blocks partly held)` : "") + told.map((what) => `, ${what}`).join("");
 }
 
-const steepest = (contacts) => Math.max(...contacts.flatMap((c) => c.rays.map((ray) => {
-  const along = dot(ray, c.N), across = square(ray) * c.NN - along * along;
-  return Math.sqrt(Number((across << 512n) / (along * along))) / 2 ** 256;
-})));
+function span(values) {
+  if (!values.length) return "none";
+  const [low, high] = [smaller, larger].map((of) => values.reduce(of));
+  return low === high ? short(low) : `${short(low)} to ${short(high)}`;
+}
 
-function assumptions(model) {
-  const { gravity, loads, tolerance } = model, { blocks, contacts } = model.all ?? model, supports = blocks.filter((b) => b.fixed);
-  const span = (values) => (values.length ? [...new Set([values.reduce((x, y) => Math.min(x, y)), values.reduce((x, y) => Math.max(x, y))])].map(short).join(" to ") : "none");
-  const names = supports.slice(0, 6).map((b) => b.id).join(", ") + (supports.length > 6 ? ` and ${supports.length - 6} more` : "");
-  const free = blocks.filter((b) => !b.fixed);
+function pyramids(contacts) {
+  const list = contacts.filter((c) => c.edges);
+  if (!list.length) return "";
+  const mu = list.flatMap(({ rays, N }) => rays.map((ray) => Math.sqrt(ratio(square(cross(ray, N)), dot(ray, N) ** 2n)))).reduce(larger);
+  return `PYRAMIDS OF ${span(list.map((c) => c.edges.length))} EDGES for friction cones, up to mu ${short(mu > ROUNDED_MU ? mu : 0)}`;
+}
+
+function assumptions(model) { // what the proof takes as given, for a person to hold against the structure
+  const { gravity, loads, live, tolerance, overlaps: { unseen } } = model, { blocks, contacts } = model.all ?? model;
+  const free = blocks.filter((b) => !b.fixed), pulls = contacts.filter((c) => c.tension).map((c) => c.tension);
+  const some = (list) => list.slice(0, 3).map((b) => shown(b.id)).join(", ") + (list.length > 3 ? ` and ${list.length - 3} more` : "");
+  const triple = (v) => `(${v.map((x) => short(x + 0)).join(", ")})`, held = free.filter((b) => b.partly);
+  const summed = (list) => (list.length ? `${list.length}, together ${triple([0, 1, 2].map((k) => sumOf(list.map((l) => l.force[k]))))} N` : "none beside the weight");
+  const pairs = unseen === 1 ? "1 pair of blocks" : `${unseen} pairs of blocks`;
   return [
     ["blocks", `${blocks.length}, ${free.length} of them free`],
-    ["supports", names || "none"],
+    ["supports", some(blocks.filter((b) => b.fixed)) || "none"],
+    ["held", held.length ? `partly: ${some(held)}` : ""],
     ["contacts", `${contacts.length} listed, ${contacts.reduce((sum, c) => sum + c.points.length, 0)} points; nothing else touches`],
     ["friction", `mu ${span(contacts.map((c) => c.mu))}`],
+    ["pyramids", pyramids(contacts)],
+    ["tension", pulls.length ? `${pulls.length} of ${contacts.length} joints pull, ${span(pulls)} Pa` : ""],
     ["density", `${span(free.map((b) => b.density))} kg/m3`],
-    ["gravity", `(${gravity.map(decimal).join(", ")}) m/s2`],
-    ["loads", loads.length ? `${loads.length} beside the weight` : "none beside the weight"],
-    ["tolerance", `contacts lie within ${short(tolerance)} m of faces`],
-  ];
+    ["gravity", `${triple(gravity)} m/s2, in size ${short(Math.hypot(...gravity))}`],
+    ["loads", summed(loads.filter((load) => !blocks[load.block].fixed))],
+    ["live", live ? `times the multiplier: gravity ${triple(live.gravity)} m/s2; loads ${summed(live.loads)}` : ""],
+    ["tolerance", `contacts lie within ${rounded(tolerance, 3)} m of faces`],
+    ["overlaps", unseen === null ? "of blocks were not looked at: none are assumed" : unseen ? `none of ${pairs}, not convex or of many faces, that were not looked at` : ""],
+  ].filter(([, said]) => said);
+}
+
+function sumOf(values) { // rounded once
+  const bits = bitsOf(values);
+  return ratio(values.reduce((sum, x) => sum + toWhole(x, bits), 0n), 1n << BigInt(bits));
 }
 
 function verifyCertificate(text, progress = () => {}) {
@@ -1718,9 +1879,10 @@ function verifyCertificate(text, progress = () => {}) {
     const model = readForm(text, root), all = model.all ?? model;
     toUnits(model);
     all.blocks.forEach((block, k) => { if (k % 64 === 0) progress(0.1 + 0.2 * k / all.blocks.length, "blocks"); measure(block); });
-    if (model.all) model.blocks.forEach((block, k) => { for (const key of ["V6", "q", "M", "DD", "pieces"]) block[key] = all.blocks[k][key]; });
+    if (model.all) model.blocks.forEach((block, k) => { for (const key of ["V6", "q", "M", "DD"]) block[key] = all.blocks[k][key]; });
     all.contacts.forEach((contact, k) => { if (k % 64 === 0) progress(0.3 + 0.3 * k / all.contacts.length, "joints"); checkContact(model, contact); });
     for (const contact of model.contacts) if (contact.tension) spreadPull(model, contact);
+    model.overlaps = overlapsOf(model);
     const [said, worth] = PROOFS[kind](model, ownWeights(model), (share) => progress(0.6 + 0.4 * share, "proof"));
     progress(1, "done");
     return { proved: true, kind, claim: said + provisos(model) + worth, reason: "", where: null, assumed: assumptions(model), status: 0 };
