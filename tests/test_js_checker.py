@@ -138,12 +138,12 @@ def test_what_is_no_certificate_is_refused_in_one_line(browser: Chromium, text: 
 
 
 def test_a_report_checks_its_own_proof(browser: Chromium, tmp_path: Path) -> None:
-    """From a file, off line, with the keyboard; no error is thrown, and the page grows by no more than 44 kB."""
+    """From a file, off line, with the keyboard; no error is thrown, and the page grows by no more than 48 kB."""
     result = cyclopean.check(cyclopean.arch(6, span=3.0, thickness=0.5))
     text = cyclopean.report_html(result)
     write_text(tmp_path / "report.html", text)
     here = text[text.index("<style>#proof-here") : text.index('<script type="text/plain" id="certificate"')]
-    assert len(here.encode()) < 44_000
+    assert len(here.encode()) < 48_000
     open_page(browser, tmp_path / "report.html")
     browser.js("document.querySelector('#proof-here .check').focus()")
     for kind in ("keyDown", "keyUp"):
@@ -170,15 +170,47 @@ def test_a_page_checks_what_is_dropped_on_it(browser: Chromium, proofs, tmp_path
         "again.json": (whole.encode(), "Proved"),
     }
     for name, (content, expected) in files.items():
-        (tmp_path / name).write_bytes(content)
-        node = browser("Runtime.evaluate", expression="document.querySelector('#proof-here .file')")["result"][
-            "objectId"
-        ]
-        browser.js("document.querySelector('#proof-here [role=status]').replaceChildren()")
-        browser("DOM.setFileInputFiles", files=[str(tmp_path / name)], objectId=node)
-        assert expected in told(browser), name
+        assert expected in dropped(browser, "certificate", tmp_path / name, content), name
     assert browser.js("document.querySelector('#proof-here img')") is None
     assert browser.js("window.errors") == []
+
+
+def test_a_page_says_whether_the_model_is_this_one_and_shows_the_joint_that_fails(browser, tmp_path: Path) -> None:
+    """The same arch, a thicker one and no model at all; then a force that leaves its cone, which is drawn."""
+    write_text(tmp_path / "page.html", proof_page())
+    open_page(browser, tmp_path / "page.html")
+    arch, thicker = (cyclopean.arch(6, span=3.0, thickness=thickness) for thickness in (0.5, 0.51))
+    proof = cyclopean.check(arch, RBE).certificate
+    dropped(browser, "certificate", tmp_path / "proof.json", json.dumps(proof).encode())
+    for model, expected in ((arch, "has the same blocks, contacts and loads"), (thicker, "but not of this model")):
+        cyclopean.write_model(tmp_path / f"{len(expected)}.json", model)
+        assert expected in dropped(browser, "model", tmp_path / f"{len(expected)}.json"), expected
+    assert "block 'v01' has vertices up to 0.01" in browser.js("document.querySelector('#proof-here').innerText")
+    refused = dropped(browser, "model", tmp_path / "mesh.obj", b"v 0 0 0")
+    assert refused.startswith("Proved")
+    assert "no JSON" in refused
+    broken = json.loads(json.dumps(proof))
+    broken["forces"][9] = [0.0, 0.0, -1.0]
+    broken["seal"] = seal(broken)
+    joint = broken["contacts"][2]
+    assert f"'{joint['a']}' and '{joint['b']}', point 1: the force is outside its cone" in dropped(
+        browser, "certificate", tmp_path / "broken.json", json.dumps(broken).encode()
+    )
+    assert browser.js("[...document.querySelectorAll('#proof-here .fails')].map(x => x.tagName)") == [
+        "polygon",
+        "circle",
+    ]
+    assert browser.js("window.errors") == []
+
+
+def dropped(browser: Chromium, what: str, file: Path, content: bytes | None = None) -> str:
+    """What the page answers to a file."""
+    if content is not None:
+        file.write_bytes(content)
+    found = browser("Runtime.evaluate", expression=f"document.querySelector('#proof-here input[name={what}]')")
+    browser.js("document.querySelector('#proof-here [role=status]').replaceChildren()")
+    browser("DOM.setFileInputFiles", files=[str(file)], objectId=found["result"]["objectId"])
+    return told(browser)
 
 
 def open_page(browser: Chromium, file: Path) -> None:
