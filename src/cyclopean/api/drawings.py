@@ -1,15 +1,18 @@
 """Drawings of what functions gave, and as which files they are written."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from cyclopean.api.inputs import HasAssembly
 
 if TYPE_CHECKING:
+    from cyclopean.design.ashlar.wall import AshlarWall
+    from cyclopean.design.walls.corner import CornerWall
+    from cyclopean.design.walls.polygonal import PolygonalWall
     from cyclopean.view.drawing import Picture
 
-__all__ = ["as_files", "composer", "drawn"]
+__all__ = ["as_files", "composer", "drawn", "paged"]
 
 
 def as_files(compose: Callable[[], str]) -> dict[str, Callable[[], str]]:
@@ -36,6 +39,21 @@ def drawn(thing: Any) -> dict[str, Callable[[], str]]:
         return found()
 
     return as_files(compose)
+
+
+def paged(wall: "AshlarWall | PolygonalWall | CornerWall", notes: Sequence[str] = ()) -> dict[str, Callable[[], str]]:
+    """What is written of a wall that is drawn and not checked, with its own drawing first."""
+
+    def compose() -> str:
+        from cyclopean.assembly import supports
+        from cyclopean.view.model_page import model_html
+
+        made, draw = wall.assembly, composer(wall)
+        assert made.contacts is not None
+        assert draw is not None
+        return model_html(made, made.contacts, supports(made)[0], notes, draw())
+
+    return {"report": compose}
 
 
 def composer(thing: Any) -> Callable[[], str] | None:

@@ -54,6 +54,7 @@ Strict: TypeAlias = Annotated[bool, Option("A stone that cannot be used is an er
 Written: TypeAlias = Annotated[
     Files,
     written(
+        "report",
         models="out",
         out=("MODEL", "Required: Model file to write."),
         cutlist=("F", "Write the cut list (CSV)."),
@@ -231,7 +232,7 @@ def _end(
 ) -> int:
     """Write everything, and say what came out."""
     from cyclopean import io
-    from cyclopean.api.drawings import drawn
+    from cyclopean.api.drawings import drawn, paged
     from cyclopean.io.stocklist import ashlar_cutlist_csv, ashlar_dict, left_csv
 
     data = ashlar_dict(wall, asked)
@@ -245,6 +246,7 @@ def _end(
             "display": lambda: partial(io.write_exchange, assembly=_as_sawn(wall)),
             "json": lambda: data,
             **drawn(wall),
+            **paged(wall, (*said, *wall.notes)),
         })  # fmt: skip
         site_line = written_site(site, sheets)
     for note in (*said, *wall.notes):

@@ -120,6 +120,7 @@ def polygonal(
     files: Annotated[
         Files,
         written(
+            "report",
             models="out",
             out=("MODEL", "Required: Model file to write."),
             display=("MODEL", "Also write the stones with open joints, for pictures."),
@@ -234,7 +235,7 @@ def _cornered(
 def _write(made: "PolygonalWall | CornerWall", apart: "Callable[[], tuple[Block, ...]]", files: Files) -> None:
     """Write the wall with how it was drawn, and what it looks like with open joints."""
     from cyclopean import io
-    from cyclopean.api.drawings import drawn
+    from cyclopean.api.drawings import drawn, paged
     from cyclopean.assembly import Assembly, Contacts
     from cyclopean.design.walls.polygonal import PolygonalWall
 
@@ -246,7 +247,7 @@ def _write(made: "PolygonalWall | CornerWall", apart: "Callable[[], tuple[Block,
         return lambda file: io.write_exchange(file, stones)
 
     out = {"out": lambda: lambda file: io.write_model(file, model, drawing=drawing)}
-    files.write({**out, "display": shown, **drawn(made)})
+    files.write({**out, "display": shown, **drawn(made), **paged(made)})
 
 
 def _say_made(model: "Assembly") -> None:

@@ -15,6 +15,7 @@ from cyclopean.view.markup import (
     POLICY,
     SUPPORTED,
     document,
+    figure,
     headline,
     key,
     legend,
@@ -29,10 +30,13 @@ __all__ = ["model_html"]
 _NOT_ASKED = "Whether it stands is not asked here: see the command check."
 
 
-def model_html(assembly: Assembly, contacts: Contacts, fixed: Bools, warnings: Sequence[str] = ()) -> str:
+def model_html(
+    assembly: Assembly, contacts: Contacts, fixed: Bools, warnings: Sequence[str] = (), drawing: str = ""
+) -> str:
     """Write the page of a model: self-contained, with nothing about whether it stands.
 
-    Contacts are given or detected, `fixed` (n,) are supports; warnings say what is odd about it.
+    Contacts are given or detected, `fixed` (n,) are supports; warnings say what is odd about it. A `drawing` of the
+    wall's own, one `<svg>` element, goes first.
     """
     figures = [
         ("blocks", len(assembly)),
@@ -46,6 +50,7 @@ def model_html(assembly: Assembly, contacts: Contacts, fixed: Bools, warnings: S
     shown = model_figures(still(assembly, fixed), assembly.name, _NOT_ASKED, joints=contact_sides(contacts))
     body = (
         headline(assembly.name, figures),
+        section("The face", figure(drawing)) if drawing else "",
         section("The model", keys + shown),
         section("Block by block", _table(assembly, contacts, fixed)),
         section("Warnings", listed(warnings)),

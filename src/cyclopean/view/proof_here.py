@@ -69,8 +69,8 @@ def proof_page() -> str:
         )
     )
     lead = (
-        "Files stay on this machine: the page loads nothing and sends nothing. Its checker was written from the published"
-        " rules, shares no code with the program that made the certificate, and calculates exactly."
+        "Files stay on this machine: the page loads nothing and sends nothing. Its checker was written from the"
+        " published rules, shares no code with the program that made the certificate, and calculates exactly."
     )
     title = "Is this proved?"
     return document(
