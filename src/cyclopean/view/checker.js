@@ -70,6 +70,8 @@ function isqrt(n) {
 const rootDown = (n) => isqrt(n << (2n * GUARD));
 const rootUp = (n) => ceilRoot(n << (2n * GUARD));
 const ceilRoot = (n) => (n === 0n ? 0n : isqrt(n - 1n) + 1n);
+const sidesOf = (points) => points.map((r, i) => sub(points[(i + 1) % points.length], r));
+const perimeterUp = (points) => sidesOf(points).reduce((sum, e) => sum + rootUp(square(e)), 0n);
 const boxOf = (points) => [least, most].map((of) => points.reduce((corner, r) => corner.map((x, k) => of(x, r[k]))));
 
 function ratio(n, d) { // n / d as a double, d > 0: for what is only told
@@ -106,38 +108,36 @@ function readJson(text) {
       return wrong();
     }
   };
+  const items = (close, one) => { // one by one, from an opening bracket to its closing one
+    for (next(); found[1] !== close; ) {
+      one();
+      next();
+      if (found[1] === close) return;
+      if (found[1] !== ",") wrong();
+      next();
+      if (found[1] === close) wrong();
+    }
+  };
   const value = () => { // of the token at hand
-    if (found[3] !== undefined) return new Written(found[3]);
-    if (found[4] !== undefined) return { true: true, false: false, null: null }[found[4]] ?? (found[4] === "null" ? null : new Written(found[4]));
     if (found[2] !== undefined) return string();
+    const word = found[3] ?? found[4];
+    if (word !== undefined) return ["true", "false", "null"].includes(word) ? JSON.parse(word) : new Written(word);
     if (found[1] === "[") {
       const list = [];
-      next();
-      if (found[1] === "]") return list;
-      for (;;) {
-        list.push(value());
-        next();
-        if (found[1] === "]") return list;
-        if (found[1] !== ",") wrong();
-        next();
-      }
+      items("]", () => list.push(value()));
+      return list;
     }
     if (found[1] !== "{") wrong();
     const map = new Map();
-    next();
-    if (found[1] === "}") return map;
-    for (;;) {
+    items("}", () => {
       const key = string();
       if (map.has(key)) throw new BadInput(`key ${quoted(key)} occurs twice in an object`);
       next();
       if (found[1] !== ":") wrong();
       next();
       map.set(key, value());
-      next();
-      if (found[1] === "}") return map;
-      if (found[1] !== ",") wrong();
-      next();
-    }
+    });
+    return map;
   };
   try {
     next();
@@ -165,13 +165,8 @@ function shown(text) { // a name on one line of plain ASCII, as the page has it
 }
 
 function byCodePoints(a, b) {
-  for (let i = 0; i < a.length && i < b.length; i++) {
-    if (a.charCodeAt(i) === b.charCodeAt(i)) continue;
-    const low = (s) => i > 0 && (s.charCodeAt(i) & 0xfc00) === 0xdc00 && (s.charCodeAt(i - 1) & 0xfc00) === 0xd800;
-    const at = low(a) && low(b) ? i - 1 : i;
-    return a.codePointAt(at) - b.codePointAt(at);
-  }
-  return a.length - b.length;
+  const [p, q] = [a, b].map((text) => Array.from(text, (c) => c.codePointAt(0))), k = p.findIndex((x, i) => x !== q[i]);
+  return k < 0 ? p.length - q.length : p[k] - (q[k] ?? -1);
 }
 
 const ESCAPES = { '"': '\\"', "\\": "\\\\", "\n": "\\n", "\r": "\\r", "\t": "\\t", "\b": "\\b", "\f": "\\f" };
@@ -493,7 +488,7 @@ function restrict(model) {
   const group = components(model), inside = (k) => !model.blocks[k].fixed && group[k] === group[model.component];
   const contacts = model.contacts.filter((c) => inside(c.a) || inside(c.b));
   model.all = { blocks: model.blocks, contacts: model.contacts };
-  model.blocks = model.blocks.map((block, k) => (inside(k) || block.fixed ? block : { ...block, fixed: true }));
+  model.blocks = model.blocks.map((block, k) => (inside(k) || block.fixed ? block : Object.assign(Object.create(block), { fixed: true })));
   model.contacts = contacts;
 }
 
@@ -570,7 +565,6 @@ function toUnits(model) {
   model.tol = toWhole(model.tolerance, lengths);
   if (within) model.L = toWhole(within.length, lengths);
   for (const block of all.blocks) block.corners = block.vertices.map((v) => wholeVector(v, lengths));
-  blocks.forEach((block, k) => { block.corners = all.blocks[k].corners; });
   for (const contact of all.contacts) {
     contact.points = contact.polygon.map((p) => wholeVector(p, lengths));
     contact.N = contact.normal ? wholeVector(contact.normal, 2 * lengths) : areaVector(contact.points);
@@ -869,7 +863,7 @@ function beside2(f, p, tol4) { // how far p is beside a facet, squared: a fracti
     const { u, v } = planeOf(f);
     f.axes = [u, v]; // in its plane: a facet that is not quite flat is seen along N
     f.flat = f.points.map((r) => f.axes.map((axis) => dot(r, axis)));
-    f.edges = f.points.map((r, i) => sub(f.points[(i + 1) % f.points.length], r));
+    f.edges = sidesOf(f.points);
   }
   if (strictlyInside(f.axes.map((axis) => dot(p, axis)), f.flat)) return [0n, 1n];
   const near = f.edges.map((e, i) => apart2(sub(p, f.points[i]), e)).filter(([n, d]) => 40000n * n <= tol4 * d);
@@ -893,8 +887,7 @@ function checkContact(model, contact) {
   if (surface !== "point") {
     const plane = { N, NN, n: BigInt(points.length), sum: points.reduce(add) };
     demand(points.every((r) => isWithin(plane, r, tol4)), `${told} is not flat`, where);
-    const perimeter = points.reduce((sum, r, i) => sum + rootUp(square(sub(points[(i + 1) % points.length], r))), 0n);
-    demand(rough || (200n * rootDown(NN)) << GUARD > 4n * rootUp(tol4) * perimeter, `${told} is no wider than four tolerances`, where);
+    demand(rough || (200n * rootDown(NN)) << GUARD > 4n * rootUp(tol4) * perimeterUp(points), `${told} is no wider than four tolerances`, where);
   }
   const looking = sides.map((block, side) => facetsAlong(model, block, contact, side, tol4, rough));
   const seats = points.map((r) => looking.map((facets) => seatOf(facets, r, tol4)));
@@ -1036,7 +1029,7 @@ function axesOf(model, block) { // directions of its normals and edges, each onc
     const way = u.find((x) => x !== 0) > 0 ? 1e9 : -1e9;
     return [u.map((x) => Math.round(way * x)).join(), u];
   })).values()].reverse(); // the first of each, in their order
-  const edges = facets.flatMap(({ points }) => points.map((r, i) => sub(points[(i + 1) % points.length], r))).filter((e) => !isZero(e));
+  const edges = facets.flatMap(({ points }) => sidesOf(points)).filter((e) => !isZero(e));
   return block.axes = { normals: once(facets.map((f) => f.N)), edges: once(edges) };
 }
 
@@ -1141,18 +1134,34 @@ function workOf(model, loading, motions, group) { // of weights and loads in eac
 
 const groupOf = (model, group, { a, b }) => group[model.blocks[b].fixed ? a : b];
 
+function loadsOn(model, loading) { // force, and moment about the world's origin
+  const given = model.blocks.map((block, k) => ({ F: weightOf(loading, block, k), T: cross(block.M, loading.pulls[k]) }));
+  for (const { block, F, at } of loading.loads) act(given[block], F, at);
+  return given;
+}
+
+function act(wrench, F, r, way = 1n) {
+  const pull = times(F, way);
+  wrench.F = add(wrench.F, pull);
+  wrench.T = add(wrench.T, cross(r, pull));
+}
+
+// Force and q times the moment about the centre, but what a partial support takes.
+const unheld = ({ held, q, M }, { F, T }) => [F, sub(times(T, q), cross(M, F))].map((v, k) => v.map((x, i) => (held[3 * k + i] ? 0n : x)));
+
+// Of what blocks have, the least in each component.
+function leastOf(model, group, own) {
+  const found = new Map();
+  model.blocks.forEach((block, k) => { if (!block.fixed) found.set(group[k], least(found.get(group[k]) ?? own[k], own[k])); });
+  return found;
+}
+
 // ---- States
 
 // Forces inside their cones, no absurd ones, and balance. Answers whether every block balances exactly, by component.
 function checkState(model, rows, loading, own, { corrected = true, pulls = true, progress = () => {}, what = "" } = {}) {
   const { blocks, contacts } = model, group = components(model);
-  const left = blocks.map((block, k) => (block.fixed ? null : { F: weightOf(loading, block, k), T: cross(block.M, loading.pulls[k]), d: 1n }));
-  const act = (k, F, r, way) => {
-    if (!left[k]) return;
-    left[k].F = way > 0 ? add(left[k].F, F) : sub(left[k].F, F);
-    left[k].T = way > 0 ? add(left[k].T, cross(r, F)) : sub(left[k].T, cross(r, F));
-  };
-  for (const { block, F, at } of loading.loads) act(block, F, at, 1);
+  const left = loadsOn(model, loading).map((given, k) => (blocks[k].fixed ? null : { ...given, d: 1n }));
   const sizes = new Map();
   const forces = contacts.map((contact, c) => {
     if (c % 64 === 0) progress(c / contacts.length);
@@ -1163,8 +1172,8 @@ function checkState(model, rows, loading, own, { corrected = true, pulls = true,
       demand(fits, () => `${what}${jointName(model, contact)}, point ${i}: the force is outside its cone`, { contact: c, point: i });
       const bears = shares ? shares.reduce((sum, x, k) => sum + x * x * square(contact.rays[k]), 0n) : square(F);
       sizes.set(at, (sizes.get(at) ?? 0n) + bears);
-      act(contact.b, F, r, 1);
-      act(contact.a, F, r, -1);
+      if (left[contact.b]) act(left[contact.b], F, r);
+      if (left[contact.a]) act(left[contact.a], F, r, -1n);
       return F;
     });
   });
@@ -1172,13 +1181,8 @@ function checkState(model, rows, loading, own, { corrected = true, pulls = true,
   for (const [at, sum] of sizes) {
     demand(sum << (2n * GUARD) <= (BOUND * total.get(at)) ** 2n, () => `${what}forces around block ${quoted(blocks[at].id)} are a million times its weight and loads`, { block: blocks[at].id });
   }
-  const slight = new Map(); // least w^2 of each component
-  blocks.forEach((block, k) => { if (left[k]) slight.set(group[k], least(slight.get(group[k]) ?? own[k], own[k])); });
-  blocks.forEach(({ held, q, M }, k) => { // before anything is handed on
-    if (!left[k]) return;
-    const { F, T } = left[k];
-    left[k].rest = [F.map((x, i) => (held[i] ? 0n : x)), sub(times(T, q), cross(M, F)).map((x, i) => (held[3 + i] ? 0n : x))];
-  });
+  const slight = leastOf(model, group, own);
+  blocks.forEach((block, k) => { if (left[k]) left[k].rest = unheld(block, left[k]); }); // before anything is handed on
   const balanced = (k, scale) => {
     const { q, DD } = blocks[k], [rF, rM] = left[k].rest.map(square);
     return rF * BALANCE ** 2n <= scale && rM * BALANCE ** 2n <= scale * DD * q * q;
@@ -1203,43 +1207,20 @@ function correct(model, forces, left, group, sizes, total, { corrected, pulls })
   ways.sort((x, y) => (x.strength > y.strength ? -1 : x.strength < y.strength ? 1 : x.c - y.c));
   const at = blocks.map(() => []);
   ways.forEach((way, rank) => { for (const k of [contacts[way.c].a, contacts[way.c].b]) at[k].push(rank); });
-  const reached = blocks.map((block) => block.fixed), heap = new Heap(), order = [];
-  blocks.forEach((block, k) => { if (block.fixed) at[k].forEach((rank) => heap.push(rank)); });
-  while (heap.size) {
-    const way = ways[heap.pop()], { a, b } = contacts[way.c];
-    const block = !reached[a] ? a : !reached[b] ? b : -1;
+  const reached = blocks.map((block) => block.fixed), order = [], frontier = new Set();
+  blocks.forEach((block, k) => { if (block.fixed) at[k].forEach((rank) => frontier.add(rank)); });
+  while (frontier.size) {
+    const rank = [...frontier].reduce(smaller), { a, b } = contacts[ways[rank].c], block = !reached[a] ? a : !reached[b] ? b : -1;
+    frontier.delete(rank);
     if (block < 0) continue;
     reached[block] = true;
-    order.push({ ...way, block });
-    at[block].forEach((rank) => heap.push(rank));
+    order.push({ ...ways[rank], block });
+    at[block].forEach((next) => frontier.add(next));
   }
   blocks.forEach((block, k) => { if (left[k] && !reached[k] && !left[k].rest.every(isZero)) failed.add(group[k]); });
   for (const way of order.reverse()) if (!failed.has(group[way.block]) && !handOn(model, forces, left, way, pulls)) failed.add(group[way.block]);
   for (const at of [...failed]) if (!rest.has(at)) failed.delete(at);
   return failed;
-}
-
-class Heap { // of numbers, the least first
-  constructor() { this.list = []; }
-  get size() { return this.list.length; }
-  push(x) {
-    const { list } = this;
-    let k = list.push(x) - 1;
-    for (let up = (k - 1) >> 1; k && list[up] > x; k = up, up = (k - 1) >> 1) list[k] = list[up];
-    list[k] = x;
-  }
-  pop() {
-    const { list } = this, top = list[0], x = list.pop();
-    if (!list.length) return top;
-    let k = 0;
-    for (let down = 1; down < list.length; k = down, down = 2 * k + 1) {
-      if (down + 1 < list.length && list[down + 1] < list[down]) down++;
-      if (list[down] >= x) break;
-      list[k] = list[down];
-    }
-    list[k] = x;
-    return top;
-  }
 }
 
 function wayOf(contact, forces, c, pulls) {
@@ -1259,10 +1240,10 @@ function wayOf(contact, forces, c, pulls) {
 function handOn(model, forces, left, { block, c, three }, pulls) {
   const contact = model.contacts[c], other = contact.a === block ? contact.b : contact.a, way = contact.b === block ? -1n : 1n;
   let { F, T, d } = left[block];
-  const { q, M, held, partly } = model.blocks[block];
+  const { q, M, partly } = model.blocks[block];
   if (partly) { // what its support takes stays there
-    const about = sub(times(T, q), cross(M, F)).map((x, i) => (held[3 + i] ? 0n : x));
-    F = F.map((x, i) => (held[i] ? 0n : x));
+    let about;
+    [F, about] = unheld(model.blocks[block], left[block]);
     [T, F, d] = [add(about, cross(M, F)), times(F, q), d * q];
   }
   if (left[other]) {
@@ -1311,12 +1292,11 @@ function checkMechanism(model, rows, loading, own, progress = () => {}) {
       if (!isZero(X)) met.set(at, (met.get(at) ?? 0n) + resistance(contact, times(X, -1n), Q));
     });
   });
-  const moved = new Map(), slight = new Map();
+  const moved = new Map(), slight = leastOf(model, group, own);
   blocks.forEach((block, k) => {
     if (block.fixed) return;
     const { v, w } = motions[k], at = group[k];
     moved.set(at, (moved.get(at) ?? 0n) + rootUp(square(v)) + rootUp(block.DD * square(w)));
-    slight.set(at, least(slight.get(at) ?? own[k], own[k]));
   });
   const falls = new Map();
   for (const [at, gain] of work) {
@@ -1419,15 +1399,9 @@ function reachOf(model, loading) {
   return { V, omega, B: ceilDiv(pushes, eps) };
 }
 
-function loadsOn(model, loading) { // force, and moment about the world's origin
-  const given = model.blocks.map((block, k) => ({ F: weightOf(loading, block, k), T: cross(block.M, loading.pulls[k]) }));
-  for (const { block, F, at } of loading.loads) given[block] = { F: add(given[block].F, F), T: add(given[block].T, cross(at, F)) };
-  return given;
-}
-
-function wrenchSize({ held, q, M }, { F, T }, V, omega) { // |r_F| V + |r_M| Omega
-  const rF = F.map((x, i) => (held[i] ? 0n : x)), rM = sub(times(T, q), cross(M, F)).map((x, i) => (held[3 + i] ? 0n : x));
-  return timesUp(rootUp(square(rF)), V) + timesUp(ceilDiv(rootUp(square(rM)), q), omega);
+function wrenchSize(block, given, V, omega) { // |r_F| V + |r_M| Omega
+  const [rF, rM] = unheld(block, given).map((x) => rootUp(square(x)));
+  return timesUp(rF, V) + timesUp(ceilDiv(rM, block.q), omega);
 }
 
 function checkTree(model, progress) {
@@ -1506,14 +1480,11 @@ function refute(tree, leaf, cell) {
   }
   if (leaf.rows) {
     const rest = tree.given.map(({ F, T }) => ({ F: times(F, both), T: times(T, both) }));
-    const act = (k, F, r, way) => {
-      rest[k] = { F: add(rest[k].F, times(F, way)), T: add(rest[k].T, times(cross(r, F), way)) };
-    };
     let k = 0;
     model.contacts.forEach((contact, c) => contact.points.forEach((r, i) => {
       const F = model.unit.force(leaf.rows[c][i][0]), at = cell[k++], along = dot(F, contact.N);
-      act(contact.b, F, r, -1n);
-      act(contact.a, F, r, 1n);
+      act(rest[contact.b], F, r, -1n);
+      act(rest[contact.a], F, r);
       const dn = along < 0n || at.state === "engaged" ? -eps : eta, rest = support(at, F, 1n);
       const den = along * dn < 0n ? contact.high : contact.low;
       right += ceilDiv(along * dn << (2n * GUARD), den) + rest * (rest > 0n ? at.fast : at.slow);
@@ -1552,8 +1523,7 @@ function leaning(model, contact, way) {
     const [m, e] = parts(model.within.slope);
     tan = e < 0 ? over(BigInt(m), 1n << BigInt(-e)) : BigInt(m) << BigInt(e) << GUARD;
   } else {
-    const { points, NN } = contact, around = points.reduce((sum, r, i) => sum + rootUp(square(sub(points[(i + 1) % points.length], r))), 0n);
-    const sine = over(2n * model.L * around, rootDown(NN)); // twice the length, as |N| is twice the area
+    const { points, NN } = contact, sine = over(2n * model.L * perimeterUp(points), rootDown(NN)); // twice the length, as |N| is twice the area
     if (sine >= one) return -1n;
     tan = over(sine, isqrt(one * one - sine * sine));
   }
@@ -1587,7 +1557,7 @@ function checkStateWithin(model, own) {
       sizes.set(at, (sizes.get(at) ?? 0n) + square(F));
       for (const [k, way] of [[contact.b, 1n], [contact.a, -1n]]) {
         rub[k] += timesUp(contact.h, over(rootUp(across2), contact.low));
-        given[k] = { F: add(given[k].F, times(F, way)), T: add(given[k].T, times(cross(contact.inner[i], F), way)) };
+        act(given[k], F, contact.inner[i], way);
       }
     });
   });
@@ -1669,8 +1639,7 @@ function checkMechanismWithin(model, own) {
     const [a, b] = [motions[contact.a], motions[contact.b]], at = groupOf(model, group, contact);
     if (!alike(a, b) && !opensInAll(model, contact, sub(b.v, a.v), sub(b.w, a.w))) resisting.set(at, c);
   });
-  const gain = new Map(), count = (k, x) => gain.set(group[k], (gain.get(group[k]) ?? 0n) + x), slight = new Map();
-  blocks.forEach((block, k) => { if (!fixed(k)) slight.set(group[k], least(slight.get(group[k]) ?? own[k], own[k])); });
+  const gain = new Map(), count = (k, x) => gain.set(group[k], (gain.get(group[k]) ?? 0n) + x), slight = leastOf(model, group, own);
   blocks.forEach((block, k) => {
     if (fixed(k)) return;
     const { v, w } = motions[k], { q, M } = block, pull = loading.pulls[k], path = add(times(v, q), cross(w, M)), { V, Q } = changes(block, L);
@@ -1879,7 +1848,6 @@ function verifyCertificate(text, progress = () => {}) {
     const model = readForm(text, root), all = model.all ?? model;
     toUnits(model);
     all.blocks.forEach((block, k) => { if (k % 64 === 0) progress(0.1 + 0.2 * k / all.blocks.length, "blocks"); measure(block); });
-    if (model.all) model.blocks.forEach((block, k) => { for (const key of ["V6", "q", "M", "DD"]) block[key] = all.blocks[k][key]; });
     all.contacts.forEach((contact, k) => { if (k % 64 === 0) progress(0.3 + 0.3 * k / all.contacts.length, "joints"); checkContact(model, contact); });
     for (const contact of model.contacts) if (contact.tension) spreadPull(model, contact);
     model.overlaps = overlapsOf(model);
