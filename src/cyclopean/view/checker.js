@@ -1485,9 +1485,9 @@ function refute(tree, leaf, cell) {
       const F = model.unit.force(leaf.rows[c][i][0]), at = cell[k++], along = dot(F, contact.N);
       act(rest[contact.b], F, r, -1n);
       act(rest[contact.a], F, r);
-      const dn = along < 0n || at.state === "engaged" ? -eps : eta, rest = support(at, F, 1n);
+      const dn = along < 0n || at.state === "engaged" ? -eps : eta, rub = support(at, F, 1n);
       const den = along * dn < 0n ? contact.high : contact.low;
-      right += ceilDiv(along * dn << (2n * GUARD), den) + rest * (rest > 0n ? at.fast : at.slow);
+      right += ceilDiv(along * dn << (2n * GUARD), den) + rub * (rub > 0n ? at.fast : at.slow);
     }));
     model.blocks.forEach((block, k) => {
       if (!block.fixed) right += wrenchSize(block, rest[k], tree.V[k], tree.omega[k]);
@@ -1755,13 +1755,14 @@ function lightest(model, live, own) { // w^2 of a recession
 }
 
 const grade = (exact) => (exact ? "; every block balances exactly" : "; balancing loads that differ, on each block, by at most 1e-9 of its own weight");
-function rounded(x, digits) { // as C's %g: of two that are as near the even one
-  const [long, power] = x.toExponential(digits - 1).split("e"), exact = Math.abs(x).toExponential(80).replace(".", "").split("e")[0];
-  const tied = /^50*$/.test(exact.slice(digits)) && exact[digits - 1] % 2 === 0; // JavaScript takes the larger
-  const lead = tied ? `${x < 0 ? "-" : ""}${exact[0]}.${exact.slice(1, digits)}` : long, e = Number(tied ? Math.floor(Math.log10(Math.abs(x))) : power);
+function rounded(x, digits) { // as C's %g: of two that are as near the even one, where JavaScript takes the larger
   if (x === 0) return Object.is(x, -0) ? "-0" : "0";
+  const [whole, below] = Math.abs(x).toExponential(80).split("e"), all = whole.replace(".", "");
+  const tied = /^50*$/.test(all.slice(digits)) && all[digits - 1] % 2 === 0;
+  const near = tied ? `${x < 0 ? "-" : ""}${whole.slice(0, digits + 1)}e${below}` : x.toExponential(digits - 1);
+  const [lead, power] = near.split("e"), e = Number(power);
   if (e < -4 || e >= digits) return `${String(Number(lead))}e${e < 0 ? "-" : "+"}${String(Math.abs(e)).padStart(2, "0")}`;
-  return Number(`${lead}e${e}`).toFixed(Math.max(0, digits - 1 - e)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+  return Number(near).toFixed(Math.max(0, digits - 1 - e)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
 }
 const short = (x) => rounded(x, 6), decimal = (x) => rounded(x, 15);
 const bounds = (model) => `eta = ${decimal(model.eta / model.eps)} eps, beta_min = ${decimal(model.beta_min / model.eps)} eps`;
