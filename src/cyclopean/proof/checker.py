@@ -2333,9 +2333,9 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
     looks.spend((len(near) + len(beside)) * len(patch.points))
     for number, point in enumerate(patch.points):
         reaching = [facet for facet in near if facet.reaches(point, patch.tolerance2)]
-        plain = None if bent or pointlike else next((facet for facet in reaching if facet.covers(point)), None)
+        plain = [] if bent or pointlike else [facet.height_of(point, k) for facet in reaching if facet.covers(point)]
         if plain:
-            heights[number] = plain.height_of(point, k)
+            heights[number] = min(plain, key=abs)
             continue
         found: list[tuple[float, float]] = []
         normals.append([])
