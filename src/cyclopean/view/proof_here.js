@@ -28,10 +28,11 @@
 
   function about(same, name) { // whether it is proved of the model that was given
     if (!same) return [];
-    if (same.refused) return [element("p", `${name}: ${same.refused}.`)];
-    if (same.differences.length) return [element("p", `It is proved of other stones than those of ${name}:`), list(same.differences)];
-    const open = same.open.length ? [element("p", "Not compared here, but by cyclopean verify --model:"), list(same.open)] : [];
-    return [element("p", `${name} has the same ${same.open.length ? "but for what is listed below" : "blocks, contacts and loads"}; it leaves open: ${same.assumed.join(", ")}.`), ...open];
+    if (same.refused) return [element("p", `The model ${name} is not compared: ${same.refused}.`)];
+    if (same.differences.length) return [element("p", `It is proved of other stones than those of the model ${name}:`), list(same.differences)];
+    const open = same.open.length ? [element("p", "Only cyclopean verify --model compares:"), list(same.open)] : [];
+    const found = same.open.length ? "says the same, as far as a page compares" : "has the same blocks, contacts and loads";
+    return [element("p", `The model ${name} ${found}; it leaves open: ${same.assumed.join(", ")}.`), ...open];
   }
 
   function drawn({ shapes, size, spot }, where) { // far faces first, the joint or block that fails in red
@@ -52,7 +53,7 @@
     for (const [what, value] of result.assumed) assumed.append(element("dt", what), element("dd", value));
     const other = result.model?.differences?.length > 0, title = other ? "Proved, but not of this model" : result.proved ? "Proved" : "Not proved";
     const lines = result.proved
-      ? [element("p", `${result.claim}.`), ...about(result.model, `The model ${files.get("model")?.name}`), element("p", `Of ${source}, under these assumptions:`), assumed]
+      ? [element("p", `${result.claim}.`), ...about(result.model, files.get("model")?.name), element("p", `Of ${source}, under these assumptions:`), assumed]
       : [element("p", `${result.reason}.`), element("p", `So nothing is proved by ${source}.`)];
     if (result.outline && (!button || result.where)) lines.push(drawn(result.outline, result.where));
     told.className = result.proved && !other ? "stable" : "unstable";

@@ -27,7 +27,11 @@ function compareModel(text, modelText) {
 const away = (r, s) => Math.hypot(...sub(r, s)), near = (x, y) => Math.abs(x - y) <= ROUNDING * Math.abs(y);
 
 function compared(proof, model, scale) {
-  const stones = new Map(proof.blocks.map((stone) => [stone.id, stone])), open = [], metres = (r) => r.map((x) => x * scale);
+  const stones = new Map(proof.blocks.map((stone) => [stone.id, stone])), open = [];
+  const metres = (r) => r.map((x) => {
+    if (!Number.isFinite(x)) throw new TypeError("no number"); // JavaScript would take "" or null for 0
+    return x * scale;
+  });
   const blocks = model.blocks.map((block) => ({ ...block, vertices: block.vertices.map(metres) }));
   const held = new Map((model.supports ?? []).map((one) => [one.block, one.held]));
   const named = blocks.some((block) => block.fixed) || held.size > 0;
@@ -35,6 +39,7 @@ function compared(proof, model, scale) {
   const largest = [...blocks, ...proof.blocks].flatMap((block) => block.vertices).reduce((x, r) => Math.max(x, ...r.map(Math.abs)), 0);
   const same = (distance) => distance <= ROUNDING * largest;
   const ids = new Set(blocks.map((block) => block.id));
+  if (ids.size !== blocks.length) throw new TypeError("two blocks have the same id");
   const told = proof.blocks.filter(({ id }) => !ids.has(id)).map(({ id }) => `block ${quoted(id)} is only in the certificate`);
   for (const block of blocks) {
     const stone = stones.get(block.id), name = `block ${quoted(block.id)}`;
@@ -42,10 +47,12 @@ function compared(proof, model, scale) {
     else told.push(`${name} is missing in the certificate`);
   }
   const assumed = [`gravity (${proof.gravity.map(short).join(", ")})`];
-  if (blocks.some((block) => (block.density ?? null) === null)) assumed.push(`density ${span(proof.blocks.filter((b) => !b.fixed).map((b) => b.density))}`);
+  const light = new Set(blocks.filter((block) => (block.density ?? null) === null).map((block) => block.id));
+  const densities = proof.blocks.filter((stone) => !stone.fixed && light.has(stone.id)).map((stone) => stone.density);
+  if (densities.length) assumed.push(`density ${span(densities)}`);
   if (proof.live) assumed.push("what grows with the multiplier");
   if (model.contacts) told.push(...jointsApart(proof, model, metres, same, stones, assumed, open));
-  else open.push("contacts: the model lists none, they are found where its blocks touch");
+  else open.push("contacts and their friction: the model lists none, they are found where its blocks touch");
   told.push(...loadsApart(proof, model, metres, same, open), ...settledApart(proof, model, metres));
   const more = told.length > LISTED ? [`and ${told.length - LISTED} more differences`] : [];
   return { differences: [...told.slice(0, LISTED), ...more], assumed, open };
