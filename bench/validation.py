@@ -331,8 +331,8 @@ a certificate that an exact checker accepts, and a damaged certificate is refuse
 
 ## What is not validated here
 
-No experiment. The numbers above say that the program solves its equations; that the equations describe a wall is the
-claim of the theory, and [its limits](limits.md) are listed.
+The numbers above say that the program solves its equations. Whether the equations describe a wall is asked by
+[experiments](experiments.md), and [the limits](limits.md) of the theory are listed.
 """
 
 
