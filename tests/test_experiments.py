@@ -32,7 +32,7 @@ def test_walls_of_ferris_and_tin_loi(number):
     bond, _, computed, _ = script["FERRIS"][number]
     found = script["pushed"](bond.model("wall"))
     assert found.value == pytest.approx(computed, abs=6e-6)  # five decimals are given
-    assert script["bounds"](found.lower, found.upper, 6) in page
+    assert script["bounds"](found.lower, found.upper, 5) in page
 
 
 def test_the_wall_that_is_tilted_has_the_blocks_of_its_source():
