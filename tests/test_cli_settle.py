@@ -68,7 +68,7 @@ def test_contacts_of_a_model_that_has_none(run, quarry, tmp_path):
     (tmp_path / "bare.json").write_text(json.dumps(data))
     status, out, err = run("check", "bare.json", "--method", "rbe", "--rough", "auto")
     assert status == 0
-    near = int(re.search(r"(\d+) contacts;", out)[1])
+    near = int(re.search(r"(\d+) contacts\n", out)[1])
     assert near > touching / 4, "within a wider band, and where fewer faces lean"
     assert f"rough surfaces: {near} contacts stand for where blocks nearly touch" in err
     status, out, err = run("check", "w.json", "--rough", "0.002")

@@ -235,7 +235,7 @@ def test_a_given_order_in_words_and_in_the_file(run, tmp_path) -> None:
     status, out, err = run("sequence", "wall.json", "--out", "seq.json", "--order", "o.txt", "--method", "rbe")
     assert (status, err) == (0, "")
     lines = out.splitlines()
-    assert lines[2:-1] == [
+    assert lines[3:-1] == [
         "  order    as given, not valid: 'c02-b01' at step 1 comes before 'c01-b01' that it rests on",
         "  nearest  1 move: 'c02-b01'; no valid order is nearer; its stages: 7 stable",
         "  first    unstable at step 1, with 'c02-b01': 'c02-b01' drops",

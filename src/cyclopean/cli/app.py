@@ -61,8 +61,8 @@ MADE = {
     "arch": ("make", "Make a circular arch."),
     "vault": ("make", "Make a barrel vault."),
     "dome": ("make", "Make a hemispherical dome."),
-    "retaining": ("make", "Make a dry-stone wall with batter and through-stones, and the earth behind it."),
-    "bridge": ("make", "Make an arch bridge: arch, spandrel walls and fill."),
+    "retaining": ("earthworks", "Make a dry-stone wall with batter and through-stones, and the earth behind it."),
+    "bridge": ("earthworks", "Make an arch bridge: arch, spandrel walls and fill."),
     "polygonal": ("polygonal", "Make a wall of polygonal stones, flat or curved, or two round a corner."),
     "stones": ("quarry", "Make synthetic stones with the shapes of real ones."),
 }

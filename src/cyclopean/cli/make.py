@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopean.cli.command import argument, command, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import say
-from cyclopean.design.earthworks import BridgeShape, DryStone, Soil
 from cyclopean.errors import InputError
 from cyclopean.options import Option, check_options, option
 
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
 
-__all__ = ["Material", "arch", "bridge", "dome", "retaining", "stack", "vault", "wall"]
+__all__ = ["Material", "Out", "arch", "counted", "dome", "made", "stack", "vault", "wall"]
 
 MOST = 1_000_000  # blocks, or facets of them, in a model that is made: more do not fit into a common memory
 
@@ -39,13 +38,14 @@ def _number(help: str, metavar: str = "L") -> Option:
     return Option(help, "number", metavar=metavar)
 
 
-def _count(name: str, help: str) -> Any:
+def counted(name: str, help: str) -> Any:
+    """Say of an argument that it is a whole number."""
     return argument(name, help, kind="whole")
 
 
 @command()
 def stack(
-    count: Annotated[int, _count("COUNT", "Number of blocks.")],
+    count: Annotated[int, counted("COUNT", "Number of blocks.")],
     files: Out,
     size: Annotated[tuple[float, float, float], Option("Of each block (m).", "vector", metavar="X,Y,Z")] = (
         1.0,
@@ -62,13 +62,13 @@ def stack(
 ) -> int:
     """Make blocks on top of each other."""
     shift = offset[0] if len(offset) == 1 else offset
-    return _make("stack", (count,), files, material, size=size, offset=shift, slope=slope, ground=ground)
+    return made("stack", (count,), files, material, size=size, offset=shift, slope=slope, ground=ground)
 
 
 @command()
 def wall(
-    columns: Annotated[int, _count("COLUMNS", "Whole blocks in a course.")],
-    courses: Annotated[int, _count("COURSES", "Number of free courses.")],
+    columns: Annotated[int, counted("COLUMNS", "Whole blocks in a course.")],
+    courses: Annotated[int, counted("COURSES", "Number of free courses.")],
     files: Out,
     length: Annotated[float, _number("Of a block, along x (m).")] = 0.4,
     depth: Annotated[float, _number("Of a block, along y (m).")] = 0.2,
@@ -78,12 +78,12 @@ def wall(
 ) -> int:
     """Make a running-bond wall."""
     sizes = {"length": length, "depth": depth, "height": height}
-    return _make("wall", (columns, courses), files, material, **sizes, ground=ground)
+    return made("wall", (columns, courses), files, material, **sizes, ground=ground)
 
 
 @command()
 def arch(
-    voussoirs: Annotated[int, _count("VOUSSOIRS", "Number of voussoirs.")],
+    voussoirs: Annotated[int, counted("VOUSSOIRS", "Number of voussoirs.")],
     files: Out,
     span: Annotated[float | None, _number("Clear span (m) [10, if no radius is given].")] = None,
     rise: Annotated[float | None, _number("Of the inner crown (m) [half the span].")] = None,
@@ -98,13 +98,13 @@ def arch(
 ) -> int:
     """Make a circular arch."""
     circle = {"span": span, "rise": rise, "radius": radius, "thickness": thickness, "depth": depth}
-    return _make("arch", (voussoirs,), files, material, **circle, springers=springers, facets=facets)
+    return made("arch", (voussoirs,), files, material, **circle, springers=springers, facets=facets)
 
 
 @command()
 def vault(
-    voussoirs: Annotated[int, _count("VOUSSOIRS", "Rows from springing to springing.")],
-    columns: Annotated[int, _count("COLUMNS", "Whole blocks in a row.")],
+    voussoirs: Annotated[int, counted("VOUSSOIRS", "Rows from springing to springing.")],
+    columns: Annotated[int, counted("COLUMNS", "Whole blocks in a row.")],
     files: Out,
     radius: Annotated[float, _number("Radius of the middle surface (m).")] = 1.0,
     thickness: Annotated[float, _number("Radial thickness (m).")] = 0.2,
@@ -113,13 +113,13 @@ def vault(
 ) -> int:
     """Make a barrel vault."""
     sizes = {"radius": radius, "thickness": thickness, "length": length}
-    return _make("vault", (voussoirs, columns), files, material, **sizes)
+    return made("vault", (voussoirs, columns), files, material, **sizes)
 
 
 @command()
 def dome(
-    courses: Annotated[int, _count("COURSES", "Rings from the springing to the oculus.")],
-    segments: Annotated[int, _count("SEGMENTS", "Blocks in a ring.")],
+    courses: Annotated[int, counted("COURSES", "Rings from the springing to the oculus.")],
+    segments: Annotated[int, counted("SEGMENTS", "Blocks in a ring.")],
     files: Out,
     radius: Annotated[float, _number("Radius of the middle surface (m).")] = 1.0,
     thickness: Annotated[float, _number("Radial thickness (m).")] = 0.15,
@@ -128,34 +128,10 @@ def dome(
 ) -> int:
     """Make a hemispherical dome."""
     sizes = {"radius": radius, "thickness": thickness, "oculus": oculus}
-    return _make("dome", (courses, segments), files, material, **sizes)
+    return made("dome", (courses, segments), files, material, **sizes)
 
 
-@command()
-def retaining(
-    stones: Annotated[int, _count("STONES", "Whole stones in a course.")],
-    courses: Annotated[int, _count("COURSES", "Number of courses.")],
-    files: Out,
-    shape: DryStone = DryStone(),
-    soil: Soil = Soil(),
-    material: Material = Material(),
-) -> int:
-    """Make a dry-stone wall with batter and through-stones, and the earth behind it."""
-    return _make("retaining", (stones, courses), files, material, shape=shape, soil=soil)
-
-
-@command()
-def bridge(
-    voussoirs: Annotated[int, _count("VOUSSOIRS", "Number of voussoirs.")],
-    files: Out,
-    shape: BridgeShape = BridgeShape(),
-    material: Material = Material(),
-) -> int:
-    """Make an arch bridge: arch, spandrel walls and fill."""
-    return _make("bridge", (voussoirs,), files, material, shape=shape)
-
-
-def _make(kind: str, counts: tuple[int, ...], files: Files, material: Material, **options: Any) -> int:
+def made(kind: str, counts: tuple[int, ...], files: Files, material: Material, **options: Any) -> int:
     """Make the model and write it."""
     if math.prod(abs(n) for n in (*counts, options.get("facets", 1))) > MOST:
         raise InputError(f"make {kind}: more than {MOST:,} blocks or facets; ask for fewer")

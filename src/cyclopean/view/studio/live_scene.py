@@ -23,7 +23,7 @@ from cyclopean.view.svg import front_view
 __all__ = ["LABELS", "LiveScene", "Look", "hit"]
 
 LABELS = 300  # blocks beyond which only the chosen one is labelled
-NARROW = 1.05  # width over height beside the panel, for which the model is framed at first
+NARROW = 0.82  # width over height beside the panel, for which the model is framed at first
 CHOSEN = "#007a4d"
 TOUCHING = 1e-5  # units of the drawing: edges that are drawn once where blocks meet
 SEEN = 2e-3  # units of the drawing: half a pixel
