@@ -370,10 +370,10 @@ of ours anew. [Validation](validation.md) shows that the program solves its equa
 equations describe a wall.
 
 Nothing is tuned. Dimensions and loads are those of the sources, and friction too where they give one; no row is left
-out because it misses, and where the model misses a sentence says what it lacks. *Ours* are both [bounds](limit.md), outwards: at the first there
-are forces, from the second on none, and each answer carries a certificate that the exact checker has accepted. *Ratio*
-is theirs over ours: above 1 the wall bore more than the model allows. [Predictions](predictions.md) for tests whose
-results we have not seen stand on a page of their own.
+out because it misses, and where the model misses a sentence says what it lacks. *Ours* are both [bounds](limit.md),
+outwards: at the first there are forces, from the second on none, and each answer carries a certificate that the exact
+checker has accepted. *Ratio* is theirs over ours: above 1 the wall bore more than the model allows.
+[Predictions](predictions.md) for tests whose results we have not seen stand on a page of their own.
 
 | | Compared with | Outcome |
 |---|---|---|
