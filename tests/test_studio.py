@@ -400,7 +400,7 @@ def test_a_block_is_dragged_by_its_handle(page):
     page.wait("(document.getElementById('block')?.innerText||'').startsWith('v05')", LONG)
     page.tick("drag it by a handle")
     time.sleep(1.0)  # the handle is drawn
-    page.drag((337, 200), (337, 120), steps=8, pause=0.05)  # its upward arrow
+    page.drag((345, 225), (345, 140), steps=8, pause=0.05)  # its upward arrow
     page.wait("document.getElementById('for').innerText.includes('1 moved')", LONG)
     assert page.session.state.arrangement.poses.keys() == {page.session.state.arrangement.number("v05")}
     (pose,) = page.session.state.arrangement.poses.values()
