@@ -137,3 +137,8 @@ def test_what_falls_or_never_does_is_no_error(run):
     )
     assert run("make", "stack", 1, "--out", "cube.json")[0] == 0
     assert run("limit", "cube.json", "--push", "0,0,-1")[1].startswith("No limit. ")
+
+
+def test_a_load_on_no_block_names_the_option_that_was_typed(run):
+    run("make", "arch", 5, "--out", "a.json")
+    assert "--live nobody: there is no such block" in run("limit", "a.json", "--live", "nobody")[2]

@@ -340,7 +340,7 @@ def test_the_command(run, tmp_path) -> None:
     for argv, line in (
         (("--combination", "rain"), "the model has no such combination; it has 'calm', 'storm'"),
         (("--factor", "rain=2"), "no load has this case"),
-        (("--factor", "wind"), "should be CASE=X"),
+        (("--factor", "wind"), "should be NAME=X, a name and a number"),
         (("--factor", "wind=1", "--factor", "wind=2"), "stands twice"),
         (("--all-combinations", "--json", "r2.json"), "prints a table"),
     ):

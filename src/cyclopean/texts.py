@@ -221,7 +221,7 @@ def case_factors(where: str, texts: Sequence[str]) -> tuple[tuple[str, float], .
     for text in texts:
         case, between, value = text.rpartition("=")
         if not between or not case:
-            raise InputError(f"{where}: '{text}' should be CASE=X, such as wind=1.5")
+            raise InputError(f"{where}: '{text}' should be NAME=X, a name and a number")
         if case in found:
             raise InputError(f"{where}: the case '{case}' stands twice")
         found[case] = number(f"{where} {case}", value)

@@ -114,6 +114,8 @@ class LimitOptions:
         if self.live_at.startswith("x="):
             return _on_road(assembly, Road.of(assembly), number("`live_at`", self.live_at[2:]))
         if self.live_at:
+            if all(block.id != self.live_at for block in assembly.blocks):
+                raise InputError.of("live_at", self.live_at, "there is no such block; give one, or a place, x=X")
             return Live(loads=(LiveLoad(self.live_at, (0.0, 0.0, -KILO)),), words=f"1 kN on '{self.live_at}'")
         return Live(self.push, self.tilt, tuple(LiveLoad(*load) for load in self.loads))
 
