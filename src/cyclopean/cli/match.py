@@ -28,7 +28,6 @@ __all__ = ["match"]
 
 PARTS = "match.parts"  # folder with what is done so far, gone once all is
 MATCH, WALL = "match.json", "negotiated.json"
-VOID = 0.3  # gap above which a wall of stones is none
 
 
 @command(fields={"bond_angle": "bond angle"})
@@ -221,12 +220,14 @@ def _unfit(parts: "Checkpoints") -> tuple[str, ...]:
 
 def _lines(data: dict[str, Any], inventory: "Inventory", files: Files) -> list[str]:
     """Say what came out."""
+    from cyclopean.view.match_page import match_answer
+
+    title, said = match_answer(len(data["empty"]), data["Lambda"], data["gap"], data["gap_of_wall"])
     rows = data["placements"]
     worst = max(rows, key=lambda row: row["lambda"])
     placed, cells = sum(row["stone_volume"] for row in rows), sum(row["cell_volume"] for row in rows)
     lines = [
-        f"{_praise(data)} {100.0 * data['Lambda']:.0f} % of the stone is to be carved away, {100.0 * data['gap']:.1f} %"
-        " of the cells stays void.",
+        f"{title}{':' if title.isupper() else '.'} {said}",
         f"  matched  {len(rows)} of {len(inventory.stones)} stones to {len(rows)} of {len(rows) + len(data['empty'])}"
         f" cells, Lambda {data['Lambda']:.4f}, gap {data['gap']:.4f}",
         f"  volumes  {1e3 * placed:.1f} L of stone for {1e3 * cells:.1f} L of wall, {1e3 * placed * data['Lambda']:.1f}"
@@ -242,14 +243,6 @@ def _lines(data: dict[str, Any], inventory: "Inventory", files: Files) -> list[s
     for k, row in enumerate(data["rounds"]):
         lines.append(f"  round {k:<2} Lambda {row['Lambda']:.4f}, gap {row['gap']:.4f}, {row['seconds']:.1f} s")
     return lines + files.line()
-
-
-def _praise(data: dict[str, Any]) -> str:
-    """How the first line begins: a wall that is mostly holes is not called matched."""
-    void, empty = float(data["gap_of_wall"]), len(data["empty"])
-    if void > VOID:
-        return f"NO WALL YET: {100.0 * void:.0f} % of it stays void."
-    return f"{empty} cells have no stone." if empty else "Every cell has a stone."
 
 
 def _seen_from(place: Path, file: str) -> str:

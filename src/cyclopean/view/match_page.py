@@ -15,12 +15,21 @@ from cyclopean.view.carving_drawing import DATUM, MEANT, carving_svg, in_space
 from cyclopean.view.curves import curves_svg
 from cyclopean.view.markup import POLICY, document, figure, headline, listed, section, table
 
-__all__ = ["match_html", "placed_svg", "rounds_svg"]
+__all__ = ["match_answer", "match_html", "placed_svg", "rounds_svg"]
 
+VOID = 0.3  # gap above which a wall of stones is none
 _CAPTION = (
     f"Hatched: what comes off. Clifford and McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall (ACADIA"
     " 2018)."
 )
+
+
+def match_answer(empty: int, imposition: float, gap: float, gap_of_wall: float) -> tuple[str, str]:
+    """Whether the stones make a wall, in a few words, and at what price; one that is mostly holes is none."""
+    off = f"{100.0 * imposition:.0f} % of the stone is to be carved away, {100.0 * gap:.1f} % of the cells stays void."
+    if gap_of_wall > VOID:
+        return "NO WALL YET", f"{100.0 * gap_of_wall:.0f} % of it stays void. {off}"
+    return f"{empty} cells have no stone" if empty else "Every cell has a stone", off
 
 
 def match_html(
@@ -40,9 +49,10 @@ def match_html(
         ("weight of empty space against cutting", f"{match.weight:.3g}"),
         *([("sawn new", len(cells.sawn))] if len(cells.sawn) else []),
     ]
+    answer = match_answer(len(match.empty), match.imposition, match.gap, match.gap_of_wall)
     carved = _carved(match, stones, cells)
     body = (
-        headline(title, figures, answer=("Does not fit", f"{'; '.join(misfits)}.") if misfits else None),
+        headline(title, figures, answer=("Does not fit", f"{'; '.join(misfits)}.") if misfits else answer),
         section("Stones as placed", figure(_placed(cells, carved), _CAPTION), MEANT),
         section("In space", _in_space(cells, carved)),
         section("How the cells were negotiated", figure(rounds_svg(rounds)) if len(rounds) > 1 else "", _ROUNDS),
