@@ -143,10 +143,19 @@ def yard(tmp_path_factory):
     ],
     ids=lambda value: "-".join(map(str, value)).replace(COMMANDING, "x") if isinstance(value, tuple) else None,
 )
-def test_no_control_character_reaches_the_terminal(yard, words, status) -> None:
-    found, said = spoken(yard, *words)
+def test_no_control_character_reaches_the_terminal(yard, words, status, run, monkeypatch) -> None:
+    monkeypatch.chdir(yard)
+    found, out, complaint = run(*words)
+    said = out + "\n" + complaint
     assert FORBIDDEN.findall(said) == [], said
     assert found == status, said
+
+
+def test_a_terminal_of_its_own_hears_the_same(yard, run, monkeypatch) -> None:
+    words = "info", f"{COMMANDING}.obj"
+    monkeypatch.chdir(yard)
+    status, out, complaint = run(*words)
+    assert spoken(yard, *words) == (status, out + "\n" + complaint)
 
 
 def test_json_stays_json_whatever_it_names(run) -> None:

@@ -1,6 +1,7 @@
 """What keeps the code readable: short functions, few arguments, docstrings with shape or unit, reasons of constants."""
 
 import ast
+import functools
 import re
 from pathlib import Path
 
@@ -17,6 +18,7 @@ SHAPE_OR_UNIT = re.compile(
 )
 
 
+@functools.cache  # four tests read all of them
 def modules(folder: Path = SOURCE) -> list[tuple[str, str, ast.Module]]:
     """Every module: its place, its text and its tree."""
     found = [(str(path.relative_to(folder)), path.read_text()) for path in sorted(folder.rglob("*.py"))]
