@@ -38,6 +38,7 @@ from typing import Any
 
 import numpy as np
 import simulated
+from dressing_chart import dressing_svg
 
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly
@@ -45,7 +46,6 @@ from cyclopean.design.rubble.features import body_of
 from cyclopean.design.rubble.masons_rules import Faces, masons_rules
 from cyclopean.geometry import triangles
 from cyclopean.io import read_model
-from cyclopean.view.curves import dressing_svg
 
 LENGTH, THICKNESS = 0.7, 0.4  # m
 MU = 0.6

@@ -24,7 +24,6 @@ from cyclopean.design.rubble.seating import overlap_share
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.errors import InputError
 from cyclopean.geometry.solids import difference, solid_volume
-from cyclopean.view.curves import dressing_svg
 from fixtures_stones import box, rotation
 from laws import examples
 
@@ -172,12 +171,3 @@ def test_let_down_shares_the_volume_or_stops_at_the_cap(gap, volume):
     shared = 0.01 * np.maximum(depth[:, None, None] - gap, 0.0).sum(axis=(1, 2))
     assert (shared <= volume + 1e-12).all()
     assert ((depth == 0.8) | (np.abs(shared - volume) <= 1e-12)).all()
-
-
-def test_the_figure_of_void_and_lambda():
-    drawn = dressing_svg([(0.1, 0.4, 0.06), (0.0, 0.5, 0.0), (0.03, 0.45, 0.02)])
-    assert drawn.index(">0 %<") < drawn.index(">3 %<") < drawn.index(">10 %<")
-    assert (drawn.count("<circle"), ">40.0<" in drawn, ">6.0<" in drawn) == (6, True, True)
-    several = dressing_svg([(0.0, 0.5, 0.0), (0.0, 0.6, 0.0), (0.1, 0.4, 0.05)])
-    assert (several.count("<circle"), ">55.0<" in several) == (10, True)  # means of two places, and three walls
-    assert dressing_svg([]) == ""

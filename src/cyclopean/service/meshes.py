@@ -218,6 +218,6 @@ def contact_names(assembly: Assembly, contacts: Contacts) -> list[list[str]]:
     return [[ids[a], ids[b]] for a, b in zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)]
 
 
-def model_text(assembly: Assembly, contacts: Contacts | None = None) -> str:
+def model_text(assembly: Assembly) -> str:
     """A model as JSON text."""
-    return json_text(model_dict(assembly, contacts)).strip()
+    return json_text(model_dict(assembly)).strip()

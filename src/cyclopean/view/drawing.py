@@ -195,14 +195,14 @@ def _live(result: LimitResult) -> tuple[Ints, Floats, Floats]:
     return np.array([-1]), push[None], (mass @ whole.mass.centroid / mass.sum())[None]
 
 
-def still(assembly: Assembly, fixed: Bools, value: Floats | None = None, gravity: Floats = NO_GRAVITY) -> Picture:
-    """Blocks at rest without forces, coloured by a value (n,) from 0 to 1, if there is one; `fixed` (n,) are supports.
+def still(assembly: Assembly, fixed: Bools, gravity: Floats = NO_GRAVITY) -> Picture:
+    """Blocks at rest without forces; `fixed` (n,) are supports.
 
     Gravity (3,), m/s2, is drawn where it is not 0.
     """
     mesh = outlines(assembly.mesh, FACE_LIMIT)
     edge = feature_edges(mesh)
-    group = classes(np.full(len(assembly), np.nan) if value is None else value, fixed)
+    group = classes(np.full(len(assembly), np.nan), fixed)
     edge = edge if len(edge) <= EDGE_LIMIT else NOTHING
     return Picture(mesh, group, "nothing", edge, NOTHING, NOTHING, 0.0, gravity, None, ())
 

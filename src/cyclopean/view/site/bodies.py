@@ -140,7 +140,7 @@ def solid_of_block(block: Block) -> Solid:
     return Solid(block.id, planes.vertices, planes.triangles)
 
 
-def on_paper(solid: Solid, view: View, times: float, at: Floats, edged: Floats | None = None) -> Body:
+def on_paper(solid: Solid, view: View, times: float, at: Floats) -> Body:
     """A stone as it is seen.
 
     Parameters
@@ -153,13 +153,10 @@ def on_paper(solid: Solid, view: View, times: float, at: Floats, edged: Floats |
         mm of paper a metre.
     at : (2,) float
         mm of paper, where the structure's origin lies.
-    edged : (e, 2, 3) float, optional
-        m, edges that are drawn in place of those that are found.
     """
     flat, far = project(solid.vertices, view)
     point = np.column_stack([at + times * flat * [1.0, -1.0], -times * far])
-    found = _found_edges(solid, view) if edged is None else edged
-    edge = at + times * project(found.reshape(-1, 3), view)[0] * [1.0, -1.0]
+    edge = at + times * project(_edges(solid, view).reshape(-1, 3), view)[0] * [1.0, -1.0]
     return Body(solid.name, *_faces(point, solid), edge.reshape(-1, 2, 2))
 
 
@@ -176,7 +173,7 @@ def _faces(point: Floats, solid: Solid) -> tuple[Floats, Floats]:
     return corner[order], PALE + (1.0 - PALE) * light[order]
 
 
-def _found_edges(solid: Solid, view: View) -> Floats:
+def _edges(solid: Solid, view: View) -> Floats:
     """(e, 2, 3) m: edges of a stone that is no scan, those on its far side left out."""
     if len(solid.triangles) > MANY:
         return np.zeros((0, 2, 3))

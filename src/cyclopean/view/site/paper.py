@@ -163,17 +163,17 @@ def shortened(said: str, room: float, size: float = LETTERS) -> str:
     return f"{kept.rstrip()}…"
 
 
-def wrapped(said: str, room: float, most: int = 99, size: float = LETTERS) -> list[str]:
+def wrapped(said: str, room: float, most: int = 99) -> list[str]:
     """Lines that fit the room (mm), at most so many; the last is cut where there would be more."""
     lines: list[str] = []
     for word in said.split():
-        if lines and width(f"{lines[-1]} {word}", size) <= room:
+        if lines and width(f"{lines[-1]} {word}") <= room:
             lines[-1] = f"{lines[-1]} {word}"
         else:
             lines.append(word)
     if len(lines) > most:
         lines = [*lines[: most - 1], " ".join(lines[most - 1 :])]
-    return [shortened(line, room, size) for line in lines]
+    return [shortened(line, room) for line in lines]
 
 
 def columns(at: Sequence[float], rooms: Sequence[float], row: Iterable[str], y: float, more: str = "") -> str:
