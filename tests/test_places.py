@@ -27,10 +27,9 @@ def test_rest_heights_are_those_of_the_plain_definition(seed):
     cells = np.argwhere(low < np.inf)
     ring = np.array([[3, 0], [3, 1]])
     under = low[cells[:, 0], cells[:, 1]]
-    rest, gap, beside = swept(ground, cells, under, ring, (6, 6))
-    some = np.array([[0, 5], [4, 2], [5, 0]])
-    for told, every in zip(let_down(ground, cells, under, ring, some), (rest, gap, beside), strict=True):
-        assert told == pytest.approx(every[some[:, 0], some[:, 1]], abs=1e-6)
+    every = np.stack(np.indices((6, 6)), -1).reshape(-1, 2)
+    rest, gap, beside = (told.reshape(6, 6) for told in let_down(ground, cells, under, ring, every))
+    assert swept(ground, cells, under, (3, 2), (2, 4)) == pytest.approx(rest[2:5, 4:6], abs=1e-6)
     for i in range(6):
         for j in range(6):
             high = max(ground[i + a, j + b] - low[a, b] for a, b in cells)

@@ -13,6 +13,7 @@ __all__ = [
     "newell_normals",
     "rotations",
     "solid_angles",
+    "spiral",
     "unit",
 ]
 
@@ -59,6 +60,13 @@ def unit(vector: Floats) -> Floats:
     """Vectors (..., 3) of length 1; of length 0 where they have none."""
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.asarray(vector / np.where(length > 0.0, length, 1.0))
+
+
+def spiral(count: int) -> Floats:
+    """Unit vectors (count, 3), evenly spread: the spiral of the golden angle."""
+    k = np.arange(count) + 0.5
+    height, turn = 1.0 - 2.0 * k / count, np.pi * (3.0 - np.sqrt(5.0)) * k
+    return np.column_stack([*(np.sqrt(1.0 - height**2) * (np.cos(turn), np.sin(turn))), height])
 
 
 def affine(linear: Floats, shift: Floats) -> Floats:

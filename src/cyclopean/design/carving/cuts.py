@@ -16,6 +16,7 @@ from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.assembly import Block
 from cyclopean.design.stones.stone import Stone
 from cyclopean.geometry.mesh_repair import solid_angle
+from cyclopean.geometry.polyhedra import face_triangles
 from cyclopean.geometry.solids import Solid, mesh_of, mesh_volume
 
 __all__ = [
@@ -75,8 +76,7 @@ def planes_of(cell: Block, origin: Floats) -> CellPlanes:
     """Triangles and planes of a cell, about `origin` (3,) m."""
     vertices: Floats = cell.vertices - origin
     size = float(np.linalg.norm(np.ptp(vertices, axis=0))) if len(vertices) else 0.0
-    corners = [t for face in cell.faces for t in _triangulated(vertices, face, PLANE * size)]
-    triangles = np.array(corners, np.int64).reshape(-1, 3)
+    triangles = face_triangles(vertices, cell.faces)
     edge = vertices[triangles]
     double = np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0])
     length = np.linalg.norm(double, axis=1)
@@ -95,27 +95,6 @@ def planes_of(cell: Block, origin: Floats) -> CellPlanes:
         normals.append(unit[t])
         offsets.append(offset)
     return CellPlanes(vertices, triangles, plane, np.array(normals).reshape(-1, 3), np.array(offsets))
-
-
-def _triangulated(vertices: Floats, face: Sequence[int], tolerance: float) -> list[tuple[int, int, int]]:
-    """Triangles of a polygon: its fan, unless it is flat and not convex, when the fan would fold over itself."""
-    fan = [(face[0], face[k], face[k + 1]) for k in range(1, len(face) - 1)]
-    if len(fan) == 1:
-        return fan
-    ring = vertices[list(face)]
-    double = np.cross(ring[1:-1] - ring[0], ring[2:] - ring[0])
-    normal = double.sum(axis=0)
-    if not np.linalg.norm(normal) > 0.0 or (double @ normal >= 0.0).all():
-        return fan
-    normal /= np.linalg.norm(normal)
-    if not np.ptp(ring @ normal) <= 2.0 * tolerance:
-        return fan
-    from manifold3d import triangulate
-
-    from cyclopean.geometry import frames_from_normals
-
-    flat = (ring - ring[0]) @ frames_from_normals(normal[None])[0, 1:].T
-    return [(face[a], face[b], face[c]) for a, b, c in triangulate([flat]).tolist()]
 
 
 def pieces_with_cavities(solid: Solid) -> list[list[Solid]]:

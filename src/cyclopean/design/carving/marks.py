@@ -42,7 +42,8 @@ from cyclopean.arrays import Floats, Ints
 from cyclopean.design.carving.carve import Carved
 from cyclopean.design.carving.cuts import OWN, Cut
 from cyclopean.design.stones.stone import Stone
-from cyclopean.geometry.sides import rings
+from cyclopean.geometry.frames import spiral, unit
+from cyclopean.geometry.sides import Sides, rings
 
 __all__ = ["CutMarks", "NumberedPoints", "Template", "cut_marks", "numbered_points", "template_of"]
 
@@ -131,17 +132,9 @@ def _hull(point: Floats) -> Floats:
     found = np.asarray(point[ConvexHull(point).vertices])
     if len(found) <= CANDIDATES:
         return found
-    direction = _fibonacci(4 * CANDIDATES)
+    direction = spiral(4 * CANDIDATES)
     farthest = np.unique(np.argmax((found - found.mean(axis=0)) @ direction.T, axis=0))
     return np.asarray(found[farthest[:: max(len(farthest) // CANDIDATES, 1)]])
-
-
-def _fibonacci(count: int) -> Floats:
-    """(count, 3) unit vectors, evenly spread."""
-    k = np.arange(count) + 0.5
-    height, angle = 1.0 - 2.0 * k / count, np.pi * (1.0 + 5.0**0.5) * k
-    ring = np.sqrt(1.0 - height**2)
-    return np.stack([ring * np.cos(angle), ring * np.sin(angle), height], 1)
 
 
 def _surface(vertices: Floats, triangles: Ints) -> Floats:
@@ -247,9 +240,7 @@ def _rim(carved: Carved, cut: int) -> tuple[Floats, Floats]:
 
 def _normals(corner: Floats) -> Floats:
     """(t, 3) unit normals of triangles (t, 3, 3); zero where they have none."""
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.asarray(normal / np.where(length > 0.0, length, 1.0))
+    return unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
 
 
 def template_of(carved: Carved, cut: int, up: Floats) -> Template:
@@ -262,8 +253,6 @@ def template_of(carved: Carved, cut: int, up: Floats) -> Template:
         rise = rise if np.linalg.norm(rise) > 1e-6 else np.eye(3)[0] - normal[0] * normal
     rise = rise / np.linalg.norm(rise)
     flat = carved.vertices @ np.stack([np.cross(rise, normal), rise], 1)
-    side = mine[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    count = len(flat) + 1
-    lone = ~np.isin(side[:, 0] * count + side[:, 1], side[:, 1] * count + side[:, 0])
-    found = tuple(flat[ring] for ring in rings(side[lone]))
+    rim = Sides.of(mine.reshape(-1), np.arange(0, mine.size + 1, 3)).rim
+    found = tuple(flat[ring] for ring in rings(rim))
     return Template(found, carved.cuts[cut].area)

@@ -34,6 +34,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cyclopean.design.construction.ordering import laid
 from cyclopean.errors import InputError
 
 __all__ = ["Fault", "Nearest", "faults_of", "nearest_order", "numbers_of", "stays"]
@@ -155,7 +156,7 @@ def nearest_order(
     count = 0
     while cases and count < CASES:
         moves, _, before, kept = heapq.heappop(cases)
-        order = _laid(given, before, kept)
+        order = laid(given, before, kept)
         choice = _trapped(order, first, fixed, trap)
         if choice is None:
             return Nearest(tuple(order), tuple(b for b in order if b not in kept), moves)
@@ -205,7 +206,7 @@ def _closed(given: Sequence[int], below: Sequence[Collection[int]], fixed: Colle
     """Of every block all that has to be laid before it, through any number of others."""
     held, found = set(fixed), [set[int]() for _ in below]
     direct = [set(others) - held for others in below]
-    for block in _laid(given, direct, ()):
+    for block in laid(given, direct):
         for other in direct[block]:
             found[block] |= found[other] | {other}
     return found
@@ -215,34 +216,6 @@ def _with(before: Sequence[set[int]], first: int, then: int) -> list[set[int]]:
     """The same, with one block before another as well."""
     more = before[first] | {first}
     return [mine | more if block == then or then in mine else mine for block, mine in enumerate(before)]
-
-
-def _laid(given: Sequence[int], before: Sequence[Collection[int]], kept: Collection[int]) -> list[int]:
-    """All blocks, each after those before it, those kept in the given order; else as given as can be."""
-    place = {block: k for k, block in enumerate(given)}
-    waits = {block: set(before[block]) for block in given}
-    last = None
-    for block in given:
-        if block in kept:
-            if last is not None:
-                waits[block].add(last)
-            last = block
-    then: dict[int, list[int]] = {}
-    for block, others in waits.items():
-        for other in others:
-            then.setdefault(other, []).append(block)
-    left = {block: len(others) for block, others in waits.items()}
-    ready = [place[block] for block in given if not left[block]]
-    heapq.heapify(ready)
-    order = []
-    while ready:
-        block = given[heapq.heappop(ready)]
-        order.append(block)
-        for other in then.get(block, ()):
-            left[other] -= 1
-            if not left[other]:
-                heapq.heappush(ready, place[other])
-    return order
 
 
 def _trapped(

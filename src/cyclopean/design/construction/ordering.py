@@ -25,6 +25,7 @@ References
 import heapq
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -38,6 +39,7 @@ __all__ = [
     "Edge",
     "SupportGraph",
     "along_and_across",
+    "laid",
     "layers",
     "support_graph",
     "take_apart",
@@ -258,19 +260,31 @@ def _rings(count: int, edges: Sequence[Edge]) -> list[list[int]]:
 
 def _bottom_up(count: int, edges: Sequence[Edge]) -> list[int]:
     """All blocks, every one after those it rests on; the lowest index first where there is a choice."""
-    waits = np.zeros(count, int)
-    above: list[list[int]] = [[] for _ in range(count)]
+    below: list[set[int]] = [set() for _ in range(count)]
     for edge in edges:
-        waits[edge.upper] += 1
-        above[edge.lower].append(edge.upper)
-    ready = np.flatnonzero(waits == 0).tolist()
+        below[edge.upper].add(edge.lower)
+    return laid(range(count), below)
+
+
+def laid(given: Sequence[int], before: Sequence[Collection[int]], kept: Collection[int] = ()) -> list[int]:
+    """All blocks, each after those before it, those kept in the given order; else as given as can be."""
+    place = {block: k for k, block in enumerate(given)}
+    waits = {block: set(before[block]) for block in given}
+    for one, other in pairwise(block for block in given if block in kept):
+        waits[other].add(one)
+    then: dict[int, list[int]] = {}
+    for block, others in waits.items():
+        for other in others:
+            then.setdefault(other, []).append(block)
+    left = {block: len(others) for block, others in waits.items()}
+    ready = [place[block] for block in given if not left[block]]
     heapq.heapify(ready)
     order = []
     while ready:
-        block = heapq.heappop(ready)
+        block = given[heapq.heappop(ready)]
         order.append(block)
-        for upper in above[block]:
-            waits[upper] -= 1
-            if waits[upper] == 0:
-                heapq.heappush(ready, upper)
+        for other in then.get(block, ()):
+            left[other] -= 1
+            if not left[other]:
+                heapq.heappush(ready, place[other])
     return order

@@ -39,6 +39,7 @@ from cyclopean.design.stones.stone import Stone, stone_of
 from cyclopean.design.walls.pattern import Pattern, PatternSettings, Seeds, draw_from, live_seeds
 from cyclopean.design.walls.polygonal import PolygonalWall, laid_wall, verdict
 from cyclopean.errors import InputError
+from cyclopean.geometry.solids import fans
 
 __all__ = ["Negotiation", "Round", "negotiate"]
 
@@ -368,8 +369,7 @@ def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, Variables]
 def _filling(cells: Cells, cell: int) -> Stone:
     """The body of a cell, as a stone."""
     block = cells.assembly.blocks[int(cells.block[cell])]
-    fans = [(f[0], f[k], f[k + 1]) for f in block.faces for k in range(1, len(f) - 1)]
-    return stone_of(block.id, block.vertices, np.array(fans))
+    return stone_of(block.id, block.vertices, fans(block.faces))
 
 
 def _redrawn(turn: _Turn, goal: Seeds) -> tuple[PolygonalWall, Seeds] | None:

@@ -19,7 +19,6 @@ By hand: a box of 2 x 1 x 1 stands 1 cm deep in a table of the same size. One le
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -32,7 +31,7 @@ from cyclopean.design.rubble.features import Body, body_of
 from cyclopean.design.rubble.seating import overlap_share
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, pack
-from cyclopean.geometry.frames import unit
+from cyclopean.geometry.frames import spiral, unit
 from cyclopean.geometry.solids import Solid, beneath, intersection, mesh_of, solid_volume
 
 __all__ = ["DEEPEST", "Cut", "Dressed", "cut_list", "dressed", "imposition", "let_down"]
@@ -156,7 +155,7 @@ def _cheapest(place: Floats, first: Floats, middle: Floats, area: Floats) -> Flo
 
     What lies beyond a plane of normal n is the sum of h (n . area) over the patches at heights h > 0 above it.
     """
-    around = _sphere(DIRECTIONS)
+    around = spiral(DIRECTIONS)
     tried: Floats = np.concatenate([first, around])
     for width in (*NARROWER, 0.0):
         height = middle @ tried.T - (place @ tried.T).min(axis=0)
@@ -177,14 +176,6 @@ def _patches(solid: Solid) -> tuple[Floats, Floats]:
     middle = corner[:, :1] + np.einsum("pk,tki->tpi", weight, along)
     area = np.cross(along[:, 0], along[:, 1]) / (2.0 * parts * parts)
     return middle.reshape(-1, 3), np.repeat(area, parts * parts, axis=0)
-
-
-@cache
-def _sphere(count: int) -> Floats:
-    """Directions (count, 3), evenly spread: a spiral by the golden angle."""
-    k = np.arange(count) + 0.5
-    z, turn = 1.0 - 2.0 * k / count, np.pi * (3.0 - np.sqrt(5.0)) * k
-    return sealed("directions", np.stack([*(np.sqrt(1.0 - z * z) * (np.cos(turn), np.sin(turn))), z], 1), None, 3)
 
 
 def _below(solid: Solid, planes: Sequence[Plane]) -> Solid:

@@ -71,11 +71,8 @@ def pins_under(
                 continue
             cells, low = lying.cells
             top = lying.raster.high[cells[:, 0], cells[:, 1]].astype(np.float32)
-            rest, _, _ = swept(below, cells, low, cells[:0], count)
-            over, _, _ = swept(
-                -roof, cells, -top, cells[:0], count
-            )  # by which its top stands above the roof, less rest
-            lift = rest + over
+            rest = swept(below, cells, low, count)
+            lift = rest + swept(-roof, cells, -top, count)  # by which its top stands above the roof
             near = np.argwhere(np.abs(lift) <= NEARLY * cell)
             if not len(near):
                 continue

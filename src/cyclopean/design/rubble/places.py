@@ -13,9 +13,9 @@ something is laid near them.
 By hand: a block of two cells over a map (0, 1, 0) rests at 1 in both places, with half of a cell's gap under it.
 
 >>> ground, cells = np.array([[0.0], [1.0], [0.0]]), np.array([[0, 0], [1, 0]])
->>> rest, gap, _ = swept(ground, cells, np.zeros(2), cells[:0], (2, 1))
->>> rest.ravel().tolist(), gap.ravel().tolist()
-([1.0, 1.0], [1.0, 1.0])
+>>> rest, gap, _ = let_down(ground, cells, np.zeros(2), cells[:0], np.array([[0, 0], [1, 0]]))
+>>> rest.tolist(), gap.tolist(), swept(ground, cells, np.zeros(2), (2, 1)).ravel().tolist()
+([1.0, 1.0], [1.0, 1.0], [1.0, 1.0])
 """
 
 import math
@@ -31,7 +31,7 @@ from cyclopean.design.options import not_negative
 from cyclopean.design.rubble.orientations import Bedded
 from cyclopean.design.rubble.sharing import Share
 
-__all__ = ["FULL", "Place", "Places", "Scores", "swept"]
+__all__ = ["FULL", "Place", "Places", "Scores", "let_down", "swept"]
 
 Heights: TypeAlias = NDArray[np.floating[Any]]  # m, in single precision where there are many
 Picked = tuple[float, int, int, int, float]  # cost, orientation, cells along and across, height at which it rests
@@ -74,53 +74,43 @@ class Place:
 
 
 def swept(
-    padded: Heights,
-    cells: Ints,
-    under: Heights,
-    ring: Ints,
-    count: tuple[int, int],
-    start: tuple[int, int] = (0, 0),
+    padded: Heights, cells: Ints, under: Heights, count: tuple[int, int], start: tuple[int, int] = (0, 0)
+) -> Heights:
+    """Heights (count) at which a stone rests, m, at so many places along and across from `start` on; see `let_down`."""
+    view = np.lib.stride_tricks.sliding_window_view(padded, count)
+    return np.asarray((view[cells[:, 0] + start[0], cells[:, 1] + start[1]] - under[:, None, None]).max(axis=0))
+
+
+def let_down(
+    padded: Heights, cells: Ints, under: Heights, ring: Ints, places: Ints
 ) -> tuple[Heights, Heights, Heights]:
-    """Let a stone down at many places.
+    """Let a stone down at some places.
 
     Parameters
     ----------
     padded : (n, m) array
         Heights of the map (m).
     cells : (k, 2) array
-        Cells that the stone covers at the first place.
+        Cells that the stone covers at the place (0, 0).
     under : (k,) array
         Its underside there (m).
     ring : (r, 2) array
         Cells around it.
-    count, start : (int, int)
-        Places along and across, and the first of them.
+    places : (p, 2) array
+        Where, in cells.
 
     Returns
     -------
-    rest, gap, beside : (count) arrays
+    rest, gap, beside : (p,) arrays
         Height at which it rests (m), sum of the gaps under its cells (m), share of the ring as high as its middle.
     """
-    view = np.lib.stride_tricks.sliding_window_view(padded, count)
-    cells, ring = cells + start, ring + start
-    return _measured(view[cells[:, 0], cells[:, 1]], under[:, None, None], view[ring[:, 0], ring[:, 1]])
-
-
-def let_down(
-    padded: Heights, cells: Ints, under: Heights, ring: Ints, places: Ints
-) -> tuple[Heights, Heights, Heights]:
-    """The same as `swept`, at some (p, 2) places: (p,) arrays."""
     row = np.array([padded.shape[1], 1])
     flat, at = padded.reshape(-1), places @ row
-    return _measured(flat[(cells @ row)[:, None] + at], under[:, None], flat[(ring @ row)[:, None] + at])
-
-
-def _measured(space: Heights, under: Heights, around: Heights) -> tuple[Heights, Heights, Heights]:
-    """What `swept` tells, of the map under and around a stone (k, ...), (r, ...) at some places."""
-    np.subtract(space, under, out=space)
+    space = flat[(cells @ row)[:, None] + at] - under[:, None]
     rest = space.max(axis=0)
     gap = len(space) * rest - space.sum(axis=0)
-    return rest, gap, (around >= rest).sum(axis=0, dtype=np.float32) / max(len(around), 1)
+    around = flat[(ring @ row)[:, None] + at] >= rest
+    return rest, gap, around.sum(axis=0, dtype=np.float32) / max(len(ring), 1)
 
 
 class _Known:
@@ -274,8 +264,7 @@ class Places:
         for x0, y0, x1, y1 in _merged(known.dirty):
             a, b, c, e = max(0, x0 - w), min(n, x1 + 1), max(0, y0 - d), min(m, y1 + 1)
             if b > a and e > c:
-                view = np.lib.stride_tricks.sliding_window_view(padded, (b - a, e - c))
-                known.rest[a:b, c:e] = (view[cells[:, 0] + a, cells[:, 1] + c] - under[:, None, None]).max(axis=0)
+                known.rest[a:b, c:e] = swept(padded, cells, under, (b - a, e - c), (a, c))
                 known.loose[a:b, c:e] = True
                 known.vain[a:b, c:e] = False
         if known.dirty:

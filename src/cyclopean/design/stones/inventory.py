@@ -13,8 +13,9 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
-from cyclopean.geometry.frames import unit
+from cyclopean.geometry.frames import spiral, unit
 from cyclopean.geometry.packed import components
+from cyclopean.geometry.sides import Sides
 from cyclopean.representation import one_line
 
 __all__ = ["CLASSES", "FlatFace", "Inventory", "Shape", "aspect_class", "flat_faces", "shape_of", "size_of"]
@@ -126,9 +127,11 @@ def flat_faces(stone: Stone, angle: float = FLAT_ANGLE, share: float = FLAT_SHAR
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]) / 2.0
     area = np.linalg.norm(across, axis=1)
     normal = unit(across)
-    beside = _neighbours(stone.triangles)
+    sides = Sides.of(stone.triangles.reshape(-1), np.arange(0, stone.triangles.size + 1, 3))
+    one, two = sides.pairs()
+    beside = sides.face[one], sides.face[two]
     limit = float(np.cos(np.radians(angle)))
-    way = _directions() @ stone.axes  # turns with the stone
+    way = spiral(DIRECTIONS) @ stone.axes  # turns with the stone
     score = _looking(way, normal, area, limit)
     left = area > 0.0
     found: list[FlatFace] = []
@@ -142,27 +145,12 @@ def flat_faces(stone: Stone, angle: float = FLAT_ANGLE, share: float = FLAT_SHAR
     return tuple(sorted(found, key=lambda face: -face.area))
 
 
-def _directions() -> Floats:
-    """Unit vectors (n, 3), evenly spread: the spiral of the golden angle."""
-    k = np.arange(DIRECTIONS) + 0.5
-    height = 1.0 - 2.0 * k / DIRECTIONS
-    turn = np.pi * (3.0 - np.sqrt(5.0)) * k
-    return np.column_stack([*(np.sqrt(1.0 - height**2) * f(turn) for f in (np.cos, np.sin)), height])
-
-
 def _looking(way: Floats, normal: Floats, area: Floats, limit: float) -> Floats:
     """(n,) m2 of surface that looks the way of each direction."""
     total = np.zeros(len(way))
     for k in range(0, len(area), BLOCK):
         total += (way @ normal[k : k + BLOCK].T > limit) @ area[k : k + BLOCK]
     return total
-
-
-def _neighbours(triangles: Ints) -> tuple[Ints, Ints]:
-    """Pairs of triangles with an edge in common."""
-    tail, head = triangles.reshape(-1), triangles[:, [1, 2, 0]].reshape(-1)
-    order = np.lexsort((np.maximum(tail, head), np.minimum(tail, head)))
-    return order[::2] // 3, order[1::2] // 3
 
 
 def _part(normal: Floats, area: Floats, beside: tuple[Ints, Ints], left: Bools, way: Floats, limit: float) -> Ints:
