@@ -13,10 +13,11 @@ from cyclopean.analysis.equilibrium.opening import SLOW
 from cyclopean.analysis.equilibrium.polishing import PLAIN, Polished, Polisher
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
 from cyclopean.analysis.limit_analysis.growing import GrowingModel
+from cyclopean.analysis.limit_analysis.live_load import STANDARD_GRAVITY
 from cyclopean.analysis.limit_analysis.own_scale import limit_at_own_scale, opened_bound
 from cyclopean.analysis.limit_analysis.solving import CLOSED, LimitOutcome
 from cyclopean.analysis.preparation import PreparedModel
-from cyclopean.arrays import Floats
+from cyclopean.arrays import Bools, Floats
 from cyclopean.proof import Report, seal, verify
 from cyclopean.statics import EquilibriumSystem
 
@@ -72,6 +73,13 @@ class _Case:
     def system(self) -> EquilibriumSystem:
         """Of the dead loads."""
         return self.growing.system
+
+    @property
+    def trifle(self) -> float:
+        """By how much multipliers may differ and still count as one."""
+        live, dead = (np.linalg.norm(p.reshape(-1, 6)[:, :3], axis=1) for p in (self.growing.live, self.system.p))
+        least = float(np.min(dead[live > 0.0] / live[live > 0.0], initial=np.inf))
+        return TRIFLE * least if np.isfinite(least) else 0.0
 
     def room(self, y: Floats) -> tuple[float, float]:
         """The multiplier at which the loads do no work in (6 m,) y, and by how much a certificate wants more.
@@ -167,7 +175,7 @@ def prove_bounds(
         return found
     for limit in MISSED:
         best = _bisected(case, best, limit, budget)
-    return best
+    return replace(best, room=max(best.room, 0.25 * case.trifle))
 
 
 def _sides(case: _Case, outcome: LimitOutcome, raised: bool) -> Iterator[dict[str, Any]]:
@@ -189,9 +197,7 @@ def _bisected(case: _Case, known: Proved, limit: float, budget: Budget) -> Prove
     Dinkelbach 1967); where that is slow, halfway. Bounds that lie no further apart than a trifle are left as they are.
     """
     low, high, room = known.lower or 0.0, np.inf if known.upper is None else known.upper, known.room
-    live, dead = (np.linalg.norm(p.reshape(-1, 6)[:, :3], axis=1) for p in (case.growing.live, case.system.p))
-    trifle = TRIFLE * float(np.min(dead[live > 0.0] / live[live > 0.0], initial=np.inf))
-    trifle = trifle if np.isfinite(trifle) else 0.0
+    trifle = case.trifle
     sides: dict[str, dict[str, Any]] = {}
     top, gap, fast = high - room, np.inf, np.isfinite(high)  # no state is sought beyond, certificates might let it pass
     for _ in range(ASKED):
@@ -287,19 +293,34 @@ def _tighter(case: _Case, one: Proved, other: Proved) -> Proved:
 
 def _without_limit(case: _Case) -> Proved | None:
     """Forces at multiplier 0, and forces that balance the live loads alone: their sums hold at every multiplier."""
-    dead = case.growing.at(0.0)
-    dry = replace(case.growing.at(1.0, 0.0), contacts=replace(case.model.contacts, tension=None))
+    growing, model = case.growing, case.model
+    forces = [float(np.linalg.norm(load.force)) for load in growing.loads]
+    weight = STANDARD_GRAVITY * float(np.max(model.mass[~model.fixed], initial=0.0))
+    times = (
+        2.0 ** max(0.0, np.ceil(np.log2(weight / min(forces)))) if forces else 1.0
+    )  # what is missed is less than all
+    dry = replace(growing.at(times, 0.0), contacts=replace(model.contacts, tension=None))
     states = []
-    for model in (dead, dry):
-        found = decide_rigid(model, model.system())
+    for there in (growing.at(0.0), dry):
+        found = decide_rigid(there, there.system())
         if found.word != "balanced" or found.state is None:
             return None
         states.append(found.state)
-    sides = {"lower": 0.0, "state": states[0], "recession": states[1].parts}
+    idle = _idle(case)
+    high, low = (None if part is None else np.where(idle[:, None], 0.0, part / times) for part in states[1].parts)
+    sides = {"lower": 0.0, "state": states[0], "recession": (high, low)}
     certificate, report = _checked(case, sides)
     if not report.proved:
         return None
     return Proved(0.0, None, True, 0.0, _in_units(states[0], case), None, certificate, report)
+
+
+def _idle(case: _Case) -> Bools:
+    """(q,) points of components on which nothing live acts: forces that balance live loads alone have none there."""
+    system = case.system
+    label = component_labels(system)
+    acting = np.bincount(label, np.abs(case.growing.live).reshape(-1, 6).sum(1)) > 0.0
+    return np.asarray(~acting[label[np.maximum(system.row_a, system.row_b)]])
 
 
 def _checked(case: _Case, sides: Mapping[str, Any]) -> tuple[dict[str, Any], Report]:
