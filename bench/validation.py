@@ -317,6 +317,12 @@ only the oracle cannot call.
 |---|---|---|---|---|---|---|---|---|
 {audit}
 
+`tests/test_random_planes.py` asks 1,000 more by `--thorough`, in the plane alone, of a linear programme that HiGHS
+solves: joints without friction, stones up to 1 : 300, loads on single blocks, pushes in any direction. At rest 482 fall
+and 518 stand; of these 301 have a limit and 217 none. All agree, none is undecided, every proof holds. Bounds of a
+limit lie within 1e-6 of it, or of the multiplier that is a block's own weight: what a certificate lets a state miss
+keeps them up to 5e-5 apart at small multipliers.
+
 ## Laws, random models, damaged files
 
 Tests that compare with no known answer but hold the program to laws: a verdict does not change with units, place,
