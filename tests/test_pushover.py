@@ -2,16 +2,20 @@
 
 By hand. A block b wide and h high that has turned by theta about its edge bears a push of tan(alpha - theta) of its
 weight, tan alpha = b / h: from b / h in a line that is nearly straight to nothing at theta = alpha. A stack that turns
-as a whole does the same with its whole height; a block that slides bears mu wherever it is.
+as a whole does the same with its whole height; a block that slides bears mu wherever its bed is wide enough, and past
+the edge of the bed, by s, the (b / 2 - s) / (h / 2) at which it tips.
 """
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from coupled_cases import prism
 from cyclopean.analysis import Live, LiveLoad, Settings, limit, pushover
-from cyclopean.assembly import Load
+from cyclopean.assembly import Assembly, Load
 from cyclopean.design import arch, stack, wall
 from cyclopean.errors import InputError
+from test_field_loads import turned
 
 PUSH = Live(push=(1, 0, 0))
 
@@ -41,6 +45,32 @@ def test_a_block_that_slides_bears_the_same_wherever_it_is():
     assert [s.multiplier for s in curve.steps] == pytest.approx([0.3] * 4, rel=1e-6)
     assert [s.displacement for s in curve.steps] == pytest.approx([0.0, 0.1, 0.2, 0.3], abs=1e-6)
     assert max(s.rotation for s in curve.steps) < 1e-5
+
+
+def on(*others):
+    """A cube on the edge of a ledge, which ends where the cube does, and what else there is."""
+    ledge = prism("ledge", [(-2, -1), (1, -1), (1, 0), (-2, 0)], 0.5, fixed=True)
+    return Assembly((ledge, prism("cube", [(0, 0), (1, 0), (1, 1), (0, 1)], 0.5), *others))
+
+
+@pytest.mark.parametrize("turn", [0.0, 40.0])
+def test_a_cube_that_is_pushed_over_an_edge_tips(turn):
+    """The bed is 3 m long, the cube 1: pushed out by s it bears min(mu, 1 - 2 s), pushed in always mu."""
+    model, way = turned(on(), turn), Rotation.from_euler("z", turn, degrees=True).apply([1.0, 0.0, 0.0])
+    out = pushover(model, Live(push=tuple(way)), Settings(mu=0.3), reach=0.45, steps=9)
+    gone = np.array([step.displacement for step in out.steps])
+    assert [s.multiplier for s in out.steps] == pytest.approx(np.minimum(0.3, 1.0 - 2.0 * gone), abs=5e-3)
+    assert [s.multiplier for s in out.steps[:8]] == pytest.approx(np.minimum(0.3, 1.0 - 2.0 * gone)[:8], abs=1e-6)
+    back = pushover(model, Live(push=tuple(-way)), Settings(mu=0.3), reach=0.9, steps=3)
+    assert [s.multiplier for s in back.steps] == pytest.approx([0.3] * 4, rel=1e-6)
+
+
+def test_the_curve_ends_where_stones_meet():
+    """A cube that slides 0.1 m towards a block of its own height, which holds: the curve ends before it is in it."""
+    stop = prism("stop", [(-1.1, 0), (-0.1, 0), (-0.1, 1), (-1.1, 1)], 0.5, fixed=True)
+    curve = pushover(on(stop), Live(push=(-1, 0, 0)), Settings(mu=0.3), reach=0.6, steps=10)
+    assert [s.displacement for s in curve.steps] == pytest.approx([0.0, 0.06], abs=1e-6)
+    assert "'cube' and 'stop' run into each other" in curve.ended
 
 
 def test_a_stack_turns_as_a_whole():

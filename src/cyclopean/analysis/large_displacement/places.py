@@ -39,7 +39,7 @@ class Displaced:
         self.model, assembly = model, model.assembly
         self.base = model.system()
         contacts = model.contacts
-        patch = contacts.patch[self.base.used]
+        self.patch = patch = contacts.patch[self.base.used]
         self.a, self.b = contacts.a[patch], contacts.b[patch]
         point = contacts.point[self.base.used]
         self.arm_a = point - assembly.mass.centroid[self.a]
@@ -69,11 +69,16 @@ class Displaced:
         pa, pb, n = self.ends(place)
         return np.asarray(np.sum((pb - pa) * n, 1) / self.unit)
 
+    def bearing(self, place: Place) -> tuple[Floats, Bools]:
+        """(q, 3) m where each contact point bears, and (q,) whether it does: half-way between both blocks' own."""
+        pa, pb, _ = self.ends(place)
+        return (pa + pb) / 2.0, np.ones(len(pa), bool)
+
     def system(self, place: Place, touching: Ints) -> EquilibriumSystem:
         """The equilibrium system over some points, by index; its loads are those of the model at rest."""
-        pa, pb, n = (x[touching] for x in self.ends(place))
+        n = self.ends(place)[2][touching]
         base, unit = self.base, self.unit
-        point, frame = (pa + pb) / 2.0, frames_from_normals(n)
+        point, frame = self.bearing(place)[0][touching], frames_from_normals(n)
         arm_a = (point - place.centre[self.a[touching]]) / unit
         arm_b = (point - place.centre[self.b[touching]]) / unit
         row_a, row_b = base.row_a[touching], base.row_b[touching]

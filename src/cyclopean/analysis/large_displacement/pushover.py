@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from cyclopean.analysis.large_displacement.faces import Bodies, Faces, within
 from cyclopean.analysis.large_displacement.places import TOUCHES, Displaced, Place, degrees
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
 from cyclopean.analysis.limit_analysis.live_load import Live, live_loads
@@ -12,12 +14,14 @@ from cyclopean.analysis.limit_analysis.load_family import Pencil, pencil
 from cyclopean.analysis.limit_analysis.solving import LimitOutcome, solve_limit
 from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.settings import Settings
-from cyclopean.arrays import Floats, Ints
+from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError, SolverError
+from cyclopean.geometry import frames_from_normals
 
 __all__ = ["Pushover", "PushoverStep", "pushover"]
 
+SLID = 1e-6  # of the length unit: faces that have gone no further along each other meet where they did
 PRESSES = 1e-6  # of the largest normal force: points that press stay in touch during a step
 STICKS = 1e-3  # of the largest relative velocity: points that press and move less stick
 EVENTS, EASINGS = 6, 16  # motions under dead loads alone in a step, and doublings of their length
@@ -61,8 +65,10 @@ def pushover(
     At every step the limit problem is solved on the displaced geometry, and the blocks move on along its mechanism by
     finite rigid motions until the control block, the fastest of the first mechanism, has gone one step further.
     Points that press stay in touch: those that stick keep their place, those that slide stay in the plane of the joint,
-    so that sliding does not lift blocks as the associated mechanism would. Points that have opened bear nothing until
-    they close again. Normals of joints that have opened about an edge are the mean of both faces'.
+    so that sliding does not lift blocks as the associated mechanism would, and bear no further than the edges of both
+    faces. Points that have opened bear nothing until they close again. Normals of joints that have opened about an
+    edge are the mean of both faces'. The curve ends where stones that were clear of each other run into each other by
+    more than 1 % of the smaller.
 
     Parameters
     ----------
@@ -94,7 +100,7 @@ def pushover(
     model = prepare(assembly, settings, progress)
     if model.contacts.strength.any():
         raise InputError.of("pushover", None, "joints that pull are not followed; use dry joints")
-    course = _Course(model, live)
+    course, bodies = _Course(model, live), Bodies(model.assembly)
     place = course.start()
     made: list[PushoverStep] = []
     control, ended = -1, "the wanted displacement was reached"
@@ -116,7 +122,12 @@ def pushover(
             break
         if step == steps:
             break
-        place = course.advanced(place, touching, found.f, motion, control, reach / steps, unit)
+        after = course.advanced(place, touching, found.f, motion, control, reach / steps, unit)
+        if (met := bodies.met(after)) is not None:
+            one, other = (f"'{model.assembly.blocks[k].id}'" for k in met)
+            ended = f"in the step that follows {one} and {other} run into each other, and what they do then is not told"
+            break
+        place = after
     if not made:
         raise InputError.of("pushover", None, f"{ended}")
     return Pushover(model.assembly.blocks[control].id, tuple(made), ended, place.centre, place.turn)
@@ -137,9 +148,34 @@ class _Course(Displaced):
         if live.tilt is not None and any(not model.fixed[load.block] for load in model.assembly.loads):
             raise InputError.of("pushover", None, "a tilt with loads that do not turn is not followed; use `push`")
 
+    def bearing(self, place: Place) -> tuple[Floats, Bools]:
+        """(q, 3) m where each contact point bears, and (q,) whether it does: not where its faces have left each other.
+
+        Where faces have slid along each other a point goes with the block whose face is the smaller one, and no
+        further than the edge of what both faces have in common: a stone that is pushed over an edge tips about it.
+        """
+        pa, pb, n = self.ends(place)
+        point, bears = super().bearing(place)
+        along = pb - pa
+        along -= np.sum(along * n, 1)[:, None] * n
+        slid = np.linalg.norm(along, axis=1) > SLID * self.unit
+        for contact in np.unique(self.patch[slid & (self.gaps(place) <= TOUCHES)]).tolist():
+            mine = np.flatnonzero(self.patch == contact)
+            carried = (pb if self.faces.carries[contact] == self.faces.b[contact] else pa)[mine]
+            frame = frames_from_normals(n[mine[:1]])[0]
+            point[mine], bears[mine] = within(
+                self.faces.common(place, contact, frame, carried[0]), carried, frame, carried[0]
+            )
+        return point, bears
+
+    @cached_property
+    def faces(self) -> Faces:
+        """The whole faces that meet in each contact; looked for when the first of them slides."""
+        return Faces.of(self.model.assembly, self.model.contacts)
+
     def pencil(self, place: Place) -> tuple[Pencil, Ints]:
         """Loads on the displaced geometry, and the points that touch."""
-        touching = np.flatnonzero(self.gaps(place) <= TOUCHES)
+        touching = np.flatnonzero((self.gaps(place) <= TOUCHES) & self.bearing(place)[1])
         return self._pencil(place, touching), touching
 
     def settled(self, place: Place, budget: Budget) -> tuple[Place, Pencil, Ints, LimitOutcome]:
