@@ -1,5 +1,7 @@
 """What several tests of the command line share."""
 
+import os
+
 import pytest
 from hypothesis import settings
 
@@ -38,3 +40,8 @@ def run(capsys, tmp_path, monkeypatch):
         return (status, *capsys.readouterr())
 
     return command
+
+
+def pytest_xdist_auto_num_workers(config):
+    """One more than there are processors: some tests wait for a server, a browser or a time limit."""
+    return (os.cpu_count() or 1) + 1

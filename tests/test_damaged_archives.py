@@ -168,8 +168,9 @@ def folded_3dm(path, vertices):
     """A mesh whose vertices are compressed to next to nothing."""
     rhino = pytest.importorskip("rhino3dm")
     file, mesh = rhino.File3dm(), rhino.Mesh()
-    for _ in range(vertices):
-        mesh.Vertices.Add(0.0, 0.0, 0.0)
+    mesh.Vertices.Add(0.0, 0.0, 0.0)
+    while len(mesh.Vertices) < vertices:
+        mesh.Append(mesh.Duplicate())
     mesh.Faces.AddFace(0, 1, 2)
     file.Objects.AddMesh(mesh)
     file.Write(str(path), 8)

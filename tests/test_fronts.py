@@ -50,7 +50,7 @@ CASES = [
     ({"cohesion": "5000", "mu": "0.7"}, {"cohesion": 5000.0, "mu": 0.7}),
     ({"settlement": [SINKS]}, {"settlement": {"springer-right": (0.01, 0.0, 0.0)}}),
     ({"settlement": [SINKS], "steps": "2"}, {"settlement": {"springer-right": (0.01, 0.0, 0.0)}, "steps": 2}),
-    ({"penalty": True, "mu": "0.3"}, {"penalty": True, "mu": 0.3}),
+    ({"penalty": True, "mu": "0.7"}, {"penalty": True, "mu": 0.7}),
     (
         {"eps": "2", "eta": "30", "beta_min": "0.05", "nodes": "50"},
         {"eps": 2.0, "eta": 30.0, "beta_min": 0.05, "nodes": 50},

@@ -238,7 +238,7 @@ def test_every_stone_is_laid_where_all_are_asked_for_and_those_that_do_not_stand
     """A ball of small facets rocks wherever it lies."""
     vertices, triangles = sphere(3)
     made = Inventory((*boxes((0.5, 0.3, 0.2), (0.4, 0.3, 0.15)).stones, stone(0.1 * vertices, triangles, "ball")))
-    asked = SettleSettings(length=1.3, thickness=0.32, cell=0.04)
+    asked = SettleSettings(length=1.3, thickness=0.32, cell=0.04, ways=1)
     some, every = settle(made, asked), settle(made, replace(asked, all=True))
     assert [made.stones[k].id for k, _ in some.left_over] == ["ball"]
     assert len(some.laid) == 2
