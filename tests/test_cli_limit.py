@@ -76,13 +76,16 @@ def test_a_polar_diagram(run, block, tmp_path):
 def test_a_pushover_curve(run, block, tmp_path):
     status, out, _ = run(
         *("limit", block, "--push", "1,0,0", "--mu", 0.84, "--pushover", "10deg", "--steps", 2),
-        *("--json", "c.json", "--report", "c.html"),
+        *("--json", "c.json", "--report", "c.html", "--certificate", "proof.json"),
     )
     steps = json.loads((tmp_path / "c.json").read_text())["pushover"]["steps"]
     assert status == 0
     assert [step["rotation"] for step in steps] == pytest.approx([0, 5, 10], abs=1e-2)
     assert "pushover 'b01'" in out
-    assert "Pushover curve" in (tmp_path / "c.html").read_text()
+    assert "Pushover curve" in (page := (tmp_path / "c.html").read_text())
+    assert "Where it ends" in page
+    assert "3 of 3 of the curve proved, in proof-step-00.json to proof-step-02.json" in out
+    assert run("verify", "proof-step-02.json")[0] == 0
 
 
 def test_what_coupled_analysis_says_below(run, block, tmp_path):

@@ -6,6 +6,8 @@ as a whole does the same with its whole height; a block that slides bears mu whe
 the edge of the bed, by s, the (b / 2 - s) / (h / 2) at which it tips.
 """
 
+import json
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -15,6 +17,8 @@ from cyclopean.analysis import Live, LiveLoad, Settings, limit, pushover
 from cyclopean.assembly import Assembly, Load
 from cyclopean.design import arch, stack, wall
 from cyclopean.errors import InputError
+from cyclopean.proof import verify
+from damages import resealed
 from test_field_loads import turned
 
 PUSH = Live(push=(1, 0, 0))
@@ -105,6 +109,19 @@ def test_it_begins_at_the_limit_and_falls():
         values = [s.multiplier for s in curve.steps]
         assert values[0] == pytest.approx(limit(model, live, Settings(mu=0.84)).value, rel=1e-6)
         assert values == sorted(values, reverse=True)
+
+
+def test_every_point_is_proved_of_the_stones_where_they_are():
+    """By hand: a block 0.4 x 1 turned by theta; half of that bound is refused, for it is another model's."""
+    curve = pushover(stack(1, size=(0.4, 0.5, 1.0)), PUSH, Settings(mu=2.0), reach=12, unit="deg", steps=3)
+    bounds = np.array([(s.lower, s.upper) for s in curve.steps])
+    turn = np.deg2rad([s.rotation for s in curve.steps])
+    assert bounds == pytest.approx(np.tan(np.arctan(0.4) - turn)[:, None] * [1.0, 1.0], abs=1e-6)
+    for step, found in zip(curve.steps, curve.proofs, strict=True):
+        assert verify(json.loads(json.dumps(found))).proved
+        assert step.lower <= step.multiplier + 1e-6
+        assert step.multiplier <= step.upper + 1e-6
+    assert not verify(resealed(json.loads(json.dumps(curve.proofs[0])) | {"upper": curve.steps[-1].upper})).proved
 
 
 @pytest.mark.parametrize(

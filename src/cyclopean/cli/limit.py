@@ -1,5 +1,8 @@
 """`limit`: by how much may a push, a tilt or loads grow before it falls?"""
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -75,8 +78,21 @@ def _written(result: "LimitResult", files: Files, model: str) -> dict[str, Any]:
     def page() -> str:
         return limit_html(result, certificate_file=seen_from(there, proof), model_file=seen_from(there, Path(model)))
 
-    files.write({"certificate": lambda: result.certificate, "report": page, "json": lambda: data, **drawn(result)})
+    proofs: dict[str, Callable[[], Any]] = {"certificate": lambda: result.certificate}
+    points = _steps(result, files)
+    proofs |= {name: partial(dict, found) for name, _, found in points}
+    here = replace(files, to={**files.to, **{name: file for name, file, _ in points}})
+    here.write({**proofs, "report": page, "json": lambda: data, **drawn(result)})
     return data
+
+
+def _steps(result: "LimitResult", files: Files) -> "list[tuple[str, Path, Mapping[str, Any]]]":
+    """Certificates of the points of a pushover, by name, and their files beside that of the limit."""
+    file = files.to.get("certificate")
+    if file is None or result.pushover is None:
+        return []
+    numbered = ((f"step-{k:02d}", found) for k, found in enumerate(result.pushover.proofs) if found is not None)
+    return [(name, file.with_name(f"{file.stem}-{name}{file.suffix}"), found) for name, found in numbered]
 
 
 def _lines(result: "LimitResult", files: Files) -> list[str]:
@@ -108,6 +124,11 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
         lines.append(
             f"  pushover '{curve.control}' to {last.displacement:.4g} m, {last.rotation:.4g} degrees: multiplier"
             f" {curve.steps[0].multiplier:.4g} to {last.multiplier:.4g}; {curve.ended}"
+        )
+        kept = _steps(result, files)
+        more = f", in {kept[0][1]} to {kept[-1][1].name}" if kept else ""
+        lines.append(
+            f"  points   {sum(one is not None for one in curve.proofs)} of {len(curve.steps)} of the curve proved{more}"
         )
     if result.certificate is not None:
         lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic")

@@ -207,6 +207,20 @@ def still(assembly: Assembly, fixed: Bools, gravity: Floats = NO_GRAVITY) -> Pic
     return Picture(mesh, group, "nothing", edge, NOTHING, NOTHING, 0.0, gravity, None, ())
 
 
+def followed(result: LimitResult) -> Picture | None:
+    """The blocks where a pushover ends, with their edges where they stood; None where none was asked for."""
+    curve = result.pushover
+    if curve is None:
+        return None
+    drawn = still(result.assembly, result.fixed, result.gravity)
+    mesh = drawn.mesh
+    body = np.repeat(np.arange(len(mesh)), np.diff(mesh.vertex_start))
+    away = mesh.vertex - result.assembly.mass.centroid[body]
+    vertex = curve.placed[body] + np.einsum("kij,kj->ki", curve.turned[body], away)
+    gone = replace(mesh, vertex=vertex)
+    return replace(drawn, mesh=gone, ghost=drawn.edge, edge=feature_edges(gone) if len(drawn.edge) else drawn.edge)
+
+
 def displaced(drawn: Picture) -> Picture | None:
     """The same blocks displaced virtually, without the resultants; None where there is no coupled state."""
     if drawn.virtual is None:

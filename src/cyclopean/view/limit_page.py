@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, Travelling, moving_joints
+from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, PushoverStep, Travelling, moving_joints
 from cyclopean.analysis.answers import limit_answer
 from cyclopean.arrays import Floats
 from cyclopean.view.colours import ACCENT, GRAVITY, INK, LINE, LOAD, SOFT
-from cyclopean.view.drawing import Picture, picture_at_limit
+from cyclopean.view.drawing import Picture, followed, picture_at_limit
+from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import number
 from cyclopean.view.markup import (
     DASHED,
@@ -63,7 +64,7 @@ def limit_html(
         section("Without dilatancy", _coupled(result.coupled), _COUPLED),
         section("In every direction", "" if polar is None else figure(polar_svg(polar), _polar_caption(polar))),
         section("The load in every place", "" if moved is None else _travelling(moved), _TRAVELLING),
-        section("As it goes on", "" if pushover is None else _pushover(pushover), _PUSHOVER),
+        section("As it goes on", "" if pushover is None else _pushover(pushover, result), _PUSHOVER),
         section("Warnings", listed(result.warnings)),
         section("How to verify it", _proof(result, certificate_file, model_file)),
         section("How it was computed", _provenance(result)),
@@ -112,7 +113,8 @@ _COUPLED = (
 )
 _PUSHOVER = (
     "At each step the limit is found anew on the displaced geometry. Joints that have opened bear nothing; points that"
-    " press stay in touch. These values are bounds of the solver, closed to a millionth, without certificates."
+    " press stay in touch, no further than the edges of both faces. Bounds on the limit of the stones at that place are"
+    " checked in exact arithmetic where they are proved."
 )
 
 
@@ -228,13 +230,23 @@ def _dot(x: float, y: float, title: str = "") -> str:
     return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.5" fill="{STANDS}">{title}</circle>'
 
 
-def _pushover(pushover: Pushover) -> str:
+def _pushover(pushover: Pushover, result: LimitResult) -> str:
     caption = f"Control block '{escape(pushover.control)}'. It ends where {escape(pushover.ended)}."
-    head = ["Displacement (m)", ">Rotation (°)", ">Multiplier", ">Points in touch"]
+    head = ["Displacement (m)", ">Rotation (°)", ">Multiplier", "Proved", ">Points in touch"]
     rows = (
-        (number(s.displacement), number(s.rotation), number(s.multiplier), f"{s.touching:,}") for s in pushover.steps
+        (number(s.displacement), number(s.rotation), number(s.multiplier), _proved(s), f"{s.touching:,}")
+        for s in pushover.steps
     )
-    return figure(pushover_svg(pushover), caption) + table(head, rows)
+    place = followed(result)
+    said = "The stones where the curve ends, over where they stood."
+    end = "" if place is None else figure(elevation_svg(place, "Where it ends"), said)
+    return figure(pushover_svg(pushover), caption) + end + table(head, rows)
+
+
+def _proved(step: PushoverStep) -> str:
+    """Which bounds of a point are proved."""
+    ends = [("stands at", step.lower), ("falls from", step.upper)]
+    return ", ".join(f"{word} {_number(value)}" for word, value in ends if value is not None) or "neither bound"
 
 
 def pushover_svg(pushover: Pushover) -> str:

@@ -6,14 +6,17 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis.preparation import PreparedModel
+from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.assembly import Load
+from cyclopean.assembly import Assembly, Contacts, Load
 from cyclopean.geometry import frames_from_normals, rotations
 from cyclopean.statics import EquilibriumSystem, contact_matrix
 
 __all__ = ["TOUCHES", "Displaced", "Place", "degrees"]
 
 TOUCHES = 1e-7  # of the length unit (mean V^(1/3)): a point that is further open bears nothing
+STRIP = 0.2  # of the tolerance: how far a point beside a hinge may gape
+WIDEST = 1e-2  # of the distance to its neighbour: how far it is from the hinge
 ROUNDS = 12  # of the correction that keeps points in touch
 
 
@@ -105,10 +108,9 @@ class Displaced:
         """(6 m,) scaled; points of loads move with their blocks."""
         wrench = np.zeros((len(self.mass), 6))
         wrench[:, :3] = self.mass[:, None] * gravity
-        origin = self.model.assembly.mass.centroid
         for load in loads:
             wrench[load.block, :3] += load.force
-            arm = place.turn[load.block] @ (load.point - origin[load.block])
+            arm = self.carried(place, load.block, load.point) - place.centre[load.block]
             wrench[load.block, 3:] += np.cross(arm, load.force)
         scaled = wrench[self.base.free] / self.base.force_unit
         scaled[:, 3:] /= self.unit
@@ -142,6 +144,56 @@ class Displaced:
             correction[:, :3] *= unit
             place = place.moved(self.base.free, correction)
         return place
+
+    def displaced(self, place: Place, settings: Settings) -> tuple[Assembly, Settings]:
+        """The blocks as they stand at a place, and the contacts that are left, for `check` and `limit`.
+
+        A joint that has opened about an edge is given as a narrow strip along that edge, within the tolerance of both
+        faces; one that has parted is left out. `settings` are those of the model before.
+        """
+        model = self.model
+        old, origin = model.assembly, model.assembly.mass.centroid
+        blocks = tuple(
+            replace(
+                block,
+                vertices=place.centre[i] + (block.vertices - origin[i]) @ place.turn[i].T,
+                fixed=bool(model.fixed[i]),
+            )
+            for i, block in enumerate(old.blocks)
+        )
+        loads = tuple(replace(load, point=self.carried(place, load.block, load.point)) for load in old.loads)
+        moved = replace(
+            old, blocks=blocks, contacts=self._left(place), loads=loads, settlements=(), combinations=(), actions=()
+        )
+        x, y, z = model.gravity.tolist()
+        plain = Settings(method="rbe", gravity=(x, y, z), density=model.density, tolerance=settings.tolerance)
+        return moved, plain
+
+    def carried(self, place: Place, block: int, point: Floats) -> Floats:
+        """(3,) m: where a point of a block has gone."""
+        away = point - self.model.assembly.mass.centroid[block]
+        return np.asarray(place.centre[block] + place.turn[block] @ away)
+
+    def _left(self, place: Place) -> Contacts:
+        """What still touches."""
+        contacts, gaps = self.model.contacts, self.gaps(place)
+        point, bears = self.bearing(place)
+        pairs, polygons, friction = [], [], []
+        for k in np.unique(self.patch):
+            here = np.flatnonzero(self.patch == k)
+            shut = here[(gaps[here] <= 10.0 * TOUCHES) & bears[here]]
+            if not len(shut):
+                continue
+            corners = point[here].copy()
+            for row, other in enumerate(here):
+                if other not in shut:
+                    hinge = shut[int(np.argmin(np.linalg.norm(point[shut] - point[other], axis=1)))]
+                    strip = min(WIDEST, STRIP * self.model.tolerance / (gaps[other] * self.unit))
+                    corners[row] = point[hinge] + strip * (point[other] - point[hinge])
+            pairs.append((int(contacts.a[k]), int(contacts.b[k])))
+            polygons.append(corners)
+            friction.append(float(contacts.mu[k]))
+        return Contacts.of(pairs, polygons, friction)
 
 
 def degrees(turn: Floats) -> float:

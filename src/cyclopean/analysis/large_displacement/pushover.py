@@ -1,16 +1,19 @@
 """Pushover: the multiplier that a structure still bears as its mechanism goes on, on displaced geometry."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from cyclopean.analysis.large_displacement.faces import Bodies, Faces, within
 from cyclopean.analysis.large_displacement.places import TOUCHES, Displaced, Place, degrees
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
-from cyclopean.analysis.limit_analysis.live_load import Live, live_loads
+from cyclopean.analysis.limit_analysis.limit import limit
+from cyclopean.analysis.limit_analysis.live_load import Live, LiveLoad, live_loads
 from cyclopean.analysis.limit_analysis.load_family import Pencil, pencil
+from cyclopean.analysis.limit_analysis.result import LimitResult
 from cyclopean.analysis.limit_analysis.solving import LimitOutcome, solve_limit
 from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.settings import Settings
@@ -36,6 +39,8 @@ class PushoverStep:
     rotation: float  # degrees, of the control block
     multiplier: float  # largest at which the displaced geometry stands, between both bounds of the solver
     touching: int  # contact points in touch
+    lower: float | None = None  # proved bounds on that multiplier; None where none is proved
+    upper: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +52,7 @@ class Pushover:
     ended: str
     placed: Floats  # (n, 3) m, centres of mass at the end
     turned: Floats  # (n, 3, 3) rotations at the end
+    proofs: tuple[Mapping[str, Any] | None, ...] = ()  # a certificate of each point's bounds
 
 
 def pushover(
@@ -103,6 +109,7 @@ def pushover(
     course, bodies = _Course(model, live), Bodies(model.assembly)
     place = course.start()
     made: list[PushoverStep] = []
+    proofs: list[Mapping[str, Any] | None] = []
     control, ended = -1, "the wanted displacement was reached"
     for step in range(steps + 1):
         progress(f"pushover step {step} of {steps}")
@@ -116,7 +123,10 @@ def pushover(
         motion = course.world(found.y)
         if control < 0:
             control = int(course.base.free[int(np.argmax(np.linalg.norm(motion[:, :3], axis=1)))])
-        made.append(course.told(place, control, loads.unit * (found.lower + found.upper) / 2.0, touching))
+        told = course.told(place, control, loads.unit * (found.lower + found.upper) / 2.0, touching)
+        proved = course.proved(place, settings or Settings(), budget)
+        made.append(told if proved is None else replace(told, lower=proved.lower, upper=proved.upper))
+        proofs.append(None if proved is None else proved.certificate)
         if made[-1].multiplier <= 0.0:
             ended = "it does not stand without live loads any more"
             break
@@ -130,7 +140,7 @@ def pushover(
         place = after
     if not made:
         raise InputError.of("pushover", None, f"{ended}")
-    return Pushover(model.assembly.blocks[control].id, tuple(made), ended, place.centre, place.turn)
+    return Pushover(model.assembly.blocks[control].id, tuple(made), ended, place.centre, place.turn, tuple(proofs))
 
 
 _WHY = {
@@ -145,6 +155,7 @@ class _Course(Displaced):
     def __init__(self, model: PreparedModel, live: Live) -> None:
         super().__init__(model)
         self.gravity, self.live = live_loads(model.assembly, live, model.gravity)
+        self.grows = live
         if live.tilt is not None and any(not model.fixed[load.block] for load in model.assembly.loads):
             raise InputError.of("pushover", None, "a tilt with loads that do not turn is not followed; use `push`")
 
@@ -229,6 +240,20 @@ class _Course(Displaced):
         p1 = self.wrench(place, self.gravity, self.live)
         return pencil(replace(system, p=p0), p1)
 
+    def proved(self, place: Place, settings: Settings, budget: Budget) -> LimitResult | None:
+        """What `limit` proves of the blocks as they stand; None where a joint gapes too wide for one normal."""
+        blocks = self.model.assembly.blocks
+        at = (
+            LiveLoad(blocks[load.block].id, _three(load.force), _three(self.carried(place, load.block, load.point)))
+            for load in self.live
+        )
+        grows = replace(self.grows, loads=tuple(at)) if self.grows.loads else self.grows
+        try:
+            model, plain = self.displaced(place, settings)
+            return limit(model, grows, plain, seconds=budget.left if budget.limited else None)
+        except InputError:
+            return None
+
     def told(self, place: Place, control: int, multiplier: float, touching: Ints) -> PushoverStep:
         """A point of the curve."""
         went = float(np.linalg.norm(place.centre[control] - self.model.assembly.mass.centroid[control]))
@@ -267,3 +292,8 @@ class _Course(Displaced):
         if unit == "m":
             return float(np.linalg.norm(after.centre[control] - before.centre[control]))
         return degrees(after.turn[control] @ before.turn[control].T)
+
+
+def _three(vector: Floats) -> tuple[float, float, float]:
+    x, y, z = vector.tolist()
+    return x, y, z

@@ -49,8 +49,6 @@ HALVINGS = 6  # of a step, to find where rest is lost
 ROUNDS = 25  # of one step: each squares what is left to move
 STAYS = 1e-6  # of what a programme has to move: gaps below it are those of a hinge, and stay shut
 SHUT = 1e-9  # of the length unit: what is left to move once a step is done
-STRIP = 0.2  # of the tolerance: how far a point beside a hinge may gape
-WIDEST = 1e-2  # of the distance to its neighbour: how far it is from the hinge
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,7 +152,7 @@ def subsidence(
 def _judged(path: "_Path", place: Place, settings: Settings) -> Result | None:
     """What `check` says of the blocks as they stand; None where a joint gapes too wide for one normal to suit it."""
     try:
-        return check(*_displaced_model(path, place, settings))
+        return check(*path.displaced(place, settings))
     except InputError:
         return None
 
@@ -297,65 +295,3 @@ _WORDS: dict[str, Word] = {
 def _missed(gap: Floats, mu: Floats) -> Floats:
     """(q,) by how much gaps are outside K*."""
     return np.asarray(np.maximum(mu * np.hypot(gap[:, 1], gap[:, 2]) - gap[:, 0], 0.0))
-
-
-def _displaced_model(path: Displaced, place: Place, settings: Settings) -> tuple[Assembly, Settings]:
-    """The blocks as they stand at a place, and the contacts that are left, for `check`.
-
-    A joint that has opened about an edge is given as a narrow strip along that edge, within the tolerance of both
-    faces; one that has parted is left out.
-
-    Parameters
-    ----------
-    path : Displaced
-        The model.
-    place : Place
-        Where its blocks are.
-    settings : Settings
-        Of the model before.
-    """
-    model = path.model
-    old, origin = model.assembly, model.assembly.mass.centroid
-    blocks = tuple(
-        replace(
-            block,
-            vertices=place.centre[i] + (block.vertices - origin[i]) @ place.turn[i].T,
-            fixed=bool(model.fixed[i]),
-        )
-        for i, block in enumerate(old.blocks)
-    )
-    loads = tuple(
-        replace(load, point=place.centre[load.block] + place.turn[load.block] @ (load.point - origin[load.block]))
-        for load in old.loads
-    )
-    moved = replace(
-        old, blocks=blocks, contacts=_left(path, place), loads=loads, settlements=(), combinations=(), actions=()
-    )
-    x, y, z = model.gravity.tolist()
-    plain = Settings(method="rbe", gravity=(x, y, z), density=model.density, tolerance=settings.tolerance)
-    return moved, plain
-
-
-def _left(path: Displaced, place: Place) -> Contacts:
-    """What still touches."""
-    contacts = path.model.contacts
-    pa, pb, _ = path.ends(place)
-    middle, gaps = (pa + pb) / 2.0, path.gaps(place)
-    patch = contacts.patch[path.base.used]
-    pairs, polygons, friction = [], [], []
-    for k in np.unique(patch):
-        here = np.flatnonzero(patch == k)
-        shut = here[gaps[here] <= 10.0 * TOUCHES]
-        if not len(shut):
-            continue
-        corners = middle[here].copy()
-        for row, point in enumerate(here):
-            if point not in shut:
-                hinge = shut[int(np.argmin(np.linalg.norm(middle[shut] - middle[point], axis=1)))]
-                gape = gaps[point] * path.unit
-                strip = min(WIDEST, STRIP * path.model.tolerance / gape)
-                corners[row] = middle[hinge] + strip * (middle[point] - middle[hinge])
-        pairs.append((int(contacts.a[k]), int(contacts.b[k])))
-        polygons.append(corners)
-        friction.append(float(contacts.mu[k]))
-    return Contacts.of(pairs, polygons, friction)
