@@ -84,7 +84,7 @@ def test_a_pushover_curve(run, block, tmp_path):
     assert "pushover 'b01'" in out
     assert "Pushover curve" in (page := (tmp_path / "c.html").read_text())
     assert "Where it ends" in page
-    assert "3 of 3 of the curve proved, in proof-step-00.json to proof-step-02.json" in out
+    assert "3 of 3 proved, in proof-step-00.json to proof-step-02.json" in out
     assert run("verify", "proof-step-02.json")[0] == 0
 
 

@@ -135,6 +135,10 @@ def test_the_crown_opens_as_far_as_it_turns():
     for step in path.steps:
         phi = np.arccos(5.0 / far) - np.arccos((5.0 + step.settlement / 2) / far)
         assert step.opening == pytest.approx(2 * 0.8 * np.sin(phi), abs=1e-7)
+    assert [step.proved for step in path.steps] == [True] * 5
+    assert all(verify(json.loads(json.dumps(proof))).proved for proof in path.proofs)
+    places = [proof["blocks"][1]["vertices"] for proof in path.proofs]
+    assert all(one != other for one, other in zip(places, places[1:], strict=False))  # each of another place
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -277,7 +281,9 @@ def test_the_command(run, tmp_path):
     status, out, _ = run("check", "m.json", "--steps", "2", *files)
     assert status == 0
     assert "v04 and v05" in out
-    assert "proved" in run("verify", "c.json")[1]
+    assert "3 of 3 proved, in c-step-00.json to c-step-02.json" in out
+    for name in ("c", "c-step-01"):
+        assert "proved" in run("verify", f"{name}.json")[1]
     path = json.loads((tmp_path / "r.json").read_text())["path"]
     assert (path["reached"], path["proved"], path["share"], len(path["steps"])) == (True, True, 1.0, 3)
     assert path["steps"][-1]["joint"] == ["v04", "v05"]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -118,6 +119,9 @@ def write_result(result: "Result", files: Files, model: str) -> dict[str, Any]:
     known = result.undecided
     at = None if known is None or known.stable_at is None else known.stable_at.certificate
     proofs: dict[str, Callable[[], Any]] = {"certificate": lambda: result.certificate, AT_ETA: lambda: at}
+    steps = () if result.path is None else result.path.proofs
+    files = replace(files, to={**files.to, **files.points(steps)[0]})
+    proofs |= {f"step-{k:02d}": partial(dict, found) for k, found in enumerate(steps) if found is not None}
     files.write({**proofs, "report": page, "json": lambda: data, **drawn(result)})
     return data
 
@@ -134,7 +138,7 @@ def _lines(result: "Result", data: dict[str, Any], files: Files, spare: "Margins
     """All that is said of a result."""
     told = [*verdict_lines(result, data), *_margin_lines(spare, result)]
     if result.path is not None:  # what opens in a small settlement is not what opens in this one
-        told = [*(line for line in told if not line.startswith("  opened")), *_path_lines(result.path, result)]
+        told = [*(line for line in told if not line.startswith("  opened")), *_path_lines(result.path, result, files)]
     if result.sensitivity is not None:
         told += _sensitivity_lines(result.sensitivity)
     return told + _beside(result, files).line(but=() if result.certificate else ("certificate",))
@@ -162,7 +166,7 @@ def _margin_lines(found: "Margins | None", result: "Result") -> list[str]:
     return [f"  margins  {', '.join(told)} (by rbe)"] if told else []
 
 
-def _path_lines(path: "Subsidence", result: "Result") -> list[str]:
+def _path_lines(path: "Subsidence", result: "Result", files: Files) -> list[str]:
     """The table: how far, what was found, and the widest joint."""
     ids, a, b = [block.id for block in result.assembly.blocks], path.contacts.a, path.contacts.b
     lines = ["  path     settlement m   found       widest joint m"]
@@ -172,6 +176,7 @@ def _path_lines(path: "Subsidence", result: "Result") -> list[str]:
             continue
         joint = "" if step.joint < 0 else f"   {ids[a[step.joint]]} and {ids[b[step.joint]]}"
         lines.append(f"           {step.settlement:<12.5g}   {step.word:9}   {step.opening:<8.4g}{joint}".rstrip())
+    lines.append(f"  steps    {files.points(path.proofs)[1]}")
     if not path.proved:
         lines.append(
             "  NOT PROVED  no certificate covers any of these states but the first, which moves by next to nothing"

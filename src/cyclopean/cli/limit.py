@@ -1,6 +1,6 @@
 """`limit`: by how much may a push, a tilt or loads grow before it falls?"""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -79,20 +79,11 @@ def _written(result: "LimitResult", files: Files, model: str) -> dict[str, Any]:
         return limit_html(result, certificate_file=seen_from(there, proof), model_file=seen_from(there, Path(model)))
 
     proofs: dict[str, Callable[[], Any]] = {"certificate": lambda: result.certificate}
-    points = _steps(result, files)
-    proofs |= {name: partial(dict, found) for name, _, found in points}
-    here = replace(files, to={**files.to, **{name: file for name, file, _ in points}})
+    points = () if result.pushover is None else result.pushover.proofs
+    here = replace(files, to={**files.to, **files.points(points)[0]})
+    proofs |= {f"step-{k:02d}": partial(dict, found) for k, found in enumerate(points) if found is not None}
     here.write({**proofs, "report": page, "json": lambda: data, **drawn(result)})
     return data
-
-
-def _steps(result: "LimitResult", files: Files) -> "list[tuple[str, Path, Mapping[str, Any]]]":
-    """Certificates of the points of a pushover, by name, and their files beside that of the limit."""
-    file = files.to.get("certificate")
-    if file is None or result.pushover is None:
-        return []
-    numbered = ((f"step-{k:02d}", found) for k, found in enumerate(result.pushover.proofs) if found is not None)
-    return [(name, file.with_name(f"{file.stem}-{name}{file.suffix}"), found) for name, found in numbered]
 
 
 def _lines(result: "LimitResult", files: Files) -> list[str]:
@@ -125,11 +116,7 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
             f"  pushover '{curve.control}' to {last.displacement:.4g} m, {last.rotation:.4g} degrees: multiplier"
             f" {curve.steps[0].multiplier:.4g} to {last.multiplier:.4g}; {curve.ended}"
         )
-        kept = _steps(result, files)
-        more = f", in {kept[0][1]} to {kept[-1][1].name}" if kept else ""
-        lines.append(
-            f"  points   {sum(one is not None for one in curve.proofs)} of {len(curve.steps)} of the curve proved{more}"
-        )
+        lines.append(f"  points   {files.points(curve.proofs)[1]}")
     if result.certificate is not None:
         lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic")
     return lines + files.line(but=() if result.certificate else ("certificate",))

@@ -2,7 +2,7 @@
 
 import os
 import stat
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -62,6 +62,19 @@ class Files:
         old = "; the file that is there is of an earlier run" if file.is_file() else ""
         warn(f"`certificate` {file}: nothing was proved, so no certificate is written{old}")
         return None
+
+    def points(self, proofs: Sequence[Mapping[str, Any] | None]) -> tuple[dict[str, Path], str]:
+        """Files beside the certificate for points of a path, by name, and how many of them are proved, in words."""
+        file, told = self.to.get("certificate"), f"{sum(one is not None for one in proofs)} of {len(proofs)} proved"
+        if file is None:
+            return {}, told
+        there = {
+            f"step-{k:02d}": file.with_name(f"{file.stem}-step-{k:02d}{file.suffix}")
+            for k, found in enumerate(proofs)
+            if found is not None
+        }
+        names = list(there.values())
+        return there, f"{told}, in {names[0]} to {names[-1].name}" if names else told
 
     def write(self, contents: Mapping[str, Callable[[], Any]]) -> None:
         """Compose what was asked for, by option, then write all of it: text, plain data, or what writes itself."""

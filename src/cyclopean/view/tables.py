@@ -326,7 +326,7 @@ def _governing(bracket: Bracket, result: Result) -> str:
 _SUBSIDING = (
     "The supports move on in steps, as rigid bodies; the blocks follow so that the loads lose most while nothing closes"
     " that is shut, and a state of rest is looked for on the geometry as it has become. Forces, openings and pictures"
-    " above are those of its beginning. Of the states on the way only the last one of rest is proved, if it is."
+    " above are those of its beginning. Where a rest is proved, its certificate was checked in exact arithmetic."
 )
 
 
@@ -341,7 +341,7 @@ def _step_row(step: SubsidenceStep, found: Subsidence, result: Result) -> tuple[
     return (
         f"{100 * step.share:.4g} %",
         f"{number(step.settlement)} m",
-        escape(step.word),
+        escape(step.word) + (", proved" if step.proved else ""),
         f"{number(step.opening)} m",
         joint_name(result, step.joint, found.contacts) if step.joint >= 0 else "",
         str(step.touching),

@@ -23,9 +23,9 @@ References
    produced by settlements in masonry structures. Meccanica 53 (2018).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -61,6 +61,7 @@ class SubsidenceStep:
     opening: float  # m: how far the widest joint is open
     joint: int  # which contact that is; -1 where none is open
     touching: int  # contact points that still touch
+    proved: bool = False  # whether `check` proves that the blocks stand where they are then
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +73,7 @@ class Subsidence:
     ended: str  # one sentence
     last: Result | None  # of the displaced model at the last state of rest, as `check` judges it; None where none was
     contacts: Contacts  # that `joint` counts
+    proofs: tuple[Mapping[str, Any] | None, ...] = ()  # a certificate of each step that is proved
 
     @property
     def share(self) -> float:
@@ -135,7 +137,8 @@ def subsidence(
     if model.contacts.strength.any():
         raise InputError("a settlement and joints that pull do not go together: what has opened pulls no more")
     path = _Path(model, model.settled)
-    walk = _Walk(path, path.start(), [path.told(path.start(), 0.0, "rest")])
+    walk = _Walk(path, path.start(), [], settings)
+    walk.rests(path.start(), 0.0)
     lost = None
     for k in range(steps):
         progress(f"settlement {100.0 * (k + 1) / steps:.3g} %")
@@ -143,10 +146,9 @@ def subsidence(
         if lost is not None:
             walk.made.append(lost)
             break
-    made, share, place = walk.made, walk.share, walk.place
-    word: Word = "rest" if lost is None else lost.word
-    last = None if share == 0.0 else _judged(path, place, settings)
-    return Subsidence(tuple(made), lost is None, _ended(made, word, last), last, model.contacts)
+    made, word = walk.made, "rest" if lost is None else lost.word
+    last = None if walk.share == 0.0 else walk.last
+    return Subsidence(tuple(made), lost is None, _ended(made, word, last), last, model.contacts, tuple(walk.proofs))
 
 
 def _judged(path: "_Path", place: Place, settings: Settings) -> Result | None:
@@ -263,9 +265,18 @@ class _Path(Displaced):
 class _Walk:
     """How far along a path rest has been found."""
 
-    def __init__(self, path: _Path, place: Place, made: list[SubsidenceStep]) -> None:
-        self.path, self.place, self.made = path, place, made
+    def __init__(self, path: _Path, place: Place, made: list[SubsidenceStep], settings: Settings) -> None:
+        self.path, self.place, self.made, self.settings = path, place, made, settings
         self.share = 0.0
+        self.last: Result | None = None
+        self.proofs: list[Mapping[str, Any] | None] = []
+
+    def rests(self, there: Place, share: float) -> None:
+        """Note a place of rest, and what `check` proves of it."""
+        self.place, self.share, self.last = there, share, _judged(self.path, there, self.settings)
+        proved = self.last is not None and self.last.verdict == "stable"
+        self.made.append(replace(self.path.told(there, share, "rest"), proved=proved))
+        self.proofs.append(self.last.certificate if self.last is not None and proved else None)
 
     def on(self, target: float, least: float) -> SubsidenceStep | None:
         """Go on to a share of the settlement in as few steps as it takes, none below `least`; what was met if not."""
@@ -273,8 +284,7 @@ class _Walk:
         while self.share < target:
             there, word = self.path.followed(self.place, aim)
             if word == "rest":
-                self.place, self.share = there, aim
-                self.made.append(self.path.told(there, aim, word))
+                self.rests(there, aim)
                 aim = target
             elif aim - self.share > least:
                 aim = (self.share + aim) / 2.0
