@@ -8,6 +8,7 @@ joint within that of friction; a joint about whose edge blocks have turned faces
 for the d at which the first joint gives way: the fourth and fifth hinge, or sliding at a springer.
 """
 
+import itertools
 import json
 from dataclasses import replace
 
@@ -138,7 +139,7 @@ def test_the_crown_opens_as_far_as_it_turns():
     assert [step.proved for step in path.steps] == [True] * 5
     assert all(verify(json.loads(json.dumps(proof))).proved for proof in path.proofs)
     places = [proof["blocks"][1]["vertices"] for proof in path.proofs]
-    assert all(one != other for one, other in zip(places, places[1:], strict=False))  # each of another place
+    assert all(one != other for one, other in itertools.pairwise(places))  # each of another place
 
 
 # ---------------------------------------------------------------------------------------------------------------------
