@@ -29,16 +29,19 @@ from cyclopean.statics.equilibrium import (
     equilibrium_system,
     turned_gravity,
 )
+from cyclopean.statics.plane import PlaneSystem, plane_system
 from cyclopean.statics.schur import Schur
 
 __all__ = [
     "EquilibriumSystem",
+    "PlaneSystem",
     "Schur",
     "body_loads",
     "cone_jacobian",
     "cone_regions",
     "contact_matrix",
     "equilibrium_system",
+    "plane_system",
     "project_cones",
     "pyramid_rows",
     "turned_gravity",

@@ -14,7 +14,7 @@ STANDARD_GRAVITY = 9.80665  # m/s2; own weights are counted in it where there is
 RELIED = 1.0 - 1e-9
 """Share of a joint's tension that is counted on: what is left keeps forces inside the cones of a certificate."""
 
-__all__ = ["EquilibriumSystem", "body_loads", "contact_matrix", "equilibrium_system", "turned_gravity"]
+__all__ = ["EquilibriumSystem", "body_loads", "contact_matrix", "equilibrium_system", "partly_held", "turned_gravity"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -199,7 +199,7 @@ def equilibrium_system(
     system = replace(system, weight=own / force_unit, diagonal=diagonal / length_unit)
     held = held_directions(assembly)[free]
     if held.any():
-        system = _partly_held(system, held, _free_size(assembly, free, held, gravity, density) / force_unit)
+        system = partly_held(system, held, _free_size(assembly, free, held, gravity, density) / force_unit)
     return _pulling(system, contacts.pull[used] / force_unit) if contacts.strength.any() else system
 
 
@@ -212,7 +212,7 @@ def _boxes(assembly: Assembly, which: Ints) -> tuple[Floats, Floats]:
     return np.minimum.reduceat(mesh.vertex, first)[which], np.maximum.reduceat(mesh.vertex, first)[which]
 
 
-def _partly_held(system: EquilibriumSystem, held: Bools, size: Floats) -> EquilibriumSystem:
+def partly_held(system: EquilibriumSystem, held: Bools, size: Floats) -> EquilibriumSystem:
     """The system with rows of zeros where partial supports hold."""
     matrix = (sp.diags((~held.ravel()).astype(float)) @ system.A).tocsr()
     matrix.eliminate_zeros()

@@ -3,7 +3,6 @@
 import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,11 @@ class Schur:
         self.size = 6 * system.blocks
         self.factorisations = 0
         self._gather(system)
-        row = np.concatenate([_dofs(self._pair[:, 0]), _dofs(self._pair[:, 1])], 1)  # (e, 12)
+        dofs = 6 * np.arange(system.blocks + 1)[:, None] + np.arange(6)
+        dofs[-1] = -1  # of fixed blocks, which are numbered so
+        if system.held.any():
+            dofs[:-1][system.held] = -1
+        row = dofs[self._pair].reshape(-1, 12)
         i = np.broadcast_to(row[:, :, None], (len(row), 12, 12)).ravel()
         j = np.broadcast_to(row[:, None, :], (len(row), 12, 12)).ravel()
         self._kept = np.flatnonzero((i >= j) & (j >= 0))
@@ -135,7 +138,3 @@ class _Whole:
         order = np.argsort(c * n + r)
         indptr = np.searchsorted(c[order], np.arange(n + 1))
         return cls(analyse(indptr, r[order], lower.backend, symmetric=False), strict, order)
-
-
-def _dofs(row: Any) -> Any:
-    return np.where(row[:, None] >= 0, 6 * row[:, None] + np.arange(6), -1)

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from cyclopean.analysis.equilibrium.exact_balance import Balance, exact_balance, own_loads, product, stretched
-from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
 from cyclopean.analysis.limit_analysis.live_load import Live, live_loads
 from cyclopean.analysis.limit_analysis.load_family import Pencil, pencil
+from cyclopean.analysis.limit_analysis.starting import AtRest
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Load
@@ -38,19 +38,19 @@ class GrowingModel:
         return self.model.system()
 
     @cached_property
-    def schur(self) -> Schur | None:
-        """S of the system, whatever loads act; None without contacts."""
-        return Schur(self.system) if self.system.points else None
+    def rest(self) -> AtRest:
+        """What is known of the system whatever grows on it."""
+        return AtRest(self.system)
 
-    @cached_property
-    def rest(self) -> Outcome:
-        """What rigid-block equilibrium says of the dead loads alone."""
-        return solve_rbe(self.system, schur=self.schur)
+    @property
+    def schur(self) -> Schur | None:
+        """S of the system; None without contacts."""
+        return self.rest.schur if self.system.points else None
 
     def beside(self, live: Live) -> "GrowingModel":
         """The same under other live loads: what is known of the dead loads is kept."""
         other = GrowingModel.of(self.model, live)
-        other.__dict__.update(system=self.system, schur=self.schur, rest=self.rest)
+        other.__dict__.update(system=self.system, rest=self.rest)
         return other
 
     @cached_property

@@ -109,7 +109,7 @@ def find_limit(
     if live.tilt is not None and _turns_unevenly(model, live.tilt):
         return _turned(model, live.tilt, solver, budget)
     growing = GrowingModel.of(model, live) if beside is None else beside.beside(live)
-    outcome = solve_limit(growing.pencil, solver, budget, growing.schur, growing.rest)
+    outcome = solve_limit(growing.pencil, solver, budget, growing.rest)
     return Found(growing, in_users_units(outcome, growing.pencil.unit))
 
 

@@ -6,17 +6,17 @@ from typing import Any, Literal
 import numpy as np
 
 from cyclopean.analysis.equilibrium.newton import collapse_bound
-from cyclopean.analysis.equilibrium.rbe import COLLAPSE, Outcome, solve_rbe
+from cyclopean.analysis.equilibrium.rbe import COLLAPSE
 from cyclopean.analysis.equilibrium.reference import BIG
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
 from cyclopean.analysis.limit_analysis.interior import SCALE, SMALLEST_MU, LimitPoint, Start, limit_interior
 from cyclopean.analysis.limit_analysis.load_family import Pencil, total
 from cyclopean.analysis.limit_analysis.polish import Bracket, opened, polished, rebalanced
 from cyclopean.analysis.limit_analysis.reference import limit_by_clarabel
-from cyclopean.analysis.limit_analysis.starting import opening, pressing
+from cyclopean.analysis.limit_analysis.starting import AtRest
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
-from cyclopean.statics import Schur, project_cones
+from cyclopean.statics import PlaneSystem, plane_system, project_cones
 
 __all__ = ["CLOSED", "SOLVERS", "LimitOutcome", "solve_limit"]
 
@@ -48,16 +48,13 @@ class LimitOutcome:
 
 
 def solve_limit(
-    loads: Pencil,
-    solver: str = "auto",
-    budget: Budget = UNLIMITED,
-    schur: Schur | None = None,
-    rest: Outcome | None = None,
+    loads: Pencil, solver: str = "auto", budget: Budget = UNLIMITED, rest: AtRest | None = None
 ) -> LimitOutcome:
     """Find the largest s with A f = -(p0 + s q), f in K.
 
-    "auto" takes the structured interior point, and Clarabel where that does not close the gap; what either finds is
-    polished on both sides (see `polish`), and only what has been measured there is returned.
+    "auto" solves a structure in the plane there, and what that does not settle as it is. It takes the structured
+    interior point, and Clarabel where that does not close the gap; what either finds is polished on both sides (see
+    `polish`), and only what has been measured there is returned.
 
     Parameters
     ----------
@@ -67,24 +64,46 @@ def solve_limit(
         One of them alone, or both.
     budget : Budget
         When to stop; both bounds are then as far apart as they are.
-    schur, rest : optional
-        S of the system, and what rigid-block equilibrium says without live loads, where they are known.
+    rest : AtRest, optional
+        What is known of the system whatever grows on it.
     """
+    plane = plane_system(loads.system, loads.q) if solver == "auto" else None
+    if plane is not None:
+        flat = _solved(replace(loads, system=plane.system, q=plane.loads(loads.q)), solver, budget, None)
+        if flat.word == "limit" and (whole := _lifted(loads, plane, flat)) is not None:
+            return whole
+    return _solved(loads, solver, budget, rest)
+
+
+def _lifted(loads: Pencil, plane: PlaneSystem, flat: LimitOutcome) -> LimitOutcome | None:
+    """Both bounds that were found in the plane, measured on the whole; None where rounding has spoilt one."""
+    assert flat.f is not None
+    assert flat.y is not None
+    bracket = Bracket()
+    bracket.raise_lower(loads, plane.forces(flat.f), flat.lower)
+    bracket.cut_upper(loads, plane.motion(flat.y))
+    if not (bracket.gap(SCALE) <= CLOSED):
+        return None
+    return replace(flat, lower=bracket.lower, upper=bracket.upper, f=bracket.f, y=bracket.y)
+
+
+def _solved(loads: Pencil, solver: str, budget: Budget, rest: AtRest | None) -> LimitOutcome:
+    """As `solve_limit`, of the system as it is."""
     tried: list[dict[str, Any]] = []
-    schur = Schur(loads.system) if schur is None and loads.system.points else schur
-    rest = solve_rbe(loads.system, schur=schur) if rest is None else rest
-    spent = int(rest.provenance.get("factorisations", 0))
-    tried.append({"solver": f"rbe: {rest.provenance['solver']}", "word": rest.word, "factorisations": spent})
-    if rest.word == "collapse" and rest.provenance["solver"] == "connectivity":
-        return _settled(_fallen(loads, rest.y), tried)
-    if schur is None:
+    rest = AtRest(loads.system) if rest is None else rest
+    dead = rest.outcome
+    spent = int(dead.provenance.get("factorisations", 0))
+    tried.append({"solver": f"rbe: {dead.provenance['solver']}", "word": dead.word, "factorisations": spent})
+    if dead.word == "collapse" and dead.provenance["solver"] == "connectivity":
+        return _settled(_fallen(loads, dead.y), tried)
+    if not loads.system.points:
         return LimitOutcome("undecided", provenance={"solver": "none", "tried": tried})
-    outcome = _bounded(loads, schur, solver, rest.f if rest.word == "balanced" else None, tried, budget)
-    if rest.word != "collapse":
+    outcome = _bounded(loads, rest, solver, dead.f if dead.word == "balanced" else None, tried, budget)
+    if dead.word != "collapse":
         return _settled(outcome, tried)
     if outcome.word == "falls" or outcome.y is None:  # no multiplier at all was found
-        return _settled(_fallen(loads, outcome.y if outcome.word == "falls" else rest.y), tried)
-    back = _bounded(loads.turned(), schur, solver, None, tried, budget)
+        return _settled(_fallen(loads, outcome.y if outcome.word == "falls" else dead.y), tried)
+    back = _bounded(loads.turned(), rest, solver, None, tried, budget)
     least = -back.lower if back.word in ("limit", "undecided") else -np.inf
     return _settled(replace(outcome, word="falls", least=least), tried)
 
@@ -108,14 +127,14 @@ def _fallen(loads: Pencil, y: Floats | None) -> LimitOutcome:
 
 
 def _bounded(
-    loads: Pencil, schur: Schur, solver: str, f0: Floats | None, tried: list[dict[str, Any]], budget: Budget
+    loads: Pencil, rest: AtRest, solver: str, f0: Floats | None, tried: list[dict[str, Any]], budget: Budget
 ) -> LimitOutcome:
     """Both bounds of the largest s; `f0` are forces at s = 0, where there are any."""
     chain = ("interior", "clarabel") if solver == "auto" else (solver,)
     bracket = Bracket()
     if f0 is not None:
         bracket.raise_lower(loads, f0, 0.0)
-    cut = _Cut(loads, schur, bracket, budget)
+    cut, schur = _Cut(loads, rest, bracket, budget), rest.schur
     for name in chain:
         if name == "interior" and loads.system.mu.min() < SMALLEST_MU:
             continue
@@ -147,10 +166,10 @@ def _bounded(
 
 def _by_interior(cut: "_Cut", f0: Floats | None) -> LimitPoint:
     """The structured interior point, from inside both cones where there is such a start."""
-    loads, schur, budget = cut.loads, cut.schur, cut.budget
-    inside = Start(pressing(loads, schur) if f0 is not None else None, cut.opening())
+    loads, budget = cut.loads, cut.budget
+    inside = Start(cut.rest.pressed if f0 is not None else None, cut.rest.opened(budget))
     cut(loads.q)  # a poor bound that costs nothing: every block as its live load pushes it, and every joint opened
-    point = limit_interior(loads, schur, cut, start=inside, budget=budget.before(MENDING))
+    point = limit_interior(loads, cut.rest.schur, cut, start=inside, budget=budget.before(MENDING))
     cut(point.y)
     return point
 
@@ -165,7 +184,7 @@ def _without_end(cut: "_Cut", point: LimitPoint, f0: Floats | None) -> LimitOutc
 
 def _closed(cut: "_Cut", point: LimitPoint, f0: Floats | None) -> None:
     """Mend both sides of a solver's answer, as far as that goes."""
-    loads, schur, bracket = cut.loads, cut.schur, cut.bracket
+    loads, schur, bracket = cut.loads, cut.rest.schur, cut.bracket
     cut(point.y)
     _raise(cut, point.f, point.s, f0)
     if not (bracket.gap(SCALE) <= CLOSED / 3.0) and not cut.budget.over:
@@ -175,13 +194,14 @@ def _closed(cut: "_Cut", point: LimitPoint, f0: Floats | None) -> None:
             _raise(cut, *bracket.near, f0)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class _Cut:
     """Takes motions as upper bounds, helped by one that opens every joint where they need help."""
 
-    def __init__(self, loads: Pencil, schur: Schur, bracket: Bracket, budget: Budget) -> None:
-        self.loads, self.schur, self.bracket, self.budget = loads, schur, bracket, budget
-        self.wide: Floats | None = None
-        self.sought = False
+    loads: Pencil
+    rest: AtRest
+    bracket: Bracket
+    budget: Budget
 
     def __call__(self, y: Floats) -> float:
         """The least upper bound so far."""
@@ -193,7 +213,7 @@ class _Cut:
         bracket.cut_upper(loads, y)
         if bracket.upper + float(loads.system.p @ y) <= 0.1 * WANTED * (SCALE + abs(bracket.upper)):
             return bracket.upper
-        wide = self.opening()
+        wide = self.rest.opened(self.budget)
         if wide is not None:
             bracket.cut_upper(loads, opened(loads, y, wide))
         return bracket.upper
@@ -203,17 +223,10 @@ class _Cut:
 
         Displaced structures may stand at one multiplier only; to an interior point that looks almost like none.
         """
-        wide = self.opening()
+        wide = self.rest.opened(self.budget)
         y = y if wide is None else opened(self.loads, y, wide)
         bounds = [collapse_bound(self.loads.at(s), y) for s in (0.0, SANE, -SANE)]
         return y if min(bounds) >= COLLAPSE else None
-
-    def opening(self) -> Floats | None:
-        """A motion that opens every joint, sought once."""
-        if not self.sought:
-            self.sought = True
-            self.wide = opening(self.loads, self.schur, self.budget)
-        return self.wide
 
 
 def _raise(cut: _Cut, f: Floats, s: float, f0: Floats | None) -> None:
@@ -230,7 +243,7 @@ def _raise(cut: _Cut, f: Floats, s: float, f0: Floats | None) -> None:
         mixed, at = (f, s) if f0 is None else ((1.0 - share) * f + share * f0, (1.0 - share) * s)
         if not (at > bracket.lower) or (share and cut.budget.over):
             return
-        if bracket.raise_lower(loads, *rebalanced(loads, cut.schur, mixed, at)):
+        if bracket.raise_lower(loads, *rebalanced(loads, cut.rest.schur, mixed, at)):
             return
 
 
