@@ -14,7 +14,7 @@ from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files, folder, seen_from
 from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, warn
-from cyclopean.options import Option, check_options, option
+from cyclopean.options import Option, option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Result
@@ -38,9 +38,6 @@ class Carving:
         0.002, "Depth (m) up to which a cut is left to the chisel.", "number", metavar="L", least=0.0, word="least_cut"
     )
     dxf: bool = option(False, "Write before.dxf and after.dxf too, for CAD (extra dxf).", "flag")
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @command()
