@@ -21,6 +21,7 @@ from cyclopean.analysis.coupled.states import Bounds, merit
 from cyclopean.analysis.coupled.tree import Node, refute
 from cyclopean.analysis.equilibrium.components import Part, components, in_own_units
 from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
+from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError, SolverError
 from cyclopean.statics import EquilibriumSystem
@@ -72,13 +73,10 @@ class _Asked:
 def solve_cra(
     system: EquilibriumSystem,
     bounds: Bounds = Bounds(),  # noqa: B008  frozen
-    solver: str = "auto",
-    seconds: float = 60.0,
-    nodes: int = 2000,
+    settings: Settings = Settings(),  # noqa: B008  frozen
     progress: Callable[[str], None] = lambda _: None,
     rigid: Outcome | None = None,
     factorisations: int = FACTORISATIONS,
-    effort: float = 1.0,
 ) -> CoupledOutcome:
     """Find forces and a displacement that make a coupled state, or prove that none exists.
 
@@ -90,21 +88,17 @@ def solve_cra(
         Scaled.
     bounds : Bounds
         Of the displacement; only eta / eps and beta_min / eps matter.
-    solver : str
-        Of rigid-block equilibrium; "clarabel" and "osqp" leave out the continuation, whose equations are not convex, so
-        that all is Clarabel's. (OSQP knows linear cones only.)
-    seconds : float
-        After which the search stops wherever it is; nothing else depends on it.
-    nodes : int
-        Budget of each tree; twice as many programmes for the alternation at most.
+    settings : Settings
+        Of these `solver`: "clarabel" and "osqp" leave out the continuation, whose equations are not convex, so that all
+        is Clarabel's (OSQP knows linear cones only); `seconds`, after which the search stops wherever it is, and
+        nothing else depends on it; `nodes`, the budget of each tree, and twice as many programmes for the alternation
+        at most; and `effort`.
     progress : callable
         Is told what begins.
     rigid : Outcome, optional
         What rigid-block equilibrium says of the same system; found here if not given.
     factorisations : int
         Budget of the continuation.
-    effort : float
-        Share of the usual work that the alternation and the tree of a larger model may do.
 
     Returns
     -------
@@ -119,8 +113,9 @@ def solve_cra(
     if system.pull.any():  # its cones are shifted, and (10) of the coupled conditions is not made for that
         raise InputError("joints that pull: coupled analysis has none; use `method` rbe")
     began = time.perf_counter()
-    asked = _Asked(bounds.unit(), solver, began + seconds, nodes, factorisations, effort, progress)
-    rigid = solve_rbe(system, solver) if rigid is None else rigid
+    deadline, nodes = began + settings.seconds, settings.nodes
+    asked = _Asked(bounds.unit(), settings.solver, deadline, nodes, factorisations, settings.effort, progress)
+    rigid = solve_rbe(system, settings.solver) if rigid is None else rigid
     spent = int(rigid.provenance.get("factorisations", 0))
     tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=spent)]
     if rigid.word == "collapse":
