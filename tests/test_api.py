@@ -176,7 +176,7 @@ def test_whatever_has_a_structure_can_be_asked_about(wall, found, carved) -> Non
 
 def test_the_stages_have_their_own_time(monkeypatch) -> None:
     seen = []
-    monkeypatch.setattr(sequencing, "build_sequence", lambda model, chosen, **_: seen.append(chosen) or made)
+    monkeypatch.setattr(sequencing, "build_sequence", lambda model, chosen, *_: seen.append(chosen) or made)
     made = cyclopean.Assembly(())
     cyclopean.build_sequence(ARCH)
     cyclopean.build_sequence(ARCH, seconds=3.0)

@@ -100,7 +100,7 @@ def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", le
     before = carving_svg(made.drawn, made.fixed, carved, f"{name} before carving", "before", made.built.sawn)
     after = carving_svg(made.drawn, made.fixed, carved, f"{name} after carving", "after", made.built.sawn)
     proof = seen_from(to.get("report"), to["certificate.json"] if result.certificate is not None else None)
-    drawn: dict[str, Any] = {"before": before, "after": after, "least": least, "certificate_file": proof}
+    shown: dict[str, Any] = {"drawings": (before, after), "least": least, "certificate_file": proof}
     with io.together():
         files.write({
             "cutlist.csv": lambda: cutlist_csv(carved),
@@ -108,7 +108,7 @@ def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", le
             **{f"before.{ending}": made for ending, made in as_files(lambda: before).items()},
             **{f"after.{ending}": made for ending, made in as_files(lambda: after).items()},
             "placements.json": lambda: placements_dict(carved, wall),
-            "report": lambda: carving_html(carved, made.total, made.built, result, **drawn),
+            "report": lambda: carving_html(carved, made.built, result, **shown),
             "json": lambda: data,
         })  # fmt: skip
         _write_meshes({to["carved.glb"]: carved_meshes(carved), to["offcuts.glb"]: offcut_meshes(carved)})

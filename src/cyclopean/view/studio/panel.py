@@ -26,7 +26,7 @@ from cyclopean.view.studio.live_scene import LABELS, LiveScene, Look
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.prover import Reach
 from cyclopean.view.studio.saving import KINDS, save
-from cyclopean.view.studio.session import Session, Snapshot, State
+from cyclopean.view.studio.session import Listener, Session, Snapshot, State
 
 __all__ = ["Studio", "studio"]
 
@@ -110,8 +110,8 @@ class _Page:
         first = State(home, knobs, settings.chosen_method())
         self._build(first, given is not None and not np.isnan(given).all(), warnings)
         self._painter = Painter(self._scene, lambda: bool(self._moving.value))
-        told = self._show, self._refuse, self._tell
-        self.session = Session(first, settings, posed.gravity, posed.assumed, *told)
+        told = Listener(self._show, self._refuse, self._tell)
+        self.session = Session(first, settings, posed.gravity, posed.assumed, told)
 
     def close(self) -> None:
         """Stop everything that runs."""
