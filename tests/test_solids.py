@@ -3,7 +3,8 @@
 By hand: unit cubes shifted by (a, b, c) have (1 - a)(1 - b)(1 - c) in common; a cube cut by the plane through three of
 its corners loses 1/6; a cube without a slab through its middle is two pieces of 0.45.
 Mutants killed: difference for intersection; the part before for the part beyond a plane; the shift turned with the
-rotation; no look at the status, or at the sign of the volume; a cube of the library's own volume for ours.
+rotation; no look at the status, or at the sign of the volume; a cube of the library's own volume for ours; triangles
+of a mesh as the library has them.
 """
 
 import numpy as np
@@ -115,6 +116,16 @@ def test_the_volume_is_that_of_the_mesh_and_does_not_depend_on_its_triangles(see
     assert solid_volume(hull) == pytest.approx(ConvexHull(vertices).volume, rel=1e-12)
     assert solid_volume(hull) >= by_mesh * (1.0 - 1e-12)
     assert solid_volume(difference(solid_of(vertices, triangles), hull)) == pytest.approx(0.0, abs=1e-6 * by_mesh)
+
+
+@pytest.mark.parametrize("how", [intersection, difference])
+def test_a_mesh_does_not_depend_on_which_solid_was_made_first(how):
+    def made(order):
+        solids = {k: solid_of(*boulder(k)) for k in order}
+        return mesh_of(how(solids[0], moved(solids[1], np.eye(3), [0.1, 0.05, 0.0])))
+
+    for one, other in zip(made((0, 1)), made((1, 0)), strict=True):
+        assert one.tobytes() == other.tobytes()
 
 
 def test_refusals():

@@ -92,10 +92,17 @@ def fans(faces: Sequence[Sequence[int]] | Ints) -> Ints:
 
 
 def mesh_of(solid: Solid) -> tuple[Floats, Ints]:
-    """Vertices (v, 3) and triangles (t, 3) of a solid; empty where it is empty."""
+    """Vertices (v, 3) and triangles (t, 3) of a solid; empty where it is empty.
+
+    The library tells triangles by the solids that they come from, in the order in which those were made. Here they are
+    sorted, so that the same operations give the same mesh whatever was made before.
+    """
     mesh = solid.to_mesh64()
     vertices = np.array(mesh.vert_properties, np.float64)[:, :3].reshape(-1, 3)
-    return vertices, np.array(mesh.tri_verts, np.int64).reshape(-1, 3)
+    triangles = np.array(mesh.tri_verts, np.int64).reshape(-1, 3)
+    turned = (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3 if len(triangles) else triangles
+    triangles = np.take_along_axis(triangles, turned, axis=1)
+    return vertices, triangles[np.lexsort(triangles.T[::-1])]
 
 
 def solid_volume(solid: Solid) -> float:
