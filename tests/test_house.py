@@ -25,6 +25,7 @@ def modules(folder: Path = SOURCE) -> list[tuple[str, str, ast.Module]]:
     return [(place, text, ast.parse(text)) for place, text in found]
 
 
+@functools.cache  # two tests read those of every module
 def functions(tree: ast.Module) -> list[Function]:
     return [node for node in ast.walk(tree) if isinstance(node, Function)]
 
