@@ -32,6 +32,6 @@ def test_fast_path_and_reference_agree(first: int) -> None:
 
 def test_enough_cases_are_near_their_limit() -> None:
     """The drawing of cases, not the solver: at least 30 % within 2 %, and both verdicts well represented."""
-    shares = np.array([random_case(seed).share for seed in range(200)])
+    shares = np.array([random_case(seed).share for seed in range(CASES)])
     assert np.mean(np.abs(shares - 1.0) <= 0.02) >= 0.3
     assert 0.25 <= np.mean(shares < 1.0) <= 0.75
