@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, mesh_faults, pack
 from cyclopean.geometry.solids import (
+    CUBE,
     difference,
     intersection,
     mesh_of,
@@ -23,6 +24,7 @@ from cyclopean.geometry.solids import (
     moved,
     solid_of,
     solid_volume,
+    sourced_mesh_of,
 )
 from cyclopean.io import read_stones
 from fixtures_stones import NAMES, SCANS, boulder, box, needs_scans, rotation, subdivided
@@ -70,6 +72,22 @@ def test_volume_by_hand_wherever_it_lies():
     assert mesh_volume(vertices, triangles) == pytest.approx(8.0, rel=1e-14)
     assert mesh_volume(vertices, triangles[:, ::-1]) == pytest.approx(-8.0, rel=1e-14)
     assert mesh_volume(np.zeros((0, 3)), np.zeros((0, 3), np.int64)) == 0.0
+
+
+def test_triangles_know_the_face_that_they_come_from_whatever_was_made_before():
+    """A cube without the corner of another: of each triangle the plane of its face, by the cube that it is of."""
+    small = solid_of(box(0.5, 0.5, 0.5, at=(0.4, 0.4, 0.4))[0], CUBE)
+    cube = solid_of(*box())
+    for one, other in ((cube, small), (small, cube)):
+        for made in (difference(one, other), intersection(one, other)):
+            vertices, triangles, source, face = sourced_mesh_of(made)
+            for solid in (one, other):
+                corner, own = sourced_mesh_of(solid)[0], source == sourced_mesh_of(solid)[2][0]
+                assert own.any()
+                shell, part = mesh_of(solid)[1], sourced_mesh_of(solid)[3]
+                for triangle, number in zip(triangles[own], face[own], strict=True):
+                    a, b, c = corner[shell[part == number][0]]
+                    assert np.abs((vertices[triangle] - a) @ np.cross(b - a, c - a)).max() < 1e-12
 
 
 def test_a_turn_comes_before_a_shift():
