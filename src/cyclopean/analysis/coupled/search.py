@@ -15,11 +15,14 @@ from typing import Any, Literal
 import numpy as np
 
 from cyclopean.analysis.coupled.alternation import alternation
+from cyclopean.analysis.coupled.branches import moving_alike, renumbered
 from cyclopean.analysis.coupled.continuation import FACTORISATIONS, continuation
+from cyclopean.analysis.coupled.leaves import Prior, prior
 from cyclopean.analysis.coupled.polish import Attempt, better, nothing
+from cyclopean.analysis.coupled.probing import refute_by_probing
 from cyclopean.analysis.coupled.states import Bounds, merit
 from cyclopean.analysis.coupled.tree import Node, refute
-from cyclopean.analysis.equilibrium.components import Part, components, in_own_units
+from cyclopean.analysis.equilibrium.components import Part, components, in_own_units, with_points
 from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
 from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Floats
@@ -68,6 +71,7 @@ class _Asked:
     factorisations: int  # of the continuation
     effort: float  # share of the usual work on the alternation and the tree of a larger model
     progress: Callable[[str], None]
+    known: Prior | None = None  # bounds of all motions, where points are left out that say more of them
 
 
 def solve_cra(
@@ -159,7 +163,26 @@ def _together(
 
 
 def _component(system: EquilibriumSystem, asked: _Asked, given: Floats | None, tried: Tried) -> CoupledOutcome:
-    """The routes, one after the other, for blocks that touch; `given` are forces of rigid-block equilibrium."""
+    """Blocks that touch; of points that move alike one stands for all."""
+    first, place = np.unique(moving_alike(system), return_inverse=True)
+    if len(first) == system.points:
+        return _routed(system, asked, given, tried)
+    together = None
+    if given is not None:
+        together = np.zeros((len(first), 3))
+        np.add.at(together, place, given)
+    asked = replace(asked, known=prior(system, asked.bounds))
+    found = _routed(with_points(system, first), asked, together, tried)
+    f = np.zeros((system.points, 3))
+    if found.f is not None:
+        f[first] = found.f
+    tree = None if found.tree is None else renumbered(found.tree, first, system.points)
+    folds = tuple(int(first[k]) for k in found.folds)
+    return replace(found, f=None if found.f is None else f, tree=tree, folds=folds)
+
+
+def _routed(system: EquilibriumSystem, asked: _Asked, given: Floats | None, tried: Tried) -> CoupledOutcome:
+    """The routes, one after the other; `given` are forces of rigid-block equilibrium."""
     best, folds = nothing(system, asked.bounds), list[int]()
     if best.found:  # nothing loaded, or nothing free
         return _coupled(best, "RBE", tried)
@@ -224,8 +247,12 @@ def _branched(
             best, tried, folds or _amiss(system, bounds, best), 0.0, "less than the usual effort was asked"
         )
     asked.progress("refuting by branching")
-    answer = refute(system, bounds, asked.nodes if small else min(asked.nodes, GLANCE), asked.deadline)
+    answer = refute(system, bounds, asked.nodes if small else min(asked.nodes, GLANCE), asked.deadline, asked.known)
     tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
+    if not small and answer.word == "undecided" and (size := system.points * system.blocks) <= DENSE:
+        began, best, known = time.perf_counter(), better(best, answer.best), asked.known or prior(system, bounds)
+        answer = refute_by_probing(system, bounds, min(WORK // size, 2 * asked.nodes), asked.deadline, known)
+        tried.append(_entry("probing", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
     if answer.word == "refuted":
         provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
         return CoupledOutcome(
