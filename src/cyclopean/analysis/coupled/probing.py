@@ -8,6 +8,7 @@ part at most stays open is split. Forces and motions met so far answer most prob
 """
 
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -23,7 +24,8 @@ from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["refute_by_probing"]
 
-PROBED = 12  # points at a node at most
+PROBED, FORCED = 12, 24  # points at a node at most: where forces and motion disagree most, and that look forced
+SURE = 1e-6  # scaled force or gap that all have that have been met, from which a point looks forced
 WORTH = 1e-9  # merit of a point that calls for a probe
 SLOWER = 0.9  # of beta_min: what slides by less has no friction
 ASIDE = np.pi / 2 - 0.15  # radians from where friction points back at which the sector that stays open ends
@@ -43,6 +45,35 @@ class _Met:
         """Those that lie in a part of it."""
         forces = [f for f in self.forces if _bears(cell, bounds, f)]
         return _Met(forces, [gap for gap in self.gaps if _moves(cell, gap)])
+
+    def keep(self, cell: Cell, bounds: Bounds) -> None:
+        """Forget those that do not."""
+        inside = self.within(cell, bounds)
+        self.forces[:], self.gaps[:] = inside.forces, inside.gaps
+
+
+@dataclass(frozen=True, slots=True)
+class _Splitting:
+    """A point whose load, or whose sliding where it `rubs`, is split; some parts are closed."""
+
+    point: int
+    rubs: bool
+    parts: list[Cell]
+    leaves: dict[int, Leaf]
+
+    @property
+    def open(self) -> list[int]:
+        """Numbers of the parts that are not closed."""
+        return [i for i in range(len(self.parts)) if i not in self.leaves]
+
+    def node(self, closed: dict[int, Node]) -> Split:
+        """The split with the nodes of the parts that were open; one by speed has one by sectors in it."""
+        k, parts = self.point, self.parts
+        nodes = tuple({**self.leaves, **closed}[i] for i in range(len(parts)))
+        if len(parts) == 2:
+            return Split(k, nodes, rays=parts[0].ray_b[k][None] if self.rubs else None)
+        rays = np.array([part.ray_a[k] for part in parts[1:]])
+        return Split(k, (nodes[0], Split(k, nodes[1:], rays=rays)), speed=float(parts[0].hi[k]))
 
 
 def refute_by_probing(
@@ -77,53 +108,98 @@ class _Probing(Search):
             return None
 
     def _closed(self, cell: Cell, met: _Met, share: float) -> Node:
-        """Close a cell, or raise."""
+        """Close a cell, or raise: forced points are split one after the other, else one of which several parts stay."""
         self.nodes += 1
-        met = met.within(cell, self.bounds)
         leaf = self._probed(cell, met)
         if leaf is not None:
             self.closed += share
             return leaf
         if not (met.forces and met.gaps):
             raise StoppedError  # not even near balance: floating point decides here
-        f, dq = met.forces[-1], np.zeros(len(self.system.p))
-        gap = met.gaps[-1]
-        for _ in range(2):
-            word, found = self.halves.fitted_forces(gap, cell)
-            f = found if word == "solved" else f
-            met.forces.append(f)
-            word, moved = self.halves.fitted_motions(f, cell)
-            dq = moved if word == "solved" else dq
-            gap = self.system.gap(moved) if word == "solved" else gap
-            met.gaps.append(gap)
-        return self._split_best(cell, met, share, f, dq)
+        f, work = self._fitted(cell, met)
+        chain: list[_Splitting] = []
+        best: _Splitting | None = None
+        for i in self._candidates(lambda: cell, met, work):
+            splitting = self._split(cell, met, i, -f)
+            if len(splitting.open) > 1:
+                best = splitting if best is None or len(splitting.open) < len(best.open) else best
+                continue
+            chain.append(splitting)
+            if not splitting.open:
+                break
+            cell = splitting.parts[splitting.open[0]]
+            met.keep(cell, self.bounds)
+            if work[i] > WORTH or not (met.forces and met.gaps):
+                break
+        if not chain:
+            if best is None:
+                raise StoppedError
+            chain = [best]
+        return self._joined(chain, met, share)
 
-    def _split_best(self, cell: Cell, met: _Met, share: float, f: Floats, dq: Floats) -> Node:
-        """Split where the fewest parts stay open, of the points at which forces and motion disagree most."""
-        normal, tangential = merit(self.system, self.bounds, f, dq)
-        if float(normal.sum() + tangential.sum()) < self.bounds.beta:
+    def _joined(self, chain: list["_Splitting"], met: _Met, share: float) -> Node:
+        """The splits of a chain, what the last leaves open closed."""
+        last = chain[-1]
+        rest = share / max(len(last.open), 1)
+        self.closed += share * (not last.open)
+        closed = {i: self._closed(last.parts[i], met.within(last.parts[i], self.bounds), rest) for i in last.open}
+        node = last.node(closed)
+        for splitting in reversed(chain[:-1]):
+            node = splitting.node({splitting.open[0]: node})
+        return node
+
+    def _fitted(self, cell: Cell, met: _Met) -> tuple[Floats, Floats]:
+        """Forces fitted to a motion of the cell, and (2 q,) by how much they disagree at each point: load, sliding."""
+        f, gap, dq = met.forces[-1], met.gaps[-1], np.zeros(len(self.system.p))
+        for _ in range(2):
+            self._spend()
+            word, found = self.halves.fitted_forces(gap, cell)
+            if word == "solved":
+                f = found
+                met.forces.append(f)
+            word, moved = self.halves.fitted_motions(f, cell)
+            if word == "solved":
+                dq, gap = moved, self.system.gap(moved)
+                met.gaps.append(gap)
+        work = np.concatenate(merit(self.system, self.bounds, f, dq))
+        if float(work.sum()) < self.bounds.beta:
             self.walk.polish(f, dq)
             if self.walk.best.found:
                 raise StoppedError
-        q = self.system.points
-        work = np.concatenate([np.where(cell.status == OPEN, normal, 0.0), tangential])
-        best: tuple[int, list[Cell], list[Leaf | None]] | None = None
+        return f, work
+
+    def _split(self, cell: Cell, met: _Met, i: int, way: Floats) -> "_Splitting":
+        """A point split, and those of its parts closed that have to be for one at most to stay open."""
+        k, rubs = i % len(cell.status), i >= len(cell.status)
+        parts = _parts(cell, k, rubs, way[k, 1:], self.bounds.beta)
+        leaves: dict[int, Leaf] = {}
+        for j in (1, 0) if len(parts) == 2 else (0, 2, 3):
+            leaf = self._probed(parts[j], met)
+            if leaf is not None:
+                leaves[j] = leaf
+                if len(parts) == 2:
+                    break
+        return _Splitting(k, rubs, parts, leaves)
+
+    def _candidates(self, cell: Callable[[], Cell], met: _Met, work: Floats) -> Iterator[int]:
+        """Points k whose load, and q + k whose sliding may be split: first where (2 q,) work is, then the forced ones.
+
+        That all forces met press at a point, or rub one way, or that no motion met closes it, is a hint only.
+        """
+        work[: len(work) // 2][cell().status != OPEN] = 0.0
+        asked = set[int]()
         for i in np.argsort(-work, kind="stable")[:PROBED].tolist():
-            parts = _parts(cell, i % q, i >= q, -f[i % q, 1:], self.bounds.beta) if work[i] > WORTH else []
-            if not parts:
-                continue
-            leaves = [self._probed(part, met) for part in parts]
-            if best is None or leaves.count(None) < best[2].count(None):
-                best = i, parts, leaves
-            if leaves.count(None) <= 1:
-                break
-        if best is None:
-            raise StoppedError
-        i, parts, leaves = best
-        share /= len(parts)
-        self.closed += share * (len(parts) - leaves.count(None))
-        nodes = [leaf or self._closed(part, met, share) for part, leaf in zip(parts, leaves, strict=True)]
-        return _joined(i % q, i >= q, parts, nodes)
+            if work[i] > WORTH and _splits(cell(), i):
+                asked.add(i)
+                yield i
+        for _ in range(FORCED):
+            least = _forced(cell(), met)
+            least[list(asked)] = 0.0
+            i = int(np.argmax(least))
+            if not least[i] > SURE:
+                return
+            asked.add(i)
+            yield i
 
     def _probed(self, cell: Cell, met: _Met) -> Leaf | None:
         """A leaf of the cell where it has no forces, or no motions; what it has goes to those met."""
@@ -161,6 +237,24 @@ class _Probing(Search):
         return y / power if power > 0.0 else None
 
 
+def _forced(cell: Cell, met: _Met) -> Floats:
+    """(2 q,) how much at least all forces press that have been met, or all motions open; how much they rub one way."""
+    forces, opens = np.array(met.forces), np.array(met.gaps)[:, :, 0].min(axis=0) + 1.0
+    mean = forces[:, :, 1:].mean(axis=0)
+    along = mean / np.maximum(np.hypot(mean[:, 0], mean[:, 1]), 1e-300)[:, None]
+    rubs = np.sum(forces[:, :, 1:] * along, axis=2).min(axis=0)
+    presses = np.maximum(forces[:, :, 0].min(axis=0), opens)
+    return np.concatenate([np.where(cell.status == OPEN, presses, 0.0), np.where(cell.sector, 0.0, rubs)])
+
+
+def _splits(cell: Cell, i: int) -> bool:
+    """Whether a point's load, or its sliding, may be split further."""
+    k, rubs = i % len(cell.status), i >= len(cell.status)
+    if rubs and cell.sector[k]:
+        return bool(np.linalg.norm(cell.ray_a[k] - cell.ray_b[k]) > NARROW)
+    return bool(cell.lo[k] == 0.0) if rubs else bool(cell.status[k] == OPEN)
+
+
 def _parts(cell: Cell, k: int, rubs: bool, way: Floats, beta: float) -> list[Cell]:
     """Into what a point's load is split, or how it slides: too little for friction, or along `way`, or elsewhere."""
     if not rubs:
@@ -168,21 +262,11 @@ def _parts(cell: Cell, k: int, rubs: bool, way: Floats, beta: float) -> list[Cel
     a, b = cell.ray_a[k], cell.ray_b[k]
     if cell.sector[k]:
         middle = (a + b) / np.linalg.norm(a + b)
-        return [cell.within(k, a, middle), cell.within(k, middle, b)] if np.linalg.norm(a - b) > NARROW else []
+        return [cell.within(k, a, middle), cell.within(k, middle, b)]
     turn = np.arctan2(way[1], way[0]) + np.array([-ASIDE, ASIDE, np.pi, -ASIDE])
     rays = np.column_stack([np.cos(turn), np.sin(turn)])
     slow, fast = [cell.at(k, hi=SLOWER * beta)], cell.at(k, lo=SLOWER * beta)
     return slow + [fast.within(k, one, two) for one, two in pairwise(rays)]
-
-
-def _joined(k: int, rubs: bool, parts: list[Cell], nodes: list[Node]) -> Split:
-    """The nodes of the parts as branches of a split, or of one in another."""
-    if not rubs:
-        return Split(k, tuple(nodes))
-    if len(parts) == 2:
-        return Split(k, tuple(nodes), rays=parts[0].ray_b[k][None])
-    rays = np.array([part.ray_a[k] for part in parts[1:]])
-    return Split(k, (nodes[0], Split(k, tuple(nodes[1:]), rays=rays)), speed=float(parts[0].hi[k]))
 
 
 def _bears(cell: Cell, bounds: Bounds, f: Floats) -> bool:
