@@ -8,7 +8,7 @@ part at most stays open is split. Forces and motions met so far answer most prob
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -34,22 +34,18 @@ NARROW = 1e-3  # between the rays of a sector that is split no further
 ROOM = 1.01  # of what a motion lacks, in opening joints, that is added to it
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Met:
-    """Forces and gaps of motions that lie in a cell."""
+    """A cell, and the forces and gaps of motions met so far that lie in it."""
 
+    cell: Cell
     forces: list[Floats]  # (q, 3) each
     gaps: list[Floats]  # (q, 3) each
 
     def within(self, cell: Cell, bounds: Bounds) -> "_Met":
-        """Those that lie in a part of it."""
+        """A part of it, and what lies in that."""
         forces = [f for f in self.forces if _bears(cell, bounds, f)]
-        return _Met(forces, [gap for gap in self.gaps if _moves(cell, gap)])
-
-    def keep(self, cell: Cell, bounds: Bounds) -> None:
-        """Forget those that do not."""
-        inside = self.within(cell, bounds)
-        self.forces[:], self.gaps[:] = inside.forces, inside.gaps
+        return _Met(cell, forces, [gap for gap in self.gaps if _moves(cell, gap)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,39 +98,42 @@ class _Probing(Search):
     def tried(self, programmes: int) -> Node | None:
         """The closed tree, or None."""
         self.programmes, self.room = programmes, self.halves.opening()
+        self.pool.add(self.halves.forces(self.halves.root)[2], None)  # the work alone may be enough
+        word, _, w = self.halves.motions(self.halves.root)
+        self.pool.add(None, w, idle=word == "infeasible")
         try:
-            return self._closed(self.halves.root, _Met([], []), 1.0)
+            return self._closed(_Met(self.halves.root, [], []), 1.0)
         except (StoppedError, RecursionError):
             return None
 
-    def _closed(self, cell: Cell, met: _Met, share: float) -> Node:
+    def _closed(self, met: _Met, share: float) -> Node:
         """Close a cell, or raise: forced points are split one after the other, else one of which several parts stay."""
         self.nodes += 1
-        leaf = self._probed(cell, met)
+        leaf = self._probed(met.cell, met)
         if leaf is not None:
             self.closed += share
             return leaf
         if not (met.forces and met.gaps):
             raise StoppedError  # not even near balance: floating point decides here
-        f, work = self._fitted(cell, met)
+        f, work = self._fitted(met)
         chain: list[_Splitting] = []
         best: _Splitting | None = None
-        for i in self._candidates(lambda: cell, met, work):
-            splitting = self._split(cell, met, i, -f)
+        for i in self._candidates(met, work):
+            splitting = self._split_at(met, i, -f)
             if len(splitting.open) > 1:
                 best = splitting if best is None or len(splitting.open) < len(best.open) else best
                 continue
             chain.append(splitting)
             if not splitting.open:
                 break
-            cell = splitting.parts[splitting.open[0]]
-            met.keep(cell, self.bounds)
+            inner = met.within(splitting.parts[splitting.open[0]], self.bounds)
+            met.cell, met.forces, met.gaps = inner.cell, inner.forces, inner.gaps
             if work[i] > WORTH or not (met.forces and met.gaps):
-                break
+                break  # fit them anew
         if not chain:
             if best is None:
                 raise StoppedError
-            chain = [best]
+            chain.append(best)
         return self._joined(chain, met, share)
 
     def _joined(self, chain: list["_Splitting"], met: _Met, share: float) -> Node:
@@ -142,22 +141,22 @@ class _Probing(Search):
         last = chain[-1]
         rest = share / max(len(last.open), 1)
         self.closed += share * (not last.open)
-        closed = {i: self._closed(last.parts[i], met.within(last.parts[i], self.bounds), rest) for i in last.open}
+        closed = {i: self._closed(met.within(last.parts[i], self.bounds), rest) for i in last.open}
         node = last.node(closed)
         for splitting in reversed(chain[:-1]):
             node = splitting.node({splitting.open[0]: node})
         return node
 
-    def _fitted(self, cell: Cell, met: _Met) -> tuple[Floats, Floats]:
+    def _fitted(self, met: _Met) -> tuple[Floats, Floats]:
         """Forces fitted to a motion of the cell, and (2 q,) by how much they disagree at each point: load, sliding."""
         f, gap, dq = met.forces[-1], met.gaps[-1], np.zeros(len(self.system.p))
         for _ in range(2):
             self._spend()
-            word, found = self.halves.fitted_forces(gap, cell)
+            word, found = self.halves.fitted_forces(gap, met.cell)
             if word == "solved":
                 f = found
                 met.forces.append(f)
-            word, moved = self.halves.fitted_motions(f, cell)
+            word, moved = self.halves.fitted_motions(f, met.cell)
             if word == "solved":
                 dq, gap = moved, self.system.gap(moved)
                 met.gaps.append(gap)
@@ -168,10 +167,10 @@ class _Probing(Search):
                 raise StoppedError
         return f, work
 
-    def _split(self, cell: Cell, met: _Met, i: int, way: Floats) -> "_Splitting":
+    def _split_at(self, met: _Met, i: int, way: Floats) -> "_Splitting":
         """A point split, and those of its parts closed that have to be for one at most to stay open."""
-        k, rubs = i % len(cell.status), i >= len(cell.status)
-        parts = _parts(cell, k, rubs, way[k, 1:], self.bounds.beta)
+        rubs, k = divmod(i, self.system.points)
+        parts = _parts(met.cell, k, bool(rubs), way[k, 1:], self.bounds.beta)
         leaves: dict[int, Leaf] = {}
         for j in (1, 0) if len(parts) == 2 else (0, 2, 3):
             leaf = self._probed(parts[j], met)
@@ -179,26 +178,25 @@ class _Probing(Search):
                 leaves[j] = leaf
                 if len(parts) == 2:
                     break
-        return _Splitting(k, rubs, parts, leaves)
+        return _Splitting(k, bool(rubs), parts, leaves)
 
-    def _candidates(self, cell: Callable[[], Cell], met: _Met, work: Floats) -> Iterator[int]:
+    def _candidates(self, met: _Met, work: Floats) -> Iterator[int]:
         """Points k whose load, and q + k whose sliding may be split: first where (2 q,) work is, then the forced ones.
 
         That all forces met press at a point, or rub one way, or that no motion met closes it, is a hint only.
         """
-        work[: len(work) // 2][cell().status != OPEN] = 0.0
-        asked = set[int]()
-        for i in np.argsort(-work, kind="stable")[:PROBED].tolist():
-            if work[i] > WORTH and _splits(cell(), i):
-                asked.add(i)
+        work[: self.system.points][met.cell.status != OPEN] = 0.0
+        asked = [i for i in np.argsort(-work, kind="stable")[:PROBED].tolist() if work[i] > WORTH]
+        for i in asked:
+            if _splits(met.cell, i):
                 yield i
         for _ in range(FORCED):
-            least = _forced(cell(), met)
-            least[list(asked)] = 0.0
+            least = _forced(met)
+            least[asked] = 0.0
             i = int(np.argmax(least))
             if not least[i] > SURE:
                 return
-            asked.add(i)
+            asked.append(i)
             yield i
 
     def _probed(self, cell: Cell, met: _Met) -> Leaf | None:
@@ -237,14 +235,14 @@ class _Probing(Search):
         return y / power if power > 0.0 else None
 
 
-def _forced(cell: Cell, met: _Met) -> Floats:
+def _forced(met: _Met) -> Floats:
     """(2 q,) how much at least all forces press that have been met, or all motions open; how much they rub one way."""
     forces, opens = np.array(met.forces), np.array(met.gaps)[:, :, 0].min(axis=0) + 1.0
     mean = forces[:, :, 1:].mean(axis=0)
     along = mean / np.maximum(np.hypot(mean[:, 0], mean[:, 1]), 1e-300)[:, None]
     rubs = np.sum(forces[:, :, 1:] * along, axis=2).min(axis=0)
     presses = np.maximum(forces[:, :, 0].min(axis=0), opens)
-    return np.concatenate([np.where(cell.status == OPEN, presses, 0.0), np.where(cell.sector, 0.0, rubs)])
+    return np.concatenate([np.where(met.cell.status == OPEN, presses, 0.0), np.where(met.cell.sector, 0.0, rubs)])
 
 
 def _splits(cell: Cell, i: int) -> bool:

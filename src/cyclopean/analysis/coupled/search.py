@@ -21,7 +21,7 @@ from cyclopean.analysis.coupled.leaves import Prior, prior
 from cyclopean.analysis.coupled.polish import Attempt, better, nothing
 from cyclopean.analysis.coupled.probing import refute_by_probing
 from cyclopean.analysis.coupled.states import Bounds, merit
-from cyclopean.analysis.coupled.tree import Node, refute
+from cyclopean.analysis.coupled.tree import Node, TreeAnswer, refute
 from cyclopean.analysis.equilibrium.components import Part, components, in_own_units, with_points
 from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
 from cyclopean.analysis.settings import Settings
@@ -33,8 +33,9 @@ __all__ = ["CoupledOutcome", "solve_cra"]
 
 DENSE = 40_000  # points times blocks beyond which the conic programmes of alternation and tree are not set up
 TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
-GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
-PROGRAMMES, WORK = 200, 2_000_000  # of the alternation, before the tree; where that only glances, points times blocks
+PROGRAMMES, WORK = 200, 2_000_000  # of the alternation, before the tree; of larger models, points times blocks
+CASES = 3  # times as many for a larger model's tree
+EARLY = 1 / 9  # of that before the alternation: enough where most points are forced
 FIRST = 6  # the continuation, after an alternation that failed with less effort, has its budget over this: one path
 HASTY = 12  # programmes of the alternation at most where less effort is asked; a larger model then has no tree
 FOLDS = 8  # contact points named where the search ends
@@ -189,6 +190,10 @@ def _routed(system: EquilibriumSystem, asked: _Asked, given: Floats | None, trie
     for name, by, run in _routes(system, asked, [] if given is None else [given], folds):
         if time.perf_counter() > asked.deadline:
             break
+        if name == "alternation" and system.points > TREE_POINTS and asked.effort >= 1.0:
+            decided, best, _ = _refuting(system, asked, best, tried, EARLY)
+            if decided is not None:
+                return decided
         asked.progress(f"searching a coupled state: {name}")
         began = time.perf_counter()
         try:
@@ -246,28 +251,9 @@ def _branched(
         return _undecided(
             best, tried, folds or _amiss(system, bounds, best), 0.0, "less than the usual effort was asked"
         )
-    asked.progress("refuting by branching")
-    answer = refute(system, bounds, asked.nodes if small else min(asked.nodes, GLANCE), asked.deadline, asked.known)
-    tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
-    if not small and answer.word == "undecided" and (size := system.points * system.blocks) <= DENSE:
-        began, best, known = time.perf_counter(), better(best, answer.best), asked.known or prior(system, bounds)
-        answer = refute_by_probing(system, bounds, min(WORK // size, 2 * asked.nodes), asked.deadline, known)
-        tried.append(_entry("probing", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
-    if answer.word == "refuted":
-        provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
-        return CoupledOutcome(
-            "refuted",
-            best.f,
-            best.dq,
-            tree=answer.root,
-            merit=best.merit,
-            bound=1.0,
-            route="tree",
-            provenance=provenance,
-        )
-    best = better(best, answer.best)
-    if best.found:
-        return _coupled(best, "tree", tried)
+    decided, best, answer = _refuting(system, asked, best, tried)
+    if decided is not None:
+        return decided
     total = _provenance("", tried)
     why = f"after {total['factorisations']} factorisations, {total['solves']} programmes and {answer.nodes} nodes"
     if time.perf_counter() > asked.deadline:
@@ -277,6 +263,27 @@ def _branched(
     elif answer.narrow:
         why += "; a case of the refuting search is too narrow for floating point"
     return _undecided(best, tried, folds or _amiss(system, bounds, best), answer.bound, why)
+
+
+def _refuting(
+    system: EquilibriumSystem, asked: _Asked, best: Attempt, tried: Tried, share: float = 1.0
+) -> tuple[CoupledOutcome | None, Attempt, TreeAnswer]:
+    """What a tree decides, if anything; the best pair met, and how far it came. Larger models have a `share` of it."""
+    asked.progress("refuting by branching")
+    bounds, began = asked.bounds, time.perf_counter()
+    known = prior(system, bounds) if asked.known is None else asked.known
+    if system.points <= TREE_POINTS:
+        answer = refute(system, bounds, asked.nodes, asked.deadline, known)
+    else:
+        programmes = min(CASES * WORK // (system.points * system.blocks), 2 * asked.nodes)
+        answer = refute_by_probing(system, bounds, int(share * programmes), asked.deadline, known)
+    tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
+    best = better(best, answer.best)
+    if answer.word == "refuted":
+        provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
+        found = CoupledOutcome("refuted", best.f, best.dq, tree=answer.root, merit=best.merit, bound=1.0, route="tree")
+        return replace(found, provenance=provenance), best, answer
+    return (_coupled(best, "tree", tried) if best.found else None), best, answer
 
 
 def _amiss(system: EquilibriumSystem, bounds: Bounds, best: Attempt) -> list[int]:
