@@ -24,7 +24,7 @@ from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["refute_by_probing"]
 
-PROBED, FORCED = 12, 24  # points at a node at most: where forces and motion disagree most, and that look forced
+PROBED, FORCED = 6, 12  # points at a node at most: where forces and motion disagree most, and that look forced
 SURE = 1e-6  # scaled force or gap that all have that have been met, from which a point looks forced
 WORTH = 1e-9  # merit of a point that calls for a probe
 SLOWER = 0.9  # of beta_min: what slides by less has no friction
