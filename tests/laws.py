@@ -24,14 +24,14 @@ def quick() -> bool:
     return not _THOROUGH[0]
 
 
-def examples(thorough: int) -> int:
-    """How many examples a law gets that is given so many at night."""
-    return max(thorough // SHARE, min(thorough, FEWEST)) if quick() else thorough
+def examples(thorough: int, share: int = SHARE) -> int:
+    """How many examples a law gets that is given so many at night: one in eight, or fewer of those that are dear."""
+    return max(thorough // share, min(thorough, FEWEST)) if quick() else thorough
 
 
-def cases(variable: str, thorough: int) -> int:
+def cases(variable: str, thorough: int, share: int = SHARE) -> int:
     """How many random cases: what the variable of the environment says, or as many as for `examples`."""
-    return int(os.environ.get(variable) or examples(thorough))
+    return int(os.environ.get(variable) or examples(thorough, share))
 
 
 def some(thorough: Sequence[Case]) -> list[Case]:

@@ -95,8 +95,9 @@ def has_state(case: PlaneCase, outer: bool) -> bool:
     rows = (6 * np.arange(system.blocks)[:, None] + [0, 2, 4]).ravel()
     A = system.A.toarray()[rows]
     N, U, m = A[:, : 3 * q : 3], A[:, 1 : 3 * q : 3], len(rows)
-    centres = np.hstack([A[:, 3 * k + 1 : 3 * k + 3] for k in range(q, q + case.plates)])
-    most = float(np.abs(system.p).sum()) * 2.0 * case.bounds.eta  # sum fn = p.dq less what friction takes
+    centres = np.hstack([np.zeros((m, 0)), *(A[:, 3 * k + 1 : 3 * k + 3] for k in range(q, q + case.plates))])
+    far = 2.0 if case.plates else 8.0  # eta that a centre may be displaced: without plates joints add up
+    most = float(np.abs(system.p).sum()) * far * case.bounds.eta  # sum fn = p.dq less what friction takes
     mu, one, zero = np.diag(system.mu[:q]), np.eye(q), np.zeros((q, q))
     still = np.zeros((m, q))
 

@@ -176,7 +176,7 @@ def test_whatever_has_a_structure_can_be_asked_about(wall, found, carved) -> Non
 
 def test_the_stages_have_their_own_time(monkeypatch) -> None:
     seen = []
-    monkeypatch.setattr(sequencing, "build_sequence", lambda model, chosen, **_: seen.append(chosen) or made)
+    monkeypatch.setattr(sequencing, "build_sequence", lambda model, chosen, *_: seen.append(chosen) or made)
     made = cyclopean.Assembly(())
     cyclopean.build_sequence(ARCH)
     cyclopean.build_sequence(ARCH, seconds=3.0)
@@ -221,13 +221,14 @@ def test_cells_can_move(stones, wall, here) -> None:
 
 def test_settle_lays_stones_and_warns(stones, here) -> None:
     cyclopean.save(cyclopean.Assembly(()), "nothing.json")
-    laid = cyclopean.settle(stones[:4], length=0.8)
+    quick = {"length": 0.8, "ways": 1, "yaws": 2}
+    laid = cyclopean.settle(stones[:4], **quick)
     assert len(laid.laid) + len(laid.left_over) == 4
     from cyclopean.io import write_stones
 
     write_stones("stones.obj", Inventory(stones[:4]))
     with pytest.warns(UserWarning, match="metres assumed"):
-        by_path = cyclopean.settle("stones.obj", length=0.8)
+        by_path = cyclopean.settle("stones.obj", **quick)
     assert [x.stone for x in by_path.laid] == [x.stone for x in laid.laid]
 
 

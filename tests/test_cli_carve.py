@@ -18,7 +18,7 @@ from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.match import Match, MatchSettings, Placement
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.errors import InputError
-from cyclopean.io.matches import match_dict, read_match, stone_hash, wall_hash
+from cyclopean.io.matches import MatchFiles, match_dict, read_match, stone_hash, wall_hash
 from cyclopean.io.stones import read_stones, write_stones
 from cyclopean.proof import verify_file
 
@@ -52,7 +52,7 @@ def matched(scale=1.1, left_out=0):
     empty = np.arange(len(names) - left_out, len(names))
     unused = np.array([number[f"stone {names[j]}"] for j in empty], np.int64)
     match = Match(tuple(placed), unused, empty, LAMBDA, 0.0, 0.0, 1.0, MatchSettings())
-    data = match_dict(match, stones, cells, stones_path="stones", wall_path="wall.json", stone_units="m")
+    data = match_dict(match, stones, cells, MatchFiles("stones", "wall.json", "m"))
     io.write_json("match.json", data)
     Path("out").mkdir(exist_ok=True)
     return match, stones, cells

@@ -8,7 +8,7 @@ import pytest
 
 from cyclopean.io import read_model
 
-QUICK = ("--yaws", 2, "--look-ahead", 2)
+QUICK = ("--yaws", 2, "--look-ahead", 2, "--workers", 1)
 
 
 @pytest.fixture
@@ -53,10 +53,10 @@ def test_the_wall_stands(run, quarry):
     assert "rubble wall: " in out
 
 
-@pytest.mark.parametrize("ways", [1, 2])
-def test_a_second_process_changes_nothing(run, quarry, tmp_path, ways):
+@pytest.mark.parametrize("how", [("--ways", 1), ("--ways", 2), ("--ways", 1, "--pins", "--dress", 0.1)])
+def test_a_second_process_changes_nothing(run, quarry, tmp_path, how):
     for count in (1, 2):
-        options = ("--length", 3, "--ways", ways, "--thickness", 0.9, "--workers", count, *QUICK)
+        options = ("--length", 3, "--thickness", 0.9, *QUICK[:4], "--workers", count, *how)
         assert run("settle", quarry, "--out", f"w{count}.json", *options)[0] == 0
     assert (tmp_path / "w1.json").read_bytes() == (tmp_path / "w2.json").read_bytes()
 

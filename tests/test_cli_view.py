@@ -2,24 +2,39 @@
 
 import json
 import re
+import shutil
 import webbrowser
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from cyclopean.cli import main
 from cyclopean.io import read_model
 from cyclopean.io.result_reading import is_result, read_result
 
 SEE = ("--no-browser",)
 
 
-@pytest.fixture
-def made(run):
+@pytest.fixture(scope="module")
+def arch(tmp_path_factory):
     """A model, and its results when it stands and when it falls, with certificates."""
-    run("make", "arch", 8, "--span", 3, "--thickness", 0.4, "--out", "arch.json")
-    run("check", "arch.json", "--json", "arch.result.json", "--certificate", "arch.certificate.json")
-    run("check", "arch.json", "--tilt", 50, "--json", "falls.json", "--certificate", "falls.certificate.json")
+    lines = (
+        "make arch 8 --span 3 --thickness 0.4 --out arch.json",
+        "check arch.json --json arch.result.json --certificate arch.certificate.json",
+        "check arch.json --tilt 50 --json falls.json --certificate falls.certificate.json",
+    )
+    folder = tmp_path_factory.mktemp("arch")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert [main(line.split()) for line in lines] == [0, 0, 1]
+    return folder
+
+
+@pytest.fixture
+def made(arch, run, tmp_path):
+    """Runs commands beside the model and its results."""
+    shutil.copytree(arch, tmp_path, dirs_exist_ok=True)
     return run
 
 

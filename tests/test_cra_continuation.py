@@ -21,6 +21,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from cyclopean.analysis import Settings
 from cyclopean.analysis import quadratic_cones as q3
 from cyclopean.analysis.coupled.alternation import alternation
 from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
@@ -503,7 +504,10 @@ def test_the_same_question_has_the_same_answer_beside_a_busy_loop() -> None:
     system = polygonal(4, 3, 0.4, 1, curved=True)
 
     def answers() -> list[tuple[Any, ...]]:
-        outcomes = [solve_cra(system), solve_cra(posed(h_frame(), 0.84, np.array([0.0, 0.0, -G])), nodes=12)]
+        outcomes = [
+            solve_cra(system),
+            solve_cra(posed(h_frame(), 0.84, np.array([0.0, 0.0, -G])), settings=Settings(nodes=12)),
+        ]
         keys = ("solves", "rounds", "factorisations", "nodes")
         return [(o.word, o.route, *(o.provenance[key] for key in keys)) for o in outcomes]
 

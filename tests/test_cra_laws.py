@@ -31,7 +31,7 @@ LAWS = settings(
     phases=[Phase.generate],
     suppress_health_check=[HealthCheck.too_slow],
 )
-FEW = settings(LAWS, max_examples=6)
+FEW = settings(LAWS, max_examples=examples(6))
 DOWN = np.array([0.0, 0.0, -G])
 
 

@@ -24,7 +24,7 @@ from cyclopean.errors import SolverError
 from cyclopean.io import read_model
 from cyclopean.statics import EquilibriumSystem, equilibrium_system
 from fixtures_compas_cra import FOLDER, needs_fixtures, raw
-from laws import examples
+from laws import examples, nightly, some
 from near_limit import G, posed
 
 UPRIGHT = np.array([0.0, 0.0, -G])
@@ -101,7 +101,7 @@ def test_what_stands_needs_none(model: Assembly, tilt: float) -> None:
     assert known[3].route == "none"
 
 
-@pytest.mark.parametrize("thickness", [0.08, 0.1])
+@pytest.mark.parametrize("thickness", some([0.08, 0.1]))
 def test_a_thin_arch_is_glued_at_its_hinges_and_nowhere_else(thickness: float) -> None:
     """Less in all than rigid-block equilibrium's square price asks for, and at a few joints only."""
     system = posed(arch(20, radius=1.0, thickness=thickness), 0.7, UPRIGHT)
@@ -164,6 +164,7 @@ def test_against_the_peer(name: str, eta: float, expected: float, peer_says: flo
     assert figures.total <= peer_says * 1.01
 
 
+@nightly  # as the frame above
 @needs_fixtures
 def test_the_peers_h_frame() -> None:
     """The peer answers "infeasible" for its penalty form, locally; so do we, with the mismatch."""

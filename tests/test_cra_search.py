@@ -253,7 +253,7 @@ def test_alternation_finds_nothing_where_there_is_nothing():
 
 
 def test_chain_names_every_route():
-    outcome = solve_cra(posed(h_frame()), nodes=3)
+    outcome = solve_cra(posed(h_frame()), settings=Settings(nodes=3))
     assert outcome.word == "undecided"
     tried = outcome.provenance["tried"]
     assert [t["route"] for t in tried] == ["RBE", "continuation", "alternation", "tree"]
@@ -267,7 +267,7 @@ def test_chain_names_every_route():
 
 
 def test_beam_held_by_friction_alone_is_refuted():
-    outcome = solve_cra(posed(h_frame()), seconds=30.0)
+    outcome = solve_cra(posed(h_frame()), settings=Settings(seconds=30.0))
     assert outcome.word == "refuted"
     assert outcome.route == "tree"
     assert outcome.tree is not None
@@ -275,18 +275,18 @@ def test_beam_held_by_friction_alone_is_refuted():
 
 
 def test_no_time_is_said_to_be_the_reason():
-    outcome = solve_cra(posed(h_frame()), seconds=1e-9)
+    outcome = solve_cra(posed(h_frame()), settings=Settings(seconds=1e-9))
     assert outcome.word == "undecided"
     assert "time" in outcome.provenance["why"]
 
 
 def test_unknown_solver_is_refused():
     with pytest.raises(InputError, match="solver ipopt"):
-        solve_cra(posed(stack(1)), solver="ipopt")
+        solve_cra(posed(stack(1)), settings=Settings(solver="ipopt"))
 
 
 def test_told_to_keep_to_clarabel():
-    outcome = solve_cra(posed(wall(3, 3)), solver="clarabel")
+    outcome = solve_cra(posed(wall(3, 3)), settings=Settings(solver="clarabel"))
     assert outcome.word == "coupled"
     assert {t["solver"] for t in outcome.provenance["tried"]} == {"clarabel"}
 

@@ -410,7 +410,10 @@ def test_damaged_rhino_archives(monkeypatch):
 def faults(file, express=False):
     validate = importlib.import_module("ifcopenshell.validate")
     log = validate.json_logger()
-    validate.validate(file, log, express_rules=express)
+    with pytest.MonkeyPatch.context() as patch:
+        # it words a rule that is broken, which raises without, and takes longer than all rules
+        patch.setattr("_pytest.assertion.rewrite.rewrite_asserts", lambda **_: None)
+        validate.validate(file, log, express_rules=express)
     gc.collect()
     return [row["message"] for row in log.statements]
 

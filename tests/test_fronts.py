@@ -34,7 +34,6 @@ CASES = [
     ({"mu": "0.6"}, {"mu": 0.6}),
     ({"mu": "0.3"}, {"mu": 0.3}),  # too little: it slides
     ({"density": "2000", "method": "rbe"}, {"density": 2000.0, "method": "rbe"}),
-    ({"method": "cra", "margins": True}, {"method": "cra", "margins": True}),
     ({"margins": False}, {"margins": False}),
     ({"supports": "ids=springer-left,springer-right"}, {"supports": "ids=springer-left,springer-right"}),
     ({"gravity": "0.5,0,-9.8"}, {"gravity": (0.5, 0.0, -9.8)}),

@@ -15,7 +15,7 @@ COMMANDS = {
     "stones": "make stones --count 5 --detail 2 --seed 9 --volume 1..200L --out out",
     "match": "match stones.glb wall.json --out out --negotiate 1 --rounds 1 --report out/match.html",
     "carve": "carve match --out out --method rbe --least-cut 0.03",
-    "settle": "settle stones.glb --out out/a.json --json out/b.json --svg out/c.svg --yaws 2 --ways 1 --look-ahead 2",
+    "settle": "settle stones.glb --out out/a.json --json out/b.json --svg out/c.svg --yaws 1 --ways 1 --workers 1",
     "sequence": "sequence wall.json --out out/order.json --dot out/order.dot --report out/order.html --method rbe",
 }
 

@@ -17,6 +17,7 @@ from cyclopean.analysis import Settings, prepare
 from cyclopean.assembly import Assembly
 from cyclopean.design import arch, stack, wall
 from cyclopean.design.construction.given import faults_of, nearest_order, stays
+from cyclopean.design.construction.options import SequenceOptions
 from cyclopean.design.construction.props import fewest
 from cyclopean.design.construction.sequence import _site, build_sequence
 from cyclopean.design.walls.pattern import PatternSettings
@@ -69,7 +70,7 @@ def test_a_reversed_tower_keeps_one_stone() -> None:
     """By hand: of b1 < b2 < ... < b5 given the other way round no two can stay."""
     chain = [set(range(k)) for k in range(5)]
     assert len(stays([4, 3, 2, 1, 0], chain)) == 1
-    found = build_sequence(stack(5), RBE, order=["b05", "b04", "b03", "b02", "b01"])
+    found = build_sequence(stack(5), RBE, wanted=SequenceOptions(order=["b05", "b04", "b03", "b02", "b01"]))
     assert found.given is not None
     assert (found.given.nearest.least, found.given.nearest.order) == (4, (1, 2, 3, 4, 5))
     assert set(found.given.words) == {"stable"}
@@ -81,7 +82,7 @@ def test_a_reversed_tower_keeps_one_stone() -> None:
 def test_the_right_order_needs_no_move_and_is_what_is_found_here() -> None:
     model = wall(3, 2)
     usual = build_sequence(model, RBE)
-    again = build_sequence(model, RBE, order=usual.order)
+    again = build_sequence(model, RBE, wanted=SequenceOptions(order=usual.order))
     assert again.given is not None
     assert (again.given.faults, again.given.nearest.moved, again.given.nearest.least) == ((), (), 0)
     assert again.order == usual.order
@@ -91,7 +92,7 @@ def test_the_right_order_needs_no_move_and_is_what_is_found_here() -> None:
 def test_a_stone_laid_upon_nothing_drops_and_is_shored() -> None:
     """Second course first: it rests on c01-b01, which comes third; one move mends that."""
     ids = ["c02-b01", "c01-b02", "c01-b01", "c02-b02", "c01-b03", "c02-b03", "c02-b04"]
-    found = build_sequence(wall(3, 2), order=ids)
+    found = build_sequence(wall(3, 2), wanted=SequenceOptions(order=ids))
     names = [block.id for block in found.assembly.blocks]
     assert found.given is not None
     (fault,) = found.given.faults
@@ -107,7 +108,7 @@ def test_a_stone_laid_upon_nothing_drops_and_is_shored() -> None:
 
 def test_an_arch_from_one_side_is_centred_until_its_last_stone() -> None:
     """The springer leans in and has a strut until the next stone, on its centring, holds it."""
-    found = build_sequence(arch(5), order=["v01", "v02", "v03", "v04", "v05"])
+    found = build_sequence(arch(5), wanted=SequenceOptions(order=["v01", "v02", "v03", "v04", "v05"]))
     names = [block.id for block in found.assembly.blocks]
     assert [prop.said(names) for prop in found.props] == [
         "strut against 'v01' from step 1 until 'v02' is in, step 2",
@@ -142,7 +143,7 @@ def test_fewer_props_would_not_do() -> None:
 def test_a_ring_has_no_order_and_that_is_told() -> None:
     """a and b rest on each other: the weaker joint is set aside, and orders are judged without it."""
     for ids, moves in ((["a", "b"], 0), (["b", "a"], 1)):
-        found = build_sequence(interlocked(), RBE, order=ids)
+        found = build_sequence(interlocked(), RBE, wanted=SequenceOptions(order=ids))
         assert found.given is not None
         assert len(found.graph.cycles) == 1
         assert (len(found.given.nearest.moved), found.given.nearest.least) == (moves, moves)

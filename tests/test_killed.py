@@ -20,8 +20,8 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs what Unix has"
 
 KILLS = int(os.environ.get("CYCLOPEAN_KILLS", "1"))
 COMMANDS = {
-    "match": "match stones.glb wall.json --out {0} --workers 2 --negotiate 1 --rounds 2",
-    "settle": "settle stones.glb --out {0}/a.json --json {0}/b.json --workers 2 --ways 2 --yaws 2 --look-ahead 2",
+    "match": "match stones.glb wall.json --out {0} --workers 2 --negotiate 1 --rounds 1",
+    "settle": "settle stones.glb --out {0}/a.json --json {0}/b.json --workers 2 --ways 2 --yaws 1 --look-ahead 1",
     "sequence": "sequence wall.json --out {0}/a.json --dot {0}/b.dot --workers 2 --method rbe",
 }
 

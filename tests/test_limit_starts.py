@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cyclopean.analysis import Live, Settings, limit, polar, pushover
+from cyclopean.analysis import Live, Reach, Settings, limit, polar, pushover
 from cyclopean.analysis.limit_analysis import budget
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
 from cyclopean.analysis.limit_analysis.growing import GrowingModel
@@ -173,7 +173,7 @@ def test_time_for_many_is_shared(monkeypatch):
     monkeypatch.setattr(budget, "time", SimpleNamespace(perf_counter=ticks.__next__, process_time=ticks.__next__))
     around = polar(stack(2), Live(tilt=0.0), Settings(mu=0.5), count=3, seconds=30.0)
     assert [found.word for found in around.results] == ["limit"] * 3
-    ended = pushover(wall(2, 2), PUSH, Settings(mu=0.7), reach=0.05, steps=200, seconds=1.0)
+    ended = pushover(wall(2, 2), PUSH, Reach(0.05, steps=200), Settings(mu=0.7), 1.0)
     assert ended.ended == "the time given is used up"
     assert 1 < len(ended.steps) < 201
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from cyclopean.design.rubble.masons_rules import Faces, masons_rules
 from cyclopean.errors import InputError
 from cyclopean.view.masons_words import lines
+from laws import examples
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -73,7 +74,7 @@ def test_a_battered_face_is_measured_on_its_plane() -> None:
     assert masons_rules([leaning], Faces(1.0, 0.4)).face < 0.5  # the plane matters
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.integers(2, 8), st.sampled_from([0.25, 2.0, 8.0]))
 def test_scale_and_mirror_change_nothing(tenth: int, scale: float) -> None:
     stones = bond(0.02 * tenth, 3)

@@ -23,7 +23,7 @@ from cyclopean.design.matching.assignment import assign, costs, prices, weight_f
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.coarse import rank, rotations
 from cyclopean.design.matching.exact import Solids, climbed, corner_fit, principal
-from cyclopean.design.matching.match import MatchSettings, match_stones
+from cyclopean.design.matching.match import Known, MatchSettings, match_stones
 from cyclopean.design.matching.problem import Bonds, Problem
 from cyclopean.design.matching.refine import Schedule, bonded, refine, turned_by
 from cyclopean.design.stones.inventory import Inventory
@@ -401,7 +401,7 @@ def test_refining_pays_and_more_stones_do_too():
 def test_an_earlier_match_is_a_candidate():
     stones, cells = rubble(14, size=0.7), polygonal(3, 3)
     best = match_stones(stones, cells)
-    again = match_stones(stones, cells, QUICK, start=best)
+    again = match_stones(stones, cells, QUICK, known=Known(best))
     quick = match_stones(stones, cells, QUICK)
     assert sum(p.shared for p in again.placements) >= sum(p.shared for p in best.placements) * 0.995
     assert again.imposition <= quick.imposition + 1e-3
@@ -410,13 +410,13 @@ def test_an_earlier_match_is_a_candidate():
 def test_what_was_measured_here_is_not_measured_again():
     stones, cells = rubble(14, size=0.7), polygonal(3, 3)
     best = match_stones(stones, cells)
-    again = match_stones(stones, cells, QUICK, start=best, known=True)
+    again = match_stones(stones, cells, QUICK, known=Known(best, measured=True))
     placed = {(p.stone, p.cell): p for p in best.placements}
     same = [(p, placed[p.stone, p.cell]) for p in again.placements if (p.stone, p.cell) in placed]
     assert len(same) >= 7
     assert all(p.shared == q.shared for p, q in same)
     assert all(p.shift == pytest.approx(q.shift, abs=1e-9) for p, q in same)
-    yielded = match_stones(stones, cells, QUICK, start=best, known=True, yielding=0.2)
+    yielded = match_stones(stones, cells, QUICK, known=Known(best, measured=True, yielding=0.2))
     kept = [p for p in yielded.placements if (p.stone, p.cell) in placed]
     assert len(kept) < len(same)  # they count for less, so that others come in
     solids = Solids(stones, cells)
@@ -463,7 +463,7 @@ def test_bad_input_is_refused():
     with pytest.raises(InputError, match="stones: there are none"):
         match_stones([], cells)
     with pytest.raises(InputError, match="points: 8 of 2 stones"):
-        match_stones(rubble(2), cells, points=np.zeros((2, 8, 3), np.float32))
+        match_stones(rubble(2), cells, known=Known(points=np.zeros((2, 8, 3), np.float32)))
     far = match_stones(rubble(2), cells, QUICK)
     with pytest.raises(InputError, match="start: names a stone"):
-        match_stones(rubble(1), cells, QUICK, start=far)
+        match_stones(rubble(1), cells, QUICK, known=Known(far))

@@ -18,7 +18,7 @@ from cyclopean.design.matching.ascent import Bodies, Climb, Variables, climbed, 
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.flattening import flat_wall, frames_at
 from cyclopean.design.matching.match import MatchSettings, match_stones
-from cyclopean.design.matching.negotiation import negotiate
+from cyclopean.design.matching.negotiation import Moving, negotiate
 from cyclopean.design.matching.problem import Bonds
 from cyclopean.design.matching.refine import turned_by
 from cyclopean.design.stones.quarry import quarry
@@ -58,7 +58,7 @@ def stock():
 @pytest.fixture(scope="module")
 def usual(stock):
     drawn = wall_of()
-    return drawn, negotiate(stock, drawn, FAST, rounds=3, climb=QUICK)
+    return drawn, negotiate(stock, drawn, FAST, Moving(rounds=3, climb=QUICK))
 
 
 # the gradient
@@ -224,7 +224,7 @@ def test_joints_move_to_where_the_stones_want_them():
         depth=0.5,
     )
     stones = [box("two", 2.0, 1.0, 0.5), box("one", 1.0, 1.0, 0.5), box("other", 1.0, 0.5, 1.0)]
-    found = negotiate(stones, drawn, FAST, rounds=2)
+    found = negotiate(stones, drawn, FAST, Moving(rounds=2))
     assert found.rounds[0].imposition > 0.1
     assert found.match.imposition < 0.01
     cells = cells_of(found.wall.assembly)
@@ -234,7 +234,7 @@ def test_joints_move_to_where_the_stones_want_them():
 def test_no_share_leaves_the_wall_to_the_bit(stock):
     drawn = wall_of()
     for options in ({"share": 0.0}, {"rounds": 0}):
-        found = negotiate(stock, drawn, FAST, **options)
+        found = negotiate(stock, drawn, FAST, Moving(**options))
         assert found.wall is drawn
         assert len(found.rounds) == 1
         own = match_stones(stock, cells_of(drawn.assembly), FAST)
@@ -283,20 +283,20 @@ def test_no_stone_of_the_drawing_is_lost_and_joints_are_exact(usual):
 
 def test_the_same_to_the_bit(usual, stock):
     drawn, found = usual
-    again = negotiate(stock, drawn, FAST, rounds=3, climb=QUICK)
+    again = negotiate(stock, drawn, FAST, Moving(rounds=3, climb=QUICK))
     assert again.wall.assembly.mesh.vertex.tolist() == found.wall.assembly.mesh.vertex.tolist()
     assert [p.shift.tolist() for p in again.match.placements] == [p.shift.tolist() for p in found.match.placements]
 
 
 def test_a_total_gap_is_met(stock):
-    found = negotiate(stock, wall_of(), replace(FAST, gap=0.3), rounds=3, climb=QUICK)
+    found = negotiate(stock, wall_of(), replace(FAST, gap=0.3), Moving(rounds=3, climb=QUICK))
     assert found.match.gap_of_wall == pytest.approx(0.3, abs=0.002)
 
 
 @pytest.mark.parametrize("share", [0.2, 0.6])
 def test_between_imposition_and_negotiation(usual, stock, share):
     drawn, free = usual
-    found = negotiate(stock, drawn, FAST, share=share, rounds=1, climb=QUICK)
+    found = negotiate(stock, drawn, FAST, Moving(share, 1, climb=QUICK))
     assert found.wall.pattern.settings.coursing in (0.5, pytest.approx(0.5 * (1 - share)))
     off = [np.abs(n.wall.pattern.seeds.point - drawn.pattern.seeds.point).mean() for n in (found, free)]
     assert off[0] < off[1]
@@ -304,7 +304,7 @@ def test_between_imposition_and_negotiation(usual, stock, share):
 
 def test_fewer_stones_than_cells(stock):
     drawn = wall_of()
-    found = negotiate(stock[:6], drawn, FAST, rounds=1, climb=QUICK)
+    found = negotiate(stock[:6], drawn, FAST, Moving(rounds=1, climb=QUICK))
     assert len(found.match.empty) == len(drawn.assembly) - 1 - 6
     assert found.rounds[-1].gap <= found.rounds[0].gap
     assert cells_of(found.wall.assembly).volume.min() > 0.01
@@ -312,7 +312,7 @@ def test_fewer_stones_than_cells(stock):
 
 def test_dressed_stones_and_openings_stay(stock):
     drawn = wall_of(openings=(Opening(0.6, 0.35, 0.45),), coping=Coping(0.15), width=2.0, columns=4)
-    found = negotiate([*stock, *quarry(8, 9, (0.01, 0.04), detail=2)], drawn, FAST, rounds=1, climb=QUICK)
+    found = negotiate([*stock, *quarry(8, 9, (0.01, 0.04), detail=2)], drawn, FAST, Moving(rounds=1, climb=QUICK))
     assert found.wall is not drawn
     for pattern in (found.wall.pattern, drawn.pattern):
         assert pattern.kind.count("coping") + pattern.kind.count("lintel") >= 4
@@ -322,7 +322,7 @@ def test_dressed_stones_and_openings_stay(stock):
 
 def test_a_curved_wall(stock):
     drawn = wall_of(Cylinder(3.0, 0.8))
-    found = negotiate(stock, drawn, FAST, rounds=1, climb=QUICK)
+    found = negotiate(stock, drawn, FAST, Moving(rounds=1, climb=QUICK))
     assert found.wall.surface == drawn.surface
     cost = [r.carved + r.weight * r.void for r in found.rounds]
     assert cost[-1] < cost[0]
@@ -330,7 +330,7 @@ def test_a_curved_wall(stock):
 
 @pytest.mark.parametrize(("bond", "row"), [("into", 2), ("along", 0)])
 def test_bonds_are_kept(stock, bond, row):
-    found = negotiate(stock, wall_of(), replace(FAST, bond=bond), rounds=1, climb=QUICK)
+    found = negotiate(stock, wall_of(), replace(FAST, bond=bond), Moving(rounds=1, climb=QUICK))
     cells = cells_of(found.wall.assembly)
     for p in found.match.placements:
         long = p.rotation @ stock[p.stone].axes[0]
@@ -343,7 +343,7 @@ def test_a_wall_that_would_not_stand_goes_back(usual, stock, monkeypatch):
 
     def only(stands):
         monkeypatch.setattr(negotiation, "verdict", lambda assembly: "stable" if stands(assembly) else "unstable")
-        return negotiate(stock, drawn, FAST, rounds=1, climb=QUICK)
+        return negotiate(stock, drawn, FAST, Moving(rounds=1, climb=QUICK))
 
     back = only(lambda assembly: assembly is ground)
     assert back.wall is drawn
@@ -360,9 +360,9 @@ def test_a_wall_that_would_not_stand_goes_back(usual, stock, monkeypatch):
 @pytest.mark.parametrize(
     ("call", "says"),
     [
-        (lambda s, w: negotiate(s, w, share=1.2), "negotiate: must be between 0 and 1"),
-        (lambda s, w: negotiate(s, w, share=float("nan")), "negotiate"),
-        (lambda s, w: negotiate(s, w, rounds=-1), "rounds"),
+        (lambda s, w: negotiate(s, w, moving=Moving(share=1.2)), "negotiate: must be between 0 and 1"),
+        (lambda s, w: negotiate(s, w, moving=Moving(share=float("nan"))), "negotiate"),
+        (lambda s, w: negotiate(s, w, moving=Moving(rounds=-1)), "rounds"),
         (lambda s, w: negotiate([], w), "stones: there are none"),
         (lambda s, w: negotiate(s, replace(w, pattern=replace(w.pattern, seeds=None))), "not drawn from seeds"),
         (

@@ -15,9 +15,8 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.analysis import Cone, collapse_bound, rbe_program, solve_rbe
+from cyclopean.analysis import Cone, Settings, collapse_bound, rbe_program, solve_rbe
 from cyclopean.analysis.coupled.search import solve_cra
-from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.design import arch, stack, wall
 from cyclopean.errors import InputError, SolverError
 from cyclopean.solvers import ConicProgram, solve
@@ -134,10 +133,10 @@ def test_an_inscribed_pyramid_without_a_state_proves_nothing(share: float, word:
 
 def test_coupled_analysis_takes_osqp() -> None:
     system = posed(arch(11), 0.84, UPRIGHT)
-    outcome = solve_cra(system, Bounds(), "osqp", seconds=20.0)
+    outcome = solve_cra(system, settings=Settings(solver="osqp", seconds=20.0))
     assert outcome.word == "coupled"
     solvers = [entry["solver"] for entry in outcome.provenance["tried"]]
     assert solvers[0] == "osqp"
     assert set(solvers[1:]) == {"clarabel"}  # its programmes have cones, and this says who solved them
-    fallen = solve_cra(posed(stack(1), 0.3, tilted(30.0)), Bounds(), "osqp", seconds=20.0)
+    fallen = solve_cra(posed(stack(1), 0.3, tilted(30.0)), settings=Settings(solver="osqp", seconds=20.0))
     assert fallen.word == "collapse"

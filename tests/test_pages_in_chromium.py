@@ -18,16 +18,16 @@ make arch 7 --span 3 --thickness 0.5 --out arch.json
 make polygonal --width 1.2 --height 0.8 --columns 3 --rows 2 --depth 0.3 --seed 3 --out wall.json --report wall.html
 ashlar --stone 0.6x0.3x0.3*20 --width 1.5 --height 0.6 --depth 0.3 --out ashlar.json --report ashlar.html
 make polygonal --width 1.5 --height 1 --columns 3 --rows 3 --depth 0.3 --seed 3 --corner 1 --out corner.json
-make stones --out q --count 9 --seed 1
+make stones --out q --count 7 --seed 1 --detail 1
 check arch.json --report stable.html --no-margins
 check arch.json --tilt 40 --report unstable.html --no-margins
-check corner.json --method rbe --report corner.html
+check corner.json --method rbe --report corner.html --no-margins
 limit arch.json --push 1,0,0 --report limit.html
 limit arch.json --load v04:0,0,-1000 --report loaded.html
 sequence wall.json --method rbe --out order.json --report building.html
 match q wall.json --out m --report match.html
 carve m/match.json --method rbe --out c --report carve.html
-settle q --length 1.2 --height 0.4 --out settled.json --report settled.html
+settle q --length 1.2 --height 0.4 --yaws 2 --ways 1 --workers 1 --out settled.json --report settled.html
 verify --page verify.html
 """
 

@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from coupled_cases import prism
-from cyclopean.analysis import Live, LiveLoad, Settings, limit, pushover
+from cyclopean.analysis import Live, LiveLoad, Reach, Settings, limit, pushover
 from cyclopean.assembly import Assembly, Load
 from cyclopean.design import arch, stack, wall
 from cyclopean.errors import InputError
@@ -28,7 +28,7 @@ PUSH = Live(push=(1, 0, 0))
 def test_the_rocking_block(base, height):
     alpha = np.arctan(base / height)
     curve = pushover(
-        stack(1, size=(base, 0.5, height)), PUSH, Settings(mu=2.0), reach=1.2 * np.rad2deg(alpha), unit="deg", steps=12
+        stack(1, size=(base, 0.5, height)), PUSH, Reach(1.2 * np.rad2deg(alpha), "deg", 12), Settings(mu=2.0)
     )
     turn = np.deg2rad([step.rotation for step in curve.steps])
     assert turn[1:-1] == pytest.approx(np.arange(1, len(turn) - 1) * 0.1 * alpha, rel=1e-4)
@@ -39,13 +39,13 @@ def test_the_rocking_block(base, height):
 
 
 def test_a_tilted_block_bears_the_same():
-    by_push = pushover(stack(1, size=(0.4, 0.5, 1.0)), PUSH, Settings(mu=2.0), reach=10, unit="deg", steps=3)
-    by_tilt = pushover(stack(1, size=(0.4, 0.5, 1.0)), Live(tilt=0.0), Settings(mu=2.0), reach=10, unit="deg", steps=3)
+    by_push = pushover(stack(1, size=(0.4, 0.5, 1.0)), PUSH, Reach(10, "deg", 3), Settings(mu=2.0))
+    by_tilt = pushover(stack(1, size=(0.4, 0.5, 1.0)), Live(tilt=0.0), Reach(10, "deg", 3), Settings(mu=2.0))
     assert [s.multiplier for s in by_tilt.steps] == pytest.approx([s.multiplier for s in by_push.steps], rel=1e-5)
 
 
 def test_a_block_that_slides_bears_the_same_wherever_it_is():
-    curve = pushover(stack(1), PUSH, Settings(mu=0.3), reach=0.3, steps=3)
+    curve = pushover(stack(1), PUSH, Reach(0.3, steps=3), Settings(mu=0.3))
     assert [s.multiplier for s in curve.steps] == pytest.approx([0.3] * 4, rel=1e-6)
     assert [s.displacement for s in curve.steps] == pytest.approx([0.0, 0.1, 0.2, 0.3], abs=1e-6)
     assert max(s.rotation for s in curve.steps) < 1e-5
@@ -61,25 +61,25 @@ def on(*others):
 def test_a_cube_that_is_pushed_over_an_edge_tips(turn):
     """The bed is 3 m long, the cube 1: pushed out by s it bears min(mu, 1 - 2 s), pushed in always mu."""
     model, way = turned(on(), turn), Rotation.from_euler("z", turn, degrees=True).apply([1.0, 0.0, 0.0])
-    out = pushover(model, Live(push=tuple(way)), Settings(mu=0.3), reach=0.45, steps=9)
+    out = pushover(model, Live(push=tuple(way)), Reach(0.45, steps=9), Settings(mu=0.3))
     gone = np.array([step.displacement for step in out.steps])
     assert [s.multiplier for s in out.steps] == pytest.approx(np.minimum(0.3, 1.0 - 2.0 * gone), abs=5e-3)
     assert [s.multiplier for s in out.steps[:8]] == pytest.approx(np.minimum(0.3, 1.0 - 2.0 * gone)[:8], abs=1e-6)
-    back = pushover(model, Live(push=tuple(-way)), Settings(mu=0.3), reach=0.9, steps=3)
+    back = pushover(model, Live(push=tuple(-way)), Reach(0.9, steps=3), Settings(mu=0.3))
     assert [s.multiplier for s in back.steps] == pytest.approx([0.3] * 4, rel=1e-6)
 
 
 def test_the_curve_ends_where_stones_meet():
     """A cube that slides 0.1 m towards a block of its own height, which holds: the curve ends before it is in it."""
     stop = prism("stop", [(-1.1, 0), (-0.1, 0), (-0.1, 1), (-1.1, 1)], 0.5, fixed=True)
-    curve = pushover(on(stop), Live(push=(-1, 0, 0)), Settings(mu=0.3), reach=0.6, steps=10)
+    curve = pushover(on(stop), Live(push=(-1, 0, 0)), Reach(0.6, steps=10), Settings(mu=0.3))
     assert [s.displacement for s in curve.steps] == pytest.approx([0.0, 0.06], abs=1e-6)
     assert "'cube' and 'stop' run into each other" in curve.ended
 
 
 def test_a_stack_turns_as_a_whole():
     alpha = np.arctan(0.4 / 1.5)
-    curve = pushover(stack(3, size=(0.4, 0.5, 0.5)), PUSH, Settings(mu=2.0), reach=8, unit="deg", steps=4)
+    curve = pushover(stack(3, size=(0.4, 0.5, 0.5)), PUSH, Reach(8, "deg", 4), Settings(mu=2.0))
     turn = np.deg2rad([s.rotation for s in curve.steps])
     assert [s.multiplier for s in curve.steps] == pytest.approx(np.tan(alpha - turn), abs=1e-6)
 
@@ -94,7 +94,7 @@ def test_the_upper_block_turns_alone():
     weight = 2400 * 9.80665 * 0.2
     at = tuple((model.mass.centroid[2] + [0.0, 0.0, 1.5]).tolist())
     live = Live(loads=(LiveLoad(model.blocks[2].id, (weight, 0.0, 0.0), at),))
-    curve = pushover(model, live, Settings(mu=2.0), reach=8, unit="deg", steps=4)
+    curve = pushover(model, live, Reach(8, "deg", 4), Settings(mu=2.0))
     turn = np.deg2rad([s.rotation for s in curve.steps])
     by_hand = (0.2 * np.cos(turn) - 0.5 * np.sin(turn)) / (2.0 * np.cos(turn) + 0.2 * np.sin(turn))
     assert by_hand[0] == pytest.approx(0.1)
@@ -105,7 +105,7 @@ def test_the_upper_block_turns_alone():
 
 def test_it_begins_at_the_limit_and_falls():
     for model, live in ((arch(12, radius=1.0, thickness=0.2), PUSH), (wall(2, 3), Live(push=(0, 1, 0)))):
-        curve = pushover(model, live, Settings(mu=0.84), reach=0.01, steps=3)
+        curve = pushover(model, live, Reach(0.01, steps=3), Settings(mu=0.84))
         values = [s.multiplier for s in curve.steps]
         assert values[0] == pytest.approx(limit(model, live, Settings(mu=0.84)).value, rel=1e-6)
         assert values == sorted(values, reverse=True)
@@ -113,7 +113,7 @@ def test_it_begins_at_the_limit_and_falls():
 
 def test_every_point_is_proved_of_the_stones_where_they_are():
     """By hand: a block 0.4 x 1 turned by theta; half of that bound is refused, for it is another model's."""
-    curve = pushover(stack(1, size=(0.4, 0.5, 1.0)), PUSH, Settings(mu=2.0), reach=12, unit="deg", steps=3)
+    curve = pushover(stack(1, size=(0.4, 0.5, 1.0)), PUSH, Reach(12, "deg", 3), Settings(mu=2.0))
     bounds = np.array([(s.lower, s.upper) for s in curve.steps])
     turn = np.deg2rad([s.rotation for s in curve.steps])
     assert bounds == pytest.approx(np.tan(np.arctan(0.4) - turn)[:, None] * [1.0, 1.0], abs=1e-6)
@@ -127,29 +127,29 @@ def test_every_point_is_proved_of_the_stones_where_they_are():
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"reach": 0.0}, "expected a positive"),
-        ({"reach": np.nan}, "expected a positive"),
-        ({"reach": 1.0, "steps": 0}, "steps"),
-        ({"reach": 1.0, "unit": "km"}, "expected a positive"),
+        ({"far": 0.0}, "expected a positive"),
+        ({"far": np.nan}, "expected a positive"),
+        ({"far": 1.0, "steps": 0}, "steps"),
+        ({"far": 1.0, "unit": "km"}, "expected a positive"),
     ],
 )
 def test_what_is_no_reach(options, told):
     with pytest.raises(InputError, match=told):
-        pushover(stack(1), PUSH, Settings(mu=0.84), **options)
+        Reach(**options)
 
 
 def test_what_is_not_followed():
     cube = stack(1)
     loaded = type(cube)(cube.blocks, cube.contacts, (Load(1, np.array([1.0, 0, 0]), cube.mass.centroid[1]),))
     with pytest.raises(InputError, match="tilt with loads"):
-        pushover(loaded, Live(tilt=0.0), reach=0.1)
+        pushover(loaded, Live(tilt=0.0), Reach(0.1))
     with pytest.raises(InputError, match="no mechanism"):
-        pushover(cube, Live(push=(0, 0, -1)), reach=0.1)
+        pushover(cube, Live(push=(0, 0, -1)), Reach(0.1))
 
 
 def test_a_hinge_that_moves_to_the_next_joint():
     """The first voussoir at first leaves the springer; then it sits down again, and the joint above it hinges."""
-    curve = pushover(arch(20, span=2.0, thickness=0.3), PUSH, Settings(mu=0.84), reach=0.04, steps=4)
+    curve = pushover(arch(20, span=2.0, thickness=0.3), PUSH, Reach(0.04, steps=4), Settings(mu=0.84))
     values = [step.multiplier for step in curve.steps]
     assert curve.ended == "the wanted displacement was reached"
     assert values == sorted(values, reverse=True)

@@ -32,6 +32,7 @@ from cyclopean.design import arch, dome, stack, vault, wall
 from cyclopean.errors import InputError, SolverError
 from cyclopean.proof import seal, verify
 from cyclopean.statics import EquilibriumSystem, Schur
+from laws import quick
 from near_limit import G, posed
 
 UPRIGHT = np.array([0.0, 0.0, -G])
@@ -328,5 +329,7 @@ def test_a_dome_of_curved_joints_drawn_as_facets_stands(monkeypatch):
     if not path.exists():
         pytest.skip("no fixtures: set CYCLOPEAN_FIXTURES to the folder that holds real/")
     assert cyclopean.check(path, method="rbe").verdict == "stable"
+    if quick():  # what follows shows that the test can fail
+        return
     monkeypatch.setattr(checking, "NARROWINGS", 0)
     assert cyclopean.check(path, method="rbe").verdict == "undecided"

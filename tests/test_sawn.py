@@ -12,7 +12,7 @@ import pytest
 import cyclopean
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.match import MatchSettings, match_stones
-from cyclopean.design.matching.negotiation import negotiate
+from cyclopean.design.matching.negotiation import Moving, negotiate
 from cyclopean.design.matching.sawn import sawn_blocks
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
@@ -70,7 +70,7 @@ def test_the_others_are_matched_as_if_the_sawn_were_held(wall):
 def test_a_negotiation_leaves_them_out(wall):
     """Cells move, the arch stays where it was drawn, and every stone lies about the cell that it is for."""
     new, stones = new_in(wall), some_stones(wall, 24)
-    done = negotiate(stones, wall, QUICK, rounds=2, sawn=new.tolist())
+    done = negotiate(stones, wall, QUICK, Moving(rounds=2, sawn=tuple(new.tolist())))
     cells = cells_of(done.wall.assembly, None, new)
     assert {int(cells.block[p.cell]) for p in done.match.placements} <= set(range(1, len(wall.assembly))) - {*new}
     mass, before = done.wall.assembly.mass, wall.assembly.mass  # joints of the field end elsewhere on the ring

@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.analysis import Range, Settings, ranges_of, sensitivity, share_between
+from cyclopean.analysis import Range, Sampling, Settings, ranges_of, sensitivity, share_between
 from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.sensitivity_study.ranges import drawn, varied
 from cyclopean.analysis.sensitivity_study.throughout import corners
@@ -34,7 +34,7 @@ CUBE = stack(1)
 
 def test_a_cube_on_a_slope_stands_as_its_friction_says():
     slope = float(np.rad2deg(np.arctan(0.6)))
-    found = sensitivity(CUBE, ranges_of(["mu=0.2:1.0"]), replace(RBE, tilt=(slope, 30.0)), 60, seed=3)
+    found = sensitivity(CUBE, Sampling(ranges_of(["mu=0.2:1.0"]), 60, 3), replace(RBE, tilt=(slope, 30.0)))
     mu = found.values[:, 0]
     assert [word == "stable" for word in found.words] == (mu >= 0.6).tolist()
     assert found.count["stable"] + found.count["unstable"] == 60
@@ -46,7 +46,7 @@ def test_a_cube_on_a_slope_stands_as_its_friction_says():
 
 @pytest.mark.parametrize("method", ["rbe", "cra"])
 def test_a_cube_tilted_towards_any_azimuth_slides_at_its_friction(method):
-    found = sensitivity(CUBE, ranges_of(["tilt=0:40", "mu=0.5"]), Settings(method=method), 24, seed=1)
+    found = sensitivity(CUBE, Sampling(ranges_of(["tilt=0:40", "mu=0.5"]), 24, 1), Settings(method=method))
     expected = np.tan(np.deg2rad(found.values[:, 0])) <= 0.5
     assert [word == "stable" for word in found.words] == expected.tolist()
     assert 0 < expected.sum() < 24
@@ -82,18 +82,18 @@ def test_deeper_wear_leaves_less_and_in_the_same_plane(depth, more, turn, shift)
 def test_the_same_samples_whoever_computes_them():
     ranges = ranges_of(["mu=0.3:0.7", "density-each=2000:2600", "joints=0:0.1"])
     model = replace(RBE, tilt=(20.0, 0.0))
-    alone = sensitivity(stack(2), ranges, model, 40, seed=5)
+    alone = sensitivity(stack(2), Sampling(ranges, 40, 5), model)
     with ThreadPoolExecutor(3) as executor:
-        shared = sensitivity(stack(2), ranges, model, 40, seed=5, executor=executor)
+        shared = sensitivity(stack(2), Sampling(ranges, 40, 5), model, executor=executor)
     assert np.array_equal(alone.values, shared.values)
     assert alone.words == shared.words
-    assert not np.array_equal(alone.values, sensitivity(stack(2), ranges, model, 40, seed=6).values)
+    assert not np.array_equal(alone.values, sensitivity(stack(2), Sampling(ranges, 40, 6), model).values)
 
 
 def test_a_sample_does_not_depend_on_those_before_it():
     """Each begins from what its neighbour came to; the verdict is that of a check from nothing."""
     ranges = ranges_of(["mu=0.4:0.6", "tilt=20:30"])
-    found = sensitivity(stack(2), ranges, RBE, 32, seed=2)
+    found = sensitivity(stack(2), Sampling(ranges, 32, 2), RBE)
     model = prepare(stack(2), RBE)
     from cyclopean.analysis import recheck
 
@@ -116,16 +116,18 @@ def test_what_is_proved_throughout_holds_for_every_sample(mu, tilt, wear, push, 
         top = len(model) - 1
         model = replace(model, loads=(Load(top, [push, 0.0, -500.0], model.mass.centroid[top]),))
     ranges = (Range("mu", mu, 0.9), Range("tilt", 0.0, tilt), Range("joints", 0.0, wear), Range("density", 1800, 2600))
-    found = sensitivity(model, ranges, RBE, 10)
+    found = sensitivity(model, Sampling(ranges, 10), RBE)
     if found.throughout == "stable":
         assert set(found.words) == {"stable"}
 
 
 def test_what_stands_with_room_to_spare_is_proved_throughout():
     model = wall(3, 2)
-    found = sensitivity(model, ranges_of(["mu=0.6:0.9", "tilt=0:3", "density-each=2000:2400"]), RBE, 0)
+    found = sensitivity(model, Sampling(ranges_of(["mu=0.6:0.9", "tilt=0:3", "density-each=2000:2400"]), 0), RBE)
     assert found.throughout == "undecided"  # 2^8 densities times 16 tilts are too many to try
-    found = sensitivity(model, ranges_of(["mu=0.6:0.9", "tilt=0:3", "density=2000:2400", "joints=0:0.01"]), RBE, 0)
+    found = sensitivity(
+        model, Sampling(ranges_of(["mu=0.6:0.9", "tilt=0:3", "density=2000:2400", "joints=0:0.01"]), 0), RBE
+    )
     assert found.throughout == "stable"
     assert "16 corners" in found.why
     assert found.words == ()
@@ -187,15 +189,17 @@ def test_nothing_twice_and_nothing_at_all():
     with pytest.raises(InputError, match="given twice"):
         ranges_of(["mu=0.5:0.6", "mu-each=0.5:0.6"])
     with pytest.raises(InputError, match="nothing varies"):
-        sensitivity(CUBE, (), RBE)
+        sensitivity(CUBE, Sampling(()), RBE)
     with pytest.raises(InputError, match="expected 0 to"):
-        sensitivity(CUBE, ranges_of(["mu=0.5"]), RBE, -1)
+        sensitivity(CUBE, Sampling(ranges_of(["mu=0.5"]), -1), RBE)
     with pytest.raises(InputError, match="none of them negative"):
         worn(Contacts.of([(0, 1)], [np.eye(3)]), np.array([-1.0]))
 
 
 def test_the_page_and_the_file_say_the_same():
-    found = sensitivity(CUBE, ranges_of(["mu=0.2:0.8", "density=2000:2400"]), replace(RBE, tilt=(25.0, 0.0)), 20)
+    found = sensitivity(
+        CUBE, Sampling(ranges_of(["mu=0.2:0.8", "density=2000:2400"]), 20), replace(RBE, tilt=(25.0, 0.0))
+    )
     data = json.loads(json.dumps(sensitivity_dict(found)))
     assert data["count"] == {word: found.words.count(word) for word in ("stable", "unstable", "undecided")}
     assert data["vary"] == {"mu": [0.2, 0.8], "density": [2000, 2400]}

@@ -9,6 +9,7 @@ from cyclopean.analysis import Settings, check
 from cyclopean.analysis.preparation import prepare
 from cyclopean.assembly import Assembly, Block, Load
 from cyclopean.design import arch, stack, wall
+from cyclopean.design.construction.options import SequenceOptions
 from cyclopean.design.construction.props import _Episode
 from cyclopean.design.construction.sequence import BuildSequence, build_sequence, dot_text
 from cyclopean.errors import InputError
@@ -162,9 +163,8 @@ def test_up_is_against_gravity():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"settings": Settings(gravity=(0.0, 0.0, 0.0))}, "without gravity"),
-        ({"lean": 1.0}, "bearing 1: "),
-        ({"lean": float("nan")}, "bearing nan: "),
+        ({"bearing": 1.0}, "bearing 1: "),
+        ({"bearing": float("nan")}, "bearing nan: "),
         ({"clearance": 0.0}, "clearance 0: "),
         ({"order": ["b01", "none"]}, "block 'none' is not in the model"),
         ({"order": ["b01", "b01"]}, "block 'b01' is named more than once"),
@@ -174,7 +174,12 @@ def test_up_is_against_gravity():
 )
 def test_refused(options, message):
     with pytest.raises(InputError, match=message):
-        build_sequence(stack(1), **options)
+        build_sequence(stack(1), wanted=SequenceOptions(**options))
+
+
+def test_without_gravity_there_is_no_order():
+    with pytest.raises(InputError, match="without gravity"):
+        build_sequence(stack(1), Settings(gravity=(0.0, 0.0, 0.0)))
 
 
 def test_an_open_mesh_is_refused():

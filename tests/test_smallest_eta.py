@@ -80,7 +80,7 @@ def test_never_above_the_start_and_proved(seed):
     case = coupled_case(seed)
     posed = prepare(case.assembly, Settings(mu=case.mu, gravity=case.gravity))
     system = posed.system()
-    found = solve_cra(system, Bounds(1.0, 100.0, 0.01), nodes=1, seconds=2.0)
+    found = solve_cra(system, Bounds(1.0, 100.0, 0.01), Settings(nodes=1, seconds=2.0))
     if found.word != "coupled":
         return
     gap = system.gap(found.dq)

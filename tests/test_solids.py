@@ -3,7 +3,8 @@
 By hand: unit cubes shifted by (a, b, c) have (1 - a)(1 - b)(1 - c) in common; a cube cut by the plane through three of
 its corners loses 1/6; a cube without a slab through its middle is two pieces of 0.45.
 Mutants killed: difference for intersection; the part before for the part beyond a plane; the shift turned with the
-rotation; no look at the status, or at the sign of the volume; a cube of the library's own volume for ours.
+rotation; no look at the status, or at the sign of the volume; a cube of the library's own volume for ours; triangles
+of a mesh as the library has them.
 """
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.spatial import ConvexHull
 from cyclopean.errors import InputError
 from cyclopean.geometry import mass_properties, mesh_faults, pack
 from cyclopean.geometry.solids import (
+    CUBE,
     difference,
     intersection,
     mesh_of,
@@ -22,6 +24,7 @@ from cyclopean.geometry.solids import (
     moved,
     solid_of,
     solid_volume,
+    sourced_mesh_of,
 )
 from cyclopean.io import read_stones
 from fixtures_stones import NAMES, SCANS, boulder, box, needs_scans, rotation, subdivided
@@ -71,6 +74,22 @@ def test_volume_by_hand_wherever_it_lies():
     assert mesh_volume(np.zeros((0, 3)), np.zeros((0, 3), np.int64)) == 0.0
 
 
+def test_triangles_know_the_face_that_they_come_from_whatever_was_made_before():
+    """A cube without the corner of another: of each triangle the plane of its face, by the cube that it is of."""
+    small = solid_of(box(0.5, 0.5, 0.5, at=(0.6, 0.6, 0.6))[0], CUBE)
+    cube = solid_of(*box())
+    for one, other in ((cube, small), (small, cube)):
+        for made in (difference(one, other), intersection(one, other)):
+            vertices, triangles, source, face = sourced_mesh_of(made)
+            for solid in (one, other):
+                corner, own = sourced_mesh_of(solid)[0], source == sourced_mesh_of(solid)[2][0]
+                assert own.any()
+                shell, part = mesh_of(solid)[1], sourced_mesh_of(solid)[3]
+                for triangle, number in zip(triangles[own], face[own], strict=True):
+                    a, b, c = corner[shell[part == number][0]]
+                    assert np.abs((vertices[triangle] - a) @ np.cross(b - a, c - a)).max() < 1e-12
+
+
 def test_a_turn_comes_before_a_shift():
     quarter = [[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]
     corner = mesh_of(moved(solid_of(*box(2.0, 1.0, 1.0)), quarter, [10.0, 0, 0]))[0]
@@ -115,6 +134,16 @@ def test_the_volume_is_that_of_the_mesh_and_does_not_depend_on_its_triangles(see
     assert solid_volume(hull) == pytest.approx(ConvexHull(vertices).volume, rel=1e-12)
     assert solid_volume(hull) >= by_mesh * (1.0 - 1e-12)
     assert solid_volume(difference(solid_of(vertices, triangles), hull)) == pytest.approx(0.0, abs=1e-6 * by_mesh)
+
+
+@pytest.mark.parametrize("how", [intersection, difference])
+def test_a_mesh_does_not_depend_on_which_solid_was_made_first(how):
+    def made(order):
+        solids = {k: solid_of(*boulder(k)) for k in order}
+        return mesh_of(how(solids[0], moved(solids[1], np.eye(3), [0.1, 0.05, 0.0])))
+
+    for one, other in zip(made((0, 1)), made((1, 0)), strict=True):
+        assert one.tobytes() == other.tobytes()
 
 
 def test_refusals():

@@ -36,7 +36,7 @@ from cyclopean.view.studio.live_scene import hit
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.panel import studio
 from cyclopean.view.studio.saving import claimed, save, written
-from cyclopean.view.studio.session import Session, State
+from cyclopean.view.studio.session import Listener, Session, State
 
 GRAVITY = np.array([0.0, 0.0, -9.80665])
 ARCH = arch(10, span=3.0, thickness=0.4)
@@ -52,7 +52,7 @@ class Watched:
         self.shown, self.said = queue.Queue(), queue.Queue()
         assumed = {"mu": 0.84, "gravity": GRAVITY.tolist()}
         first = State(home, Knobs(), method)
-        self.session = Session(first, Settings(), GRAVITY, assumed, self.shown.put, self.said.put)
+        self.session = Session(first, Settings(), GRAVITY, assumed, Listener(self.shown.put, self.said.put))
 
     def until(self, *stages):
         """Snapshots up to the first of one of these stages."""

@@ -168,7 +168,7 @@ def test_a_websocket_is_refused_before_it_is_one(served, others):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="127.0.0.2 is an address of the machine on Linux only")
 def test_on_all_addresses_the_one_that_was_used_is_a_name(tmp_path):
-    with studio(ARCH, Settings(method="rbe"), folder=tmp_path, host="0.0.0.0") as served:
+    with studio(ARCH, Settings(method="rbe"), folder=tmp_path, address=("0.0.0.0", 0)) as served:
         assert asked(served.address)[0] == 302
         assert asked(served.address.replace("127.0.0.1", "127.0.0.2"))[0] == 302
         assert asked(served.address, Host=urlsplit(served.address.replace("127.0.0.1", "127.0.0.2")).netloc)[0] == 403

@@ -14,8 +14,10 @@ import pytest
 from cyclopean.analysis import Settings, check, solve_rbe
 from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.design import arch, stack
+from laws import quick
 from near_limit import G, posed
 
+MOST = 40 if quick() else 80  # voussoirs
 UPRIGHT = np.array([0.0, 0.0, -G])
 
 
@@ -44,6 +46,11 @@ def proved(model: Assembly, mu: float, gravity: np.ndarray = UPRIGHT) -> str:
 def tilted(degrees: float) -> np.ndarray:
     angle = np.deg2rad(degrees)
     return G * np.array([np.sin(angle), 0.0, -np.cos(angle)])
+
+
+def upto(cases: list[tuple[int, float]]) -> list[tuple[int, float]]:
+    """Those of so few voussoirs."""
+    return [case for case in cases if case[0] <= MOST]
 
 
 @pytest.mark.parametrize("degrees", [10.0, 20.0, 30.0, 40.0])
@@ -84,7 +91,7 @@ def test_harmonic_stack(count: int) -> None:
     assert proved(stack(count + 1, size=(1, 1, 0.25), offset=[s * 1.0001 for s in offsets]), 0.84) == "unstable"
 
 
-@pytest.mark.parametrize(("voussoirs", "limit"), [(20, 0.10746), (21, 0.10679), (40, 0.10746), (80, 0.10746)])
+@pytest.mark.parametrize(("voussoirs", "limit"), upto([(20, 0.10746), (21, 0.10679), (40, 0.10746), (80, 0.10746)]))
 def test_least_thickness_of_a_semicircular_arch(voussoirs: int, limit: float) -> None:
     """t/R by Milankovitch's rule for finite voussoirs (Cocchetti and Rizzi 2020; linear programmes)."""
 
@@ -97,7 +104,7 @@ def test_least_thickness_of_a_semicircular_arch(voussoirs: int, limit: float) ->
     assert proved(model(found * 0.9995), 0.84) == "unstable"
 
 
-@pytest.mark.parametrize(("voussoirs", "limit"), [(20, 0.3090), (40, 0.3090), (80, 0.3094)])
+@pytest.mark.parametrize(("voussoirs", "limit"), upto([(20, 0.3090), (40, 0.3090), (80, 0.3094)]))
 def test_no_semicircular_arch_stands_on_less_friction(voussoirs: int, limit: float) -> None:
     """Below this mu a semicircle slides however thick it is: the lowest mu over thickness (0.3092 for the arc)."""
 

@@ -22,7 +22,7 @@ if typing.TYPE_CHECKING:
         rbe_program,
         solve_program,
     )
-    from cyclopean.analysis.large_displacement.pushover import Pushover, PushoverStep, pushover
+    from cyclopean.analysis.large_displacement.pushover import Pushover, PushoverStep, Reach, pushover
     from cyclopean.analysis.large_displacement.subsidence import Subsidence, SubsidenceStep, subsidence
     from cyclopean.analysis.limit_analysis.bracket import CoupledBracket, coupled_bracket
     from cyclopean.analysis.limit_analysis.joints import MovingJoint, moving_joints
@@ -35,7 +35,7 @@ if typing.TYPE_CHECKING:
     from cyclopean.analysis.safety_margins import Margins, margins
     from cyclopean.analysis.same_model import Comparison, compare
     from cyclopean.analysis.sensitivity_study.ranges import QUANTITIES, Range, ranges_of
-    from cyclopean.analysis.sensitivity_study.sampling import Sensitivity, sensitivity, share_between
+    from cyclopean.analysis.sensitivity_study.sampling import Sampling, Sensitivity, sensitivity, share_between
     from cyclopean.analysis.settings import DENSITY, GRAVITY, MU, Settings
     from cyclopean.analysis.verdict import Result, Settled, Word, openings
     from cyclopean.analysis.warm_start.recheck import CONTINUED, Known, mobile, recheck
@@ -65,8 +65,10 @@ __all__ = [
     "Pushover",
     "PushoverStep",
     "Range",
+    "Reach",
     "Residuals",
     "Result",
+    "Sampling",
     "Sensitivity",
     "Settings",
     "Settled",
@@ -116,7 +118,7 @@ __getattr__, __dir__ = _lazy_exports(
         "equilibrium.newton": "DualAnswer collapse_bound newton sharpen_mechanism",
         "equilibrium.rbe": "Outcome solve_rbe tension",
         "equilibrium.reference": "Cone mechanism_program parse_cone penalty_program rbe_program solve_program",
-        "large_displacement.pushover": "Pushover PushoverStep pushover",
+        "large_displacement.pushover": "Pushover PushoverStep Reach pushover",
         "large_displacement.subsidence": "Subsidence SubsidenceStep subsidence",
         "limit_analysis.bracket": "CoupledBracket coupled_bracket",
         "limit_analysis.joints": "MovingJoint moving_joints",
@@ -129,7 +131,7 @@ __getattr__, __dir__ = _lazy_exports(
         "safety_margins": "Margins margins",
         "same_model": "Comparison compare",
         "sensitivity_study.ranges": "QUANTITIES Range ranges_of",
-        "sensitivity_study.sampling": "Sensitivity sensitivity share_between",
+        "sensitivity_study.sampling": "Sampling Sensitivity sensitivity share_between",
         "settings": "DENSITY GRAVITY MU Settings",
         "verdict": "Result Settled Word openings",
         "warm_start.recheck": "CONTINUED Known mobile recheck",

@@ -372,8 +372,7 @@ def solved(
 
     rigid, bounds = decide_rigid(model, system, settings.solver), settings.bounds().unit()
     bounds = replace(bounds, beta=slides * bounds.beta)
-    limits = (settings.seconds, settings.nodes, progress, rigid)
-    return coupled_claim(solve_cra(system, bounds, settings.solver, *limits, effort=settings.effort))
+    return coupled_claim(solve_cra(system, bounds, settings, progress, rigid))
 
 
 def _glued(model: PreparedModel, settings: Settings, claim: Claim, result: Result) -> Result:

@@ -93,9 +93,10 @@ def _first(factors: Sequence[float], attempt: Callable[[float], Any], until: flo
 
 def _searched(system: EquilibriumSystem, bounds: Bounds, settings: Settings, until: float) -> CoupledOutcome:
     """What a search with a small budget finds."""
-    seconds = min(until - time.perf_counter(), settings.seconds)
+    seconds = max(min(until - time.perf_counter(), settings.seconds), 1e-9)
     nodes = min(max(settings.nodes // SHARE, NODES[0]), NODES[1])
-    return solve_cra(system, bounds, settings.solver, seconds, nodes, factorisations=FACTORISATIONS // SHARE)
+    small = replace(settings, seconds=seconds, nodes=nodes, effort=1.0)
+    return solve_cra(system, bounds, small, factorisations=FACTORISATIONS // SHARE)
 
 
 def _with_eta(model: PreparedModel, settings: Settings, until: float, factor: float) -> StableAt | Result | None:

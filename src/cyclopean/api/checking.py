@@ -2,14 +2,15 @@
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.inputs import Model, Reading, assembly_of
 from cyclopean.api.keywords import CheckKeywords, SequenceKeywords, given_to, takes
+from cyclopean.design.construction.options import SequenceOptions
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
 
@@ -131,8 +132,8 @@ def examined(
         result = replace(path.judged(result), path=path)
     drawn = None
     if more.vary:
-        ranges = analysis.ranges_of(list(more.vary))
-        drawn = analysis.sensitivity(assembly, ranges, chosen, more.samples, more.seed, executor, progress)
+        sampling = analysis.Sampling(analysis.ranges_of(list(more.vary)), more.samples, more.seed)
+        drawn = analysis.sensitivity(assembly, sampling, chosen, executor, progress)
         if drawn.count["undecided"]:
             said = (*said, f"`vary`: {drawn.count['undecided']} of {len(drawn.words)} samples are undecided")
     return replace(
@@ -188,28 +189,6 @@ class _Spare:
         return self.found
 
 
-@dataclass(frozen=True, slots=True)
-class SequenceOptions:
-    """How an order of building is looked for, or which one is given: a file, or ids or numbers of blocks."""
-
-    bearing: float | None = option(
-        None,
-        "Share of a joint's normal along gravity that makes one rest on the other [0.1].",
-        "number",
-        metavar="C",
-        least=0.0,
-    )
-    clearance: float | None = option(
-        None, "Length (m) of approach and retreat [0.1].", "number", metavar="L", above=0.0, unit="metres"
-    )
-    order: str | Sequence[str | int] | None = option(
-        None, "An order that somebody gives: ids in a text, CSV or JSON file [found].", metavar="FILE"
-    )
-
-    def __post_init__(self) -> None:
-        check_options(self)
-
-
 @takes(Settings, Reading, SequenceOptions, only=f"{SEQUENCED} units strict bearing clearance order")
 def build_sequence(
     model: Model,
@@ -256,14 +235,15 @@ def build_sequence(
 
     base = Settings(seconds=SECONDS) if settings is None else settings
     chosen, reading, order = given_to(build_sequence, options, base, Reading(), SequenceOptions())
-    return sequenced(model, chosen, reading, order, progress, executor, watch)
+    assembly, assumed = assembly_of(model, reading)
+    found = sequenced(assembly, chosen, order, progress, executor, watch)
+    return replace(found, warnings=(*assumed, *found.warnings)) if assumed else found
 
 
 def sequenced(
     model: Model,
     settings: Settings,
-    reading: Reading,
-    order: SequenceOptions,
+    wanted: SequenceOptions,
     progress: Callable[[str], None] = _silent,
     executor: Executor | None = None,
     watch: "Callable[[int, Result], None] | None" = None,
@@ -271,17 +251,14 @@ def sequenced(
     """`build_sequence` with its options in objects, as every front end calls it."""
     from cyclopean.design.construction import sequence
 
-    assembly, assumed = assembly_of(model, reading)
-    listed = order.order
-    path = listed if isinstance(listed, str | os.PathLike) else None
+    assembly, assumed = assembly_of(model)
+    path = wanted.order if isinstance(wanted.order, str | os.PathLike) else None
     if path is not None:
         from cyclopean.io import read_order
 
-        listed = read_order(path)
-    named = {"lean": order.bearing, "clearance": order.clearance, "order": listed, "watch": watch}
-    given: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
+        wanted = replace(wanted, order=read_order(path))
     try:
-        found = sequence.build_sequence(assembly, settings, progress=progress, executor=executor, **given)
+        found = sequence.build_sequence(assembly, settings, wanted, progress, executor, watch)
     except InputError as error:
         if path is None or error.field != "order":
             raise

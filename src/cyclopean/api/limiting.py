@@ -236,11 +236,8 @@ def limited(
         coupled = analysis.coupled_bracket(assembly, found, chosen, progress=progress)
     curve = None
     if wanted.pushover is not None:
-        reach, unit = wanted.pushover
-        count, budget = wanted.steps or STEPS, left()
-        curve = analysis.pushover(
-            assembly, found.live, chosen, reach=reach, unit=unit, steps=count, seconds=budget, progress=progress
-        )
+        reach = analysis.Reach(*wanted.pushover, wanted.steps or STEPS)
+        curve = analysis.pushover(assembly, found.live, reach, chosen, left(), progress)
     return replace(
         found,
         warnings=(*said, *found.warnings),

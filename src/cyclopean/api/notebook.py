@@ -91,7 +91,7 @@ def card(thing: Any, *, scene: bool = False) -> str:
 def _match_card(found: "StoneMatch", scene: bool) -> str:
     """Stones as they are placed, before any is carved."""
     from cyclopean.assembly import Block
-    from cyclopean.view.notebook import stones_card
+    from cyclopean.view.notebook import Told, stones_card
 
     match, blocks = found.match, found.assembly.blocks
     bodies = [
@@ -110,14 +110,13 @@ def _match_card(found: "StoneMatch", scene: bool) -> str:
     ]
     held = _without(blocks, {int(k) for k in found.cells.block})
     title = f"Stones for {found.assembly.name}"
-    return stones_card(
-        title, "as placed, not yet carved", figures, bodies, held=held, notes=found.warnings, scene=scene
-    )
+    said = Told(title, "as placed, not yet carved", figures, found.warnings)
+    return stones_card(said, bodies, held=held, scene=scene)
 
 
 def _carving_card(carving: "StoneCarving", scene: bool) -> str:
     from cyclopean.assembly import Block
-    from cyclopean.view.notebook import stones_card
+    from cyclopean.view.notebook import Told, stones_card
 
     bodies = [Block(c.stone, c.vertices, tuple(map(tuple, c.triangles.tolist()))) for c in carving.carved]
     cuts = sum(not cut.dressing for c in carving.carved for cut in c.cuts)
@@ -130,8 +129,8 @@ def _carving_card(carving: "StoneCarving", scene: bool) -> str:
     ]
     held = [b for b, fixed in zip(carving.drawn.blocks, carving.fixed.tolist(), strict=True) if fixed]
     title = f"{carving.drawn.name}, carved"
-    text = "as it will be built, not checked"
-    return stones_card(title, text, figures, bodies, held=held, notes=carving.warnings, scene=scene)
+    said = Told(title, "as it will be built, not checked", figures, carving.warnings)
+    return stones_card(said, bodies, held=held, scene=scene)
 
 
 def _without(blocks: "Sequence[Block]", cells: set[int]) -> "list[Block]":

@@ -155,23 +155,15 @@ def _write_match(file: FilePath, found: StoneMatch) -> None:
     """Match file, and the stones and the wall that it names, so that `carve` can read all of it again."""
     from cyclopean import io
     from cyclopean.design.stones.inventory import Inventory
-    from cyclopean.io.matches import match_dict
+    from cyclopean.io.matches import MatchFiles, match_dict
 
     stones, wall = file.with_name("stones.obj"), file.with_name("wall.json")
     if wall == file:
         raise InputError(f"{file}: the wall is written there; give the match another name")
     rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in found.rounds]
     asked = {"weight": found.match.weight, "supports": found.supports or None}
-    data = match_dict(
-        found.match,
-        found.stones,
-        found.cells,
-        stones_path=stones.name,
-        wall_path=wall.name,
-        stone_units="m",
-        rounds=rounds,
-        settings=asked,
-    )
+    files = MatchFiles(stones.name, wall.name, "m")
+    data = match_dict(found.match, found.stones, found.cells, files, rounds, asked)
     drawing = None if found.drawn is None else io.drawing_dict(found.drawn)
     with io.together():
         io.write_stones(stones, Inventory(found.stones))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.checking import SequenceOptions, sequenced
-from cyclopean.api.inputs import Model, Reading
+from cyclopean.api.inputs import Model
 from cyclopean.api.keywords import SiteKeywords, given_to, takes
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
@@ -149,7 +149,7 @@ def site_sheets(
     if isinstance(thing, BuildSequence):
         return site_files(thing, options, None, progress)
     chosen = Settings(seconds=SECONDS) if settings is None else replace(settings, supports="")
-    order = sequenced(thing, chosen, Reading(), SequenceOptions(order=laid_order(thing)), progress)
+    order = sequenced(thing, chosen, SequenceOptions(order=laid_order(thing)), progress)
     return site_files(order, options, stock_of(order, thing, stones), progress)
 
 

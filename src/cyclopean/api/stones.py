@@ -246,15 +246,16 @@ def matched(
     """`match` with stones and wall that are read and options in objects, as every front end calls it."""
     from cyclopean.design.matching.cells import cells_of
     from cyclopean.design.matching.match import match_stones
-    from cyclopean.design.matching.negotiation import negotiate
+    from cyclopean.design.matching.negotiation import Moving, negotiate
     from cyclopean.design.walls.interlock import interlock as score_of
 
     drawn, cells, said, scores = site.drawn, site.cells, site.warnings, None
     rounds: tuple[Round, ...] = ()
     if wanted.negotiate > 0.0:
         assert drawn is not None
-        new = cells.sawn.tolist()
-        done = negotiate(site.inventory, drawn, settings, wanted.negotiate, wanted.rounds, executor, progress, sawn=new)
+        new = tuple(cells.sawn.tolist())
+        moving = Moving(wanted.negotiate, wanted.rounds, sawn=new)
+        done = negotiate(site.inventory, drawn, settings, moving, executor, progress)
         scores = score_of(drawn.pattern).score, score_of(done.wall.pattern).score
         drawn, found, rounds, said = done.wall, done.match, done.rounds, (*said, *done.notes)
         cells = cells_of(drawn.assembly, None, new)

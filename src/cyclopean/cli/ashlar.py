@@ -1,7 +1,7 @@
 """`ashlar` and `pack`: walls of sawn stones."""
 
 import re
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
 
@@ -14,7 +14,7 @@ from cyclopean.cli.terminal import long_work, warn
 from cyclopean.design.ashlar.best_fit import LEAST_SCORE, Method, Slots
 from cyclopean.design.ashlar.planning import AshlarSettings
 from cyclopean.errors import InputError
-from cyclopean.options import Option
+from cyclopean.options import option
 from cyclopean.texts import choice, number, whole
 from cyclopean.texts import scores as read_scores
 
@@ -32,25 +32,6 @@ UNIT = "is --stone-length now; --units says what lengths are in"
 Stones: TypeAlias = Annotated[
     str | None, argument("STONES", "Stock list (CSV), or a folder or file of sawn stones.", source=True)
 ]
-Stone: TypeAlias = Annotated[
-    tuple[str, ...],
-    Option("N stones of this length, height, depth (m); repeatable.", "texts", metavar="LxHxD[*N]"),
-]
-Course: TypeAlias = Annotated[
-    str,
-    Option(
-        "One height (m) [that of most stones], or bins, the tallest below.", metavar="fixed[:H]|bins", word="courses"
-    ),
-]
-Openings: TypeAlias = Annotated[
-    tuple[str, ...],
-    Option(
-        "Left jamb, sill, clear width and height (m), under a lintel; repeatable.", "texts", metavar="X,Z,W,H",
-        word="opening",
-    ),
-]  # fmt: skip
-Units: TypeAlias = Annotated[str | None, Option("Unit of the lengths in mesh files, such as mm.", metavar="U")]
-Strict: TypeAlias = Annotated[bool, Option("A stone that cannot be used is an error.", "flag")]
 Written: TypeAlias = Annotated[
     Files,
     written(
@@ -66,15 +47,48 @@ Written: TypeAlias = Annotated[
 ]
 
 
+@dataclass(frozen=True, slots=True)
+class Sawn:
+    """Stones beside those of a file, and what of the wall is said by a text of its own."""
+
+    stone: tuple[str, ...] = option(
+        (), "N stones of this length, height, depth (m); repeatable.", "texts", metavar="LxHxD[*N]"
+    )
+    course: str = option(
+        "fixed", "One height (m) [that of most stones], or bins, the tallest below.", metavar="fixed[:H]|bins",
+        word="courses",
+    )  # fmt: skip
+    openings: tuple[str, ...] = option(
+        (), "Left jamb, sill, clear width and height (m), under a lintel; repeatable.", "texts", metavar="X,Z,W,H",
+        word="opening",
+    )  # fmt: skip
+    units: str | None = option(None, "Unit of the lengths in mesh files, such as mm.", metavar="U")
+    strict: bool = option(False, "A stone that cannot be used is an error.", "flag")
+
+
+@dataclass(frozen=True, slots=True)
+class Packing:
+    """How stones are chosen by what fits."""
+
+    method: str = option("best", "Slot by slot the best or first fit, or all together.", choices=get_args(Method))
+    slots: str | None = option(
+        None, "At the lengths of the stones, or of the bond [free, if it can be].", choices=get_args(Slots)
+    )
+    scores: str | None = option(
+        None, "What each fit counts [length=0.4,depth=0.2,height=0.2,aspect=0.2].", metavar="NAME=W,..."
+    )
+    least_score: float = option(
+        LEAST_SCORE, "Where no stone scores this, the first that fits is taken.", "number", metavar="S", least=0.0,
+        most=1.0,
+    )  # fmt: skip
+    compare: bool = option(False, "Tell what the other methods make of the slots.", "flag")
+
+
 @command(fields={"opening": "openings"}, unit=UNIT)
 def ashlar(
     settings: AshlarSettings,
     stones: Stones = None,
-    stone: Stone = (),
-    course: Course = "fixed",
-    openings: Openings = (),
-    units: Units = None,
-    strict: Strict = False,
+    sawn: Sawn = Sawn(),
     site: SiteOptions = SiteOptions(),
     files: Written = Files({}),
 ) -> int:
@@ -82,9 +96,9 @@ def ashlar(
     from cyclopean.design.ashlar import wall as room
 
     site_folder(site)
-    settings = _asked(settings, course, openings)
+    settings = _asked(settings, sawn)
     with long_work("building a wall of sawn stones"):
-        slabs, said = _slabs(stones, stone, units, strict)
+        slabs, said = _slabs(stones, sawn)
         wall = room.ashlar(settings, slabs)
     return _end(wall, said, files, site, {"method": "first", "slots": "bond"}, [])
 
@@ -93,27 +107,8 @@ def ashlar(
 def pack(
     settings: AshlarSettings,
     stones: Stones = None,
-    stone: Stone = (),
-    method: Annotated[
-        str, Option("Slot by slot the best or first fit, or all together.", choices=get_args(Method))
-    ] = "best",
-    slots: Annotated[
-        str | None,
-        Option("At the lengths of the stones, or of the bond [free, if it can be].", choices=get_args(Slots)),
-    ] = None,
-    scores: Annotated[
-        str | None,
-        Option("What each fit counts [length=0.4,depth=0.2,height=0.2,aspect=0.2].", metavar="NAME=W,..."),
-    ] = None,
-    least_score: Annotated[
-        float,
-        Option("Where no stone scores this, the first that fits is taken.", "number", metavar="S", least=0.0, most=1.0),
-    ] = LEAST_SCORE,
-    compare: Annotated[bool, Option("Tell what the other methods make of the slots.", "flag")] = False,
-    course: Course = "fixed",
-    openings: Openings = (),
-    units: Units = None,
-    strict: Strict = False,
+    fit: Packing = Packing(),
+    sawn: Sawn = Sawn(),
     site: SiteOptions = SiteOptions(),
     files: Written = Files({}),
 ) -> int:
@@ -121,29 +116,30 @@ def pack(
     from cyclopean.design.ashlar import best_fit as room
 
     site_folder(site)
-    settings = _asked(settings, course, openings)
-    known = settings.bond != "running" or settings.through > 0 or method == "global"
-    where = slots or ("bond" if known else "free")
+    settings = _asked(settings, sawn)
+    known = settings.bond != "running" or settings.through > 0 or fit.method == "global"
+    where = fit.slots or ("bond" if known else "free")
     names = tuple(asdict(room.Weights()))
-    weights = room.Weights(**({} if scores is None else read_scores("`scores`", scores, names)))
+    weights = room.Weights(**({} if fit.scores is None else read_scores("`scores`", fit.scores, names)))
     with long_work("packing a wall of sawn stones") as stage:
-        options: dict[str, Any] = {"weights": weights, "least_score": least_score}
-        slabs, said = _slabs(stones, stone, units, strict)
-        done = room.pack(settings, slabs, method=method, slots=where, **options)
+        options: dict[str, Any] = {"weights": weights, "least_score": fit.least_score}
+        slabs, said = _slabs(stones, sawn)
+        done = room.pack(settings, slabs, method=fit.method, slots=where, **options)
         tried: list[Packed] = []
-        for other in get_args(Method) if compare else ():
+        for other in get_args(Method) if fit.compare else ():
             stage(other)
             tried.append(room.pack(settings, slabs, method=other, slots="bond", **options))
     asked = {
-        "method": method, "slots": where, "weights": tuple(asdict(weights).values()), "least_score": least_score,
-        "mean_score": done.mean, "poor": done.poor, "compare": [_compared(one) for one in tried],
+        "method": fit.method, "slots": where, "weights": tuple(asdict(weights).values()),
+        "least_score": fit.least_score, "mean_score": done.mean, "poor": done.poor,
+        "compare": [_compared(one) for one in tried],
     }  # fmt: skip
-    lines = [f"  score    {done.mean:.3f} in the mean; {done.poor} of {len(done.wall.laid)} below {least_score:g}"]
+    lines = [f"  score    {done.mean:.3f} in the mean; {done.poor} of {len(done.wall.laid)} below {fit.least_score:g}"]
     lines += [f"  {one.method:<8} in the slots of the bond: {_told(one)}" for one in tried]
     return _end(done.wall, said, files, site, asked, lines)
 
 
-def _asked(settings: AshlarSettings, course: str, openings: tuple[str, ...]) -> AshlarSettings:
+def _asked(settings: AshlarSettings, sawn: Sawn) -> AshlarSettings:
     """The settings with heights of courses and openings as typed.
 
     Raises
@@ -151,18 +147,16 @@ def _asked(settings: AshlarSettings, course: str, openings: tuple[str, ...]) -> 
     InputError
         Names the option.
     """
-    kind, colon, high = course.partition(":")
+    kind, colon, high = sawn.course.partition(":")
     choice("`course`", kind, ("fixed", "bins"))
     if colon and kind == "bins":
-        raise InputError(f"`course`: '{course}' should be fixed, fixed:H or bins")
+        raise InputError(f"`course`: '{sawn.course}' should be fixed, fixed:H or bins")
     height = number("`course`", high) if colon else None
-    parsed = tuple(wall_options.opening("`openings`", text) for text in openings)
+    parsed = tuple(wall_options.opening("`openings`", text) for text in sawn.openings)
     return replace(settings, course=height, bins=kind == "bins", openings=parsed)
 
 
-def _slabs(
-    stones: str | None, stone: tuple[str, ...], units: str | None, strict: bool
-) -> "tuple[list[Slab], tuple[str, ...]]":
+def _slabs(stones: str | None, sawn: Sawn) -> "tuple[list[Slab], tuple[str, ...]]":
     """The stock, from wherever it is given, and what is to be said of it.
 
     Raises
@@ -175,22 +169,22 @@ def _slabs(
     from cyclopean.io.stocklist import MOST, read_stocklist
 
     table = stones is None or stones.lower().endswith(".csv")
-    if table and units is not None:
+    if table and sawn.units is not None:
         raise InputError.of("units", None, "a stock list and `stone` are in metres; leave it out")
-    if stones is None and not stone:
+    if stones is None and not sawn.stone:
         raise InputError("STONES: no stock given; name a stock list or stones, or use `stone`")
     found: list[Slab] = []
     warnings: tuple[str, ...] = ()
     if stones is not None and table:
         found += read_stocklist(stones)
     elif stones is not None:
-        inventory, said = io.read_stones(stones, units, strict)
+        inventory, said = io.read_stones(stones, sawn.units, sawn.strict)
         boxes, notes = slabs_of(inventory.stones)
-        if not boxes or (strict and notes):
+        if not boxes or (sawn.strict and notes):
             raise InputError(f"{stones}: {notes[0] if boxes else 'none of its stones is a box'}")
         warnings = (*said, *inventory.notes, *notes)
         found += boxes
-    for text in stone:
+    for text in sawn.stone:
         found += _typed(text, len(found))
         if len(found) > MOST:
             raise InputError(f"`stone`: more than {MOST:,} stones; give fewer")

@@ -14,7 +14,7 @@ from cyclopean.cli.command import argument, command, some, written
 from cyclopean.cli.outputs import Files, folder, seen_from
 from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, warn
-from cyclopean.options import Option, check_options, option
+from cyclopean.options import Option, option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Result
@@ -38,9 +38,6 @@ class Carving:
         0.002, "Depth (m) up to which a cut is left to the chisel.", "number", metavar="L", least=0.0, word="least_cut"
     )
     dxf: bool = option(False, "Write before.dxf and after.dxf too, for CAD (extra dxf).", "flag")
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @command()
@@ -103,7 +100,7 @@ def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", le
     before = carving_svg(made.drawn, made.fixed, carved, f"{name} before carving", "before", made.built.sawn)
     after = carving_svg(made.drawn, made.fixed, carved, f"{name} after carving", "after", made.built.sawn)
     proof = seen_from(to.get("report"), to["certificate.json"] if result.certificate is not None else None)
-    drawn: dict[str, Any] = {"before": before, "after": after, "least": least, "certificate_file": proof}
+    shown: dict[str, Any] = {"drawings": (before, after), "least": least, "certificate_file": proof}
     with io.together():
         files.write({
             "cutlist.csv": lambda: cutlist_csv(carved),
@@ -111,7 +108,7 @@ def _written(files: Files, wall: str, made: "StoneCarving", result: "Result", le
             **{f"before.{ending}": made for ending, made in as_files(lambda: before).items()},
             **{f"after.{ending}": made for ending, made in as_files(lambda: after).items()},
             "placements.json": lambda: placements_dict(carved, wall),
-            "report": lambda: carving_html(carved, made.total, made.built, result, **drawn),
+            "report": lambda: carving_html(carved, made.built, result, **shown),
             "json": lambda: data,
         })  # fmt: skip
         _write_meshes({to["carved.glb"]: carved_meshes(carved), to["offcuts.glb"]: offcut_meshes(carved)})

@@ -1,7 +1,7 @@
 """`check`: does it stand?"""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,7 +15,7 @@ from cyclopean.cli.outputs import Files, seen_from
 from cyclopean.cli.terminal import long_work, of_file, say, warn
 from cyclopean.cli.workers import workers as hands
 from cyclopean.errors import InputError
-from cyclopean.options import Option
+from cyclopean.options import option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
@@ -28,28 +28,35 @@ AT_ETA = "at eta"  # the file of the proof of a state at a larger eta
 FEW = 24  # rows of the table of a settlement on the terminal
 
 
+@dataclass(frozen=True, slots=True)
+class Several:
+    """What of a model is checked more than once, and who does that."""
+
+    all_combinations: bool = option(False, "Check every combination of the model; a table.", "flag")
+    workers: int | None = option(None, "With `vary`: processes [1].", "whole", metavar="N")
+    cluster: str | None = option(None, "With `vary`: scheduler of a dask cluster.", metavar="ADDRESS")
+
+
 @command(settle="is --settlement now; to settle is to lay stones")
 def check(
     model: Annotated[str, MODEL],
     settings: Settings = Settings(),
     reading: Reading = Reading(),
     options: CheckOptions = CheckOptions(),
-    all_combinations: Annotated[bool, Option("Check every combination of the model; a table.", "flag")] = False,
-    workers: Annotated[int | None, Option("With `vary`: processes [1].", "whole", metavar="N")] = None,
-    cluster: Annotated[str | None, Option("With `vary`: scheduler of a dask cluster.", metavar="ADDRESS")] = None,
+    several: Several = Several(),
     files: Annotated[Files, written("json", "certificate", "report", "drawing")] = Files({}),
 ) -> int:
     """Tell whether a model stands, and prove it.
 
     Exit status: 0 stable, 1 unstable, 3 undecided, 2 bad input.
     """
-    for name, value in (("workers", workers), ("cluster", cluster)):
-        if value is not None and not options.vary:
+    for name in ("workers", "cluster"):
+        if getattr(several, name) is not None and not options.vary:
             raise InputError.of(name, None, "nothing varies; say what does, such as `vary` mu=0.6:0.8")
     with long_work(f"checking {model}") as stage, of_file(model):
-        if all_combinations:
+        if several.all_combinations:
             return _every_combination(model, settings, reading, options, files, stage)
-        with hands(workers or 1, cluster) as executor:
+        with hands(several.workers or 1, several.cluster) as executor:
             result = examined(model, settings, reading, options, stage, executor)
         stage("margins")
         spare = result.margins

@@ -12,7 +12,7 @@ import inspect
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
@@ -21,7 +21,7 @@ from cyclopean.cli.outputs import Files
 from cyclopean.cli.plain import PlainCommand
 from cyclopean.cli.terminal import as_option
 from cyclopean.errors import InputError, spelt
-from cyclopean.options import Option, check_option, options_of, read_option, shown_default
+from cyclopean.options import Option, check_option, check_options, options_of, read_option, shown_default
 
 __all__ = ["Command", "argument", "command", "some", "written"]
 
@@ -205,9 +205,9 @@ class Command:
             elif isinstance(about, _Written):
                 values[name] = Files.planned(read[name], self._sources(given), about.models)
             else:
-                values[name] = (
-                    replace(one.default, **read[name]) if one.default is not one.empty else kind(**read[name])
-                )
+                given_to = kind if one.default is one.empty else partial(replace, one.default)
+                values[name] = given_to(**read[name])
+                check_options(values[name])
         return values
 
     def _sources(self, given: Mapping[str, Any]) -> Collection[str]:

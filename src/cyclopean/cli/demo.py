@@ -130,9 +130,9 @@ def _fitted(
     from cyclopean.design.carving.carved_wall import carved_wall
     from cyclopean.design.matching.cells import cells_of
     from cyclopean.design.matching.match import MatchSettings
-    from cyclopean.design.matching.negotiation import negotiate
+    from cyclopean.design.matching.negotiation import Moving, negotiate
 
-    talk = negotiate(stones, drawn, MatchSettings(gap=gap), rounds=TURNS, sawn=sawn)
+    talk = negotiate(stones, drawn, MatchSettings(gap=gap), Moving(rounds=TURNS, sawn=tuple(sawn)))
     wall = talk.wall.assembly
     carved = carve_match(talk.match, stones, cells_of(wall, None, sawn))
     built = carved_wall(wall, carved, sawn=sawn)
@@ -151,11 +151,11 @@ def _write_match(talk: "Negotiation", stones: "tuple[Stone, ...]", cells: "Cells
     """What became of the cells' talk with the stones: these, the match and its page."""
     from cyclopean import io
     from cyclopean.design.stones.inventory import Inventory
-    from cyclopean.io.matches import match_dict
+    from cyclopean.io.matches import MatchFiles, match_dict
     from cyclopean.view.match_page import match_html
 
     rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in talk.rounds]
-    data = match_dict(talk.match, stones, cells, stones_path="stones.obj", wall_path="model.json", rounds=rounds)
+    data = match_dict(talk.match, stones, cells, MatchFiles("stones.obj", "model.json"), rounds)
     io.write_stones(at["stones.obj"], Inventory(stones))
     io.write_json(at["match.json"], data)
     io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))

@@ -131,4 +131,8 @@ def _coupled_line(coupled: "CoupledBracket") -> str:
     stands = "no multiplier was certified" if coupled.stands is None else f"certified at {coupled.stands:.6g}"
     if coupled.not_yet is None:
         return f"{stands}, all but the limit itself" if coupled.stands else stands
-    return f"{stands}; {coupled.word} at {coupled.not_yet:.6g} ({len(coupled.trials)} trials)"
+    if coupled.falls is not None:
+        stands += f"; proved to have no coupled state at {coupled.falls:.6g}, which says nothing of others"
+    if coupled.falls != coupled.not_yet:
+        stands += f"; {coupled.word} at {coupled.not_yet:.6g}"
+    return f"{stands} ({len(coupled.trials)} trials)"

@@ -10,7 +10,7 @@ from cyclopean.cli.command import Command, argument, command, written
 from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import say
 from cyclopean.errors import InputError
-from cyclopean.options import check_options, option
+from cyclopean.options import option
 
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
@@ -28,9 +28,6 @@ class Material:
         None, "Density of every block, kg/m3.", "number", metavar="D", above=0.0, unit="kg/m3"
     )
     mu: float | None = option(None, "Friction coefficient of every contact.", "number", metavar="M", least=0.0)
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -175,22 +175,15 @@ def _data(
     found: "StoneMatch", place: Path, stones: str, wall: str, units: str | None, asked: dict[str, Any]
 ) -> dict[str, Any]:
     """The match as plain data; paths as seen from the folder it is written to."""
-    from cyclopean.io.matches import match_dict
+    from cyclopean.io.matches import MatchFiles, match_dict
 
     rounds = [
         {"Lambda": r.imposition, "gap": r.gap, "carved": r.carved, "void": r.void, "seconds": r.seconds}
         for r in found.rounds
     ]
-    said = match_dict(
-        found.match,
-        found.stones,
-        found.cells,
-        stones_path=_seen_from(place, stones),
-        wall_path=wall,
-        stone_units=units,
-        rounds=rounds,
-        settings=asked | {"weight": found.match.weight},
-    )
+    asked = asked | {"weight": found.match.weight}
+    files = MatchFiles(_seen_from(place, stones), wall, units)
+    said = match_dict(found.match, found.stones, found.cells, files, rounds, asked)
     if found.interlock is not None:
         said["J"] = dict(zip(("before", "after"), found.interlock, strict=True))
     return said

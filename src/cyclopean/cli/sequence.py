@@ -73,7 +73,7 @@ def sequence(
         long_work(f"sequencing {model}") as stage,
         of_file(model),
     ):
-        found = sequenced(assembly, settings, Reading(), options, stage, executor=executor)
+        found = sequenced(assembly, settings, options, stage, executor)
         sheets = site_sheets(found, options, progress=stage)
     for warning in (*warnings, *found.warnings):
         warn(warning)

@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopean.api.inputs import StoneReading, inventory_of
@@ -15,7 +15,7 @@ from cyclopean.cli.workers import beside
 from cyclopean.design.rubble.places import Scores
 from cyclopean.design.rubble.wall import SettleSettings
 from cyclopean.errors import InputError
-from cyclopean.options import Option
+from cyclopean.options import option
 from cyclopean.texts import scores as read_scores
 
 if TYPE_CHECKING:
@@ -28,6 +28,22 @@ TAKEN = (
     "length height thickness wythes batter corner opening ends coursed through binders hearting pins copes inward"
     " dress all look_ahead margin friction lean yaws cell ways"
 )
+
+
+@dataclass(frozen=True, slots=True)
+class Laying:
+    """How the stones are laid, beside the settings."""
+
+    scores: str | None = option(
+        None, f"[{','.join(f'{name}={value:g}' for name, value in asdict(Scores()).items())}]", metavar="NAME=W,..."
+    )
+    standing: str | None = option(
+        None, "Go on with the wall of this model, with the stones still at hand.", metavar="MODEL"
+    )
+    next: int | None = option(
+        None, "Tell the N best stones to lay next, and lay the first.", "whole", metavar="N", least=1, most=100
+    )
+    workers: int | None = option(None, "Processes [2].", "whole", choices=("1", "2"))
 
 
 @command(
@@ -47,20 +63,7 @@ def settle(
         ),
     ],
     settings: Annotated[SettleSettings, some(TAKEN)] = SettleSettings(),
-    scores: Annotated[
-        str | None,
-        Option(
-            "[" + ",".join(f"{name}={value:g}" for name, value in asdict(Scores()).items()) + "]", metavar="NAME=W,..."
-        ),
-    ] = None,
-    standing: Annotated[
-        str | None, Option("Go on with the wall of this model, with the stones still at hand.", metavar="MODEL")
-    ] = None,
-    next: Annotated[
-        int | None,
-        Option("Tell the N best stones to lay next, and lay the first.", "whole", metavar="N", least=1, most=100),
-    ] = None,
-    workers: Annotated[int | None, Option("Processes [2].", "whole", choices=("1", "2"))] = None,
+    asked: Laying = Laying(),
     reading: StoneReading = StoneReading(),
     site: SiteOptions = SiteOptions(),
 ) -> int:
@@ -69,8 +72,8 @@ def settle(
     site_folder(site)
     if out.suffix.lower() != ".json":
         raise InputError(f"`out` {out}: unknown ending; use .json")
-    if scores is not None:
-        given = read_scores("`scores`", scores, tuple(asdict(settings.scores)))
+    if asked.scores is not None:
+        given = read_scores("`scores`", asked.scores, tuple(asdict(settings.scores)))
         settings = replace(settings, scores=replace(settings.scores, **given))
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the products are small: threads would wait for each other
@@ -82,9 +85,9 @@ def settle(
 
     with long_work(f"laying {stones}") as stage:
         inventory, said = inventory_of(stones, reading)
-        stands = None if standing is None else io.read_model(standing)[0]
-        with beside((workers or 2) - 1) as executor:
-            wall = build(inventory, settings, stage, executor, stands, next or 0)
+        stands = None if asked.standing is None else io.read_model(asked.standing)[0]
+        with beside((asked.workers or 2) - 1) as executor:
+            wall = build(inventory, settings, stage, executor, stands, asked.next or 0)
         sheets = site_sheets(wall, site, progress=stage, stones=inventory.stones)
     for warning in (*said, *inventory.notes):
         warn(warning)

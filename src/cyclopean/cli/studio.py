@@ -3,6 +3,7 @@
 import os
 import time
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -13,13 +14,24 @@ from cyclopean.cli.command import command, some
 from cyclopean.cli.outputs import folder
 from cyclopean.cli.terminal import long_work, of_file, say, warn
 from cyclopean.errors import InputError
-from cyclopean.options import Option
+from cyclopean.options import Option, option
 
 __all__ = ["studio"]
 
 HIGHEST = 65535  # port of TCP
 GLANCE = 0.2  # s
 LOCAL = ("localhost", "::1")
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """Where the page is to be seen."""
+
+    port: int | None = option(None, "Where to listen [one that is free].", "whole", metavar="P")
+    host: str = option(
+        "127.0.0.1", "Address to listen on; others than this machine's are open to the network.", metavar="H"
+    )
+    no_browser: bool = option(False, "Only print the address.", "flag")
 
 
 @command()
@@ -29,37 +41,31 @@ def studio(
         Settings, some("method mu density supports gravity tilt tolerance", tilt="Where the tilt begins.")
     ] = Settings(),
     reading: Reading = Reading(),
-    port: Annotated[int | None, Option("Where to listen [one that is free].", "whole", metavar="P")] = None,
-    host: Annotated[
-        str, Option("Address to listen on; others than this machine's are open to the network.", metavar="H")
-    ] = "127.0.0.1",
-    no_browser: Annotated[bool, Option("Only print the address.", "flag")] = False,
+    page: Page = Page(),
     out: Annotated[str | None, Option("Folder that the page saves to [where the model is].", metavar="DIR")] = None,
 ) -> int:
     """Open a live page of a model: turn friction, tilt and push, move blocks, and see whether it stands.
 
     Ctrl-C ends it.
     """
-    if port is not None and not 1 <= port <= HIGHEST:
-        raise InputError.of("port", port, f"expected a whole number from 1 to {HIGHEST}")
-    number = port or 0
+    if page.port is not None and not 1 <= page.port <= HIGHEST:
+        raise InputError.of("port", page.port, f"expected a whole number from 1 to {HIGHEST}")
+    host, port = address = page.host, page.port or 0
     place = Path(os.path.dirname(model) or os.curdir) if out is None else folder("--out", out, out)
     with ExitStack() as open_things:
         with long_work(f"opening {model}"), of_file(model):
             assembly, warnings = assembly_of(model, reading)
             from cyclopean.view.studio.panel import studio as serve
 
-            _listenable(host, number)
-            page = open_things.enter_context(
-                serve(
-                    assembly, settings, folder=place, stem=Path(model).stem, host=host, port=number, warnings=warnings
-                )
+            _listenable(host, port)
+            served = open_things.enter_context(
+                serve(assembly, settings, folder=place, stem=Path(model).stem, address=address, warnings=warnings)
             )
         for warning in warnings:
             warn(warning)
         if not _local(host):
             warn(f"--host {host}: whoever sees the address can use the page, and save files into {place}")
-        return _waited(page.address, not no_browser)
+        return _waited(served.address, not page.no_browser)
 
 
 def _waited(address: str, browse: bool) -> int:

@@ -36,6 +36,7 @@ __all__ = [
     "moved",
     "solid_of",
     "solid_volume",
+    "sourced_mesh_of",
 ]
 
 Solid = Any  # manifold3d's own class; a name for signatures, so that the library is not imported before it is used
@@ -93,9 +94,24 @@ def fans(faces: Sequence[Sequence[int]] | Ints) -> Ints:
 
 def mesh_of(solid: Solid) -> tuple[Floats, Ints]:
     """Vertices (v, 3) and triangles (t, 3) of a solid; empty where it is empty."""
+    return sourced_mesh_of(solid)[:2]
+
+
+def sourced_mesh_of(solid: Solid) -> tuple[Floats, Ints, Ints, Ints]:
+    """The mesh of a solid, and of each triangle (t,) which solid it comes from, by its number, and which face there.
+
+    The library tells triangles by the solids that they come from, in the order in which those were made. Here they are
+    sorted, so that the same operations give the same mesh whatever was made before.
+    """
     mesh = solid.to_mesh64()
     vertices = np.array(mesh.vert_properties, np.float64)[:, :3].reshape(-1, 3)
-    return vertices, np.array(mesh.tri_verts, np.int64).reshape(-1, 3)
+    triangles = np.array(mesh.tri_verts, np.int64).reshape(-1, 3)
+    turned = (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3 if len(triangles) else triangles
+    triangles = np.take_along_axis(triangles, turned, axis=1)
+    order = np.lexsort(triangles.T[::-1])
+    start = np.array(mesh.run_index, np.int64) // 3
+    source = np.repeat(np.array(mesh.run_original_id, np.int64), start[1:] - start[:-1])
+    return vertices, triangles[order], source[order], np.array(mesh.face_id, np.int64)[order]
 
 
 def solid_volume(solid: Solid) -> float:

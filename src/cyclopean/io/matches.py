@@ -173,15 +173,20 @@ def _digest(meshes: "Sequence[tuple[Floats, Any]]", names: "Sequence[str]" = ())
     return said.hexdigest()
 
 
+@dataclass(frozen=True, slots=True)
+class MatchFiles:
+    """Where stones and wall of a match lie: absolute, or relative to the folder of the match file."""
+
+    stones: str
+    wall: str
+    stone_units: str | None = None  # that the stones were read in, where the command said so
+
+
 def match_dict(
     match: "Match",
     stones: "Sequence[Stone]",
     cells: "Cells",
-    *,
-    stones_path: str,
-    wall_path: str,
-    stone_units: str | None = None,
-    wall_units: str | None = None,
+    files: MatchFiles,
     rounds: "Sequence[Mapping[str, Any]]" = (),
     settings: "Mapping[str, Any] | None" = None,
 ) -> dict[str, Any]:
@@ -195,10 +200,8 @@ def match_dict(
         Those that were matched.
     cells : Cells
         Those that were matched.
-    stones_path, wall_path : str
-        Where stones and wall lie: absolute, or relative to the folder of the match file.
-    stone_units, wall_units : str, optional
-        Units they were read in, where the command said so.
+    files : MatchFiles
+        Where stones and wall lie.
     rounds : sequence of mapping
         Of a negotiation: Lambda, gap, seconds of each.
     settings : mapping, optional
@@ -207,9 +210,9 @@ def match_dict(
     ids, volume = [block.id for block in cells.assembly.blocks], cells.assembly.mass.volume.tolist()
     return {
         "schema": SCHEMA,
-        "stones": stones_path,
-        "wall": wall_path,
-        "units": {"stones": stone_units, "wall": wall_units},
+        "stones": files.stones,
+        "wall": files.wall,
+        "units": {"stones": files.stone_units, "wall": None},
         "Lambda": match.imposition,
         **picked(match, "gap", "gap_of_wall", "seconds"),
         "placements": [

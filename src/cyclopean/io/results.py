@@ -154,6 +154,7 @@ def limit_dict(
             "stands": coupled.stands,
             "not_certified": coupled.not_yet,
             "verdict": coupled.word,
+            "no_state": coupled.falls,
             "trials": [{"multiplier": t, "verdict": word} for t, word in coupled.trials],
         }
     if polar is not None:

@@ -30,8 +30,9 @@ no point overlaps by more than eps, dn >= -eps, or moves by more than eta; only 
 fn (dn + eps) = 0; and friction opposes sliding, F_t = -alpha dd_t with alpha >= 0, of at least beta_min. To `COUPLING`.
 
 *cra-tree*, "unstable under coupled rigid-block analysis": a tree that splits all such states into cells (a point is
-engaged, dn = -eps, or unloaded, F = 0; it slides in one sector or another, by less or by more than some amount), and at
-each leaf multipliers that prove the cell empty: see `_margin`. The claim is about the contacts listed, eta / eps and
+engaged, dn = -eps, or unloaded, F = 0; it slides in one sector or another, by less or by more than some amount; and
+so do all points that move alike because blocks are held), and at each leaf multipliers that prove the cell empty: see
+`_margin`. The claim is about the contacts listed, eta / eps and
 beta_min / eps.
 
 *limit-bounds*, bounds of a multiplier: loads p0 + t p1, p1 the `live` ones. At t = `lower` forces, as in an rbe-state.
@@ -3369,7 +3370,7 @@ class _Zone:
     """What a cell says about a contact point.
 
     Engaged: dn = -eps; unloaded: F = 0. dd_t = s e with a unit vector e in the sector (any without one) and s between
-    `slow` and `fast`; friction is -r e with the same e.
+    `slow` and `fast`; friction is -r e with the same e, and none where `fast` is less than beta_min.
     """
 
     engaged: bool
@@ -3396,10 +3397,14 @@ class _Reach:
 
 @dataclass(frozen=True, slots=True)
 class _Case:
-    """What all leaves of a tree share; eps, eta and beta_min are integers, times 2**`per`."""
+    """What all leaves of a tree share; eps, eta and beta_min are integers, times 2**`per`.
+
+    `alike` lists for each point those that move as it does.
+    """
 
     model: _Model
     spots: list[_Spot]
+    alike: list[list[int]]
     eps: int
     eta: int
     beta: int
@@ -3420,10 +3425,12 @@ def _tree(model: _Model) -> tuple[dict[str, float], str, str]:
         depth, point, part = pending.pop()
         while len(before) > max(depth - 1, 0):
             k, zone = before.pop()
-            zones[k] = zone
+            for twin in case.alike[k]:
+                zones[twin] = zone
         if depth:
             before.append((point, zones[point]))
-            zones[point] = part
+            for twin in case.alike[point]:
+                zones[twin] = part
         if isinstance(node, _Split):
             parts = _parts(case, node, zones[node.point], f"tree node {number}: ")
             pending.extend((depth + 1, node.point, part) for part in reversed(parts))
@@ -3440,16 +3447,31 @@ def _tree(model: _Model) -> tuple[dict[str, float], str, str]:
 
 
 def _case(model: _Model) -> _Case:
-    bounds, spots = model.sheet.bounds, []
+    bounds, spots, alike = model.sheet.bounds, list[_Spot](), list[list[int]]()
     assert bounds is not None
     for patch in model.patches:
         scaled = patch.normal2 << 2 * ROOT_BITS
+        alike += _alike(model, patch, len(spots))
         spots += [_Spot(patch, math.isqrt(scaled), _root_above(scaled))] * len(patch.points)
     speeds = [node.speed for node in model.sheet.tree if isinstance(node, _Split) and node.speed is not None]
     given = (bounds.eps, bounds.eta, bounds.beta)
     per = _exponent([*given, *speeds])
     eps, eta, beta = (_integer(x, per) for x in given)
-    return _Case(model, spots, eps, eta, beta, per, _reach(model))
+    return _Case(model, spots, alike, eps, eta, beta, per, _reach(model))
+
+
+def _alike(model: _Model, patch: _Patch, first: int) -> list[list[int]]:
+    """For each point of a contact the numbers, from `first` on, of those whose dd is the same in every motion.
+
+    Two points' dd differ by w x (r - r'), w the relative spin: not at all if both blocks may turn about no axis, and if
+    about one only, where the points differ along it alone.
+    """
+    stones = [stone for stone in (model.sheet.stones[i] for i in (patch.a, patch.b)) if not stone.fixed]
+    turning = [axis for axis in range(3) if not all(stone.held[3 + axis] for stone in stones)]
+    if len(turning) > 1:
+        return [[first + i] for i in range(len(patch.points))]
+    places = [[x for axis, x in enumerate(r) if turning and axis not in turning] for r in patch.points]
+    return [[first + i for i, other in enumerate(places) if other == place] for place in places]
 
 
 def _parts(case: _Case, node: _Split, zone: _Zone, where: str) -> list[_Zone]:
@@ -3530,7 +3552,8 @@ def _gain(
     """p.y - max(v) sum fn, rounded down; and the sum of both sizes.
 
     v = max(0, -g, -g - mu (l max(beta_min, slow) - h)) with g = l eps + dn^y and h the largest e.dd_t^y in the sector:
-    the most that a unit of fn at a point can take from p.y.
+    the most that a unit of fn at a point can take from p.y. Without the last where a point slides by less than
+    beta_min, and so has no friction.
     """
     model, per_motion = case.model, _exponent(chain.from_iterable(rows))
     motions = _motions(model, rows, per_motion)
@@ -3544,8 +3567,10 @@ def _gain(
             patch = spot.patch
             d = _dot(move, patch.normal) << 2 * ROOT_BITS
             held = fine * case.eps + (d // (spot.above if d >= 0 else spot.below) << up)
-            slip = (_farthest(move, spot, zone.sector) << up) - fine * max(case.beta, zone.slow)
-            most = max(most, -held, -held - (-patch.p * slip // patch.q))
+            most = max(most, -held)
+            if zone.fast >= case.beta:
+                slip = (_farthest(move, spot, zone.sector) << up) - fine * max(case.beta, zone.slow)
+                most = max(most, -held - (-patch.p * slip // patch.q))
     power = Fraction(sum(_powers24(model, motions)), 24 << model.per_force + per_place)
     taken = Fraction(most, 1 << per + ROOT_BITS) * case.reach.thrust
     return power - taken, abs(power) + taken

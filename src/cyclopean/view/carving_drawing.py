@@ -15,7 +15,7 @@ from cyclopean.analysis import Result
 from cyclopean.analysis.answers import answer
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Assembly
-from cyclopean.design.carving.carve import Carved, Total, total
+from cyclopean.design.carving.carve import Carved, total
 from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.geometry.polygon import convex_hull
 from cyclopean.geometry.sides import rings
@@ -199,25 +199,23 @@ def _sawn_key(count: int, top: float) -> list[str]:
 
 def carving_html(
     carved: Sequence[Carved],
-    whole: Total,
     built: CarvedWall,
     result: Result,
     *,
-    before: str,
-    after: str,
+    drawings: tuple[str, str],
     least: float,
     certificate_file: str | None = None,
 ) -> str:
     """Write the page of a carved wall: self-contained, without a script.
 
-    It shows the stones in their cells and the `whole` of them, the wall that is built of them and what `check` says
-    of that, and the drawings of `carving_svg`. Cuts down to `least` (m) were taken for dressing. `certificate_file`
+    It shows the stones in their cells, the wall that is built of them and what `check` says of that, and the drawings
+    of `carving_svg`, before and after. Cuts down to `least` (m) were taken for dressing. `certificate_file`
     is for the command that verifies it.
     """
     notes = [*(n for c in carved for n in c.notes), *built.notes, *result.warnings]
     body = (
-        _headline(carved, whole, built, result),
-        section("Before and after", _pictures(before, after, built), MEANT),
+        _headline(carved, built, result),
+        section("Before and after", _pictures(*drawings, built), MEANT),
         section("In space", in_space(built.assembly, result.fixed, carved)),
         section("Stone by stone", _stones(carved), _STONES.format(least=number(1e3 * least))),
         section("What to know", listed(notes)),
@@ -233,8 +231,8 @@ _STONES = (
 )
 
 
-def _headline(carved: Sequence[Carved], whole: Total, built: CarvedWall, result: Result) -> str:
-    cuts, (word, said) = sum(not cut.dressing for c in carved for cut in c.cuts), answer(result)
+def _headline(carved: Sequence[Carved], built: CarvedWall, result: Result) -> str:
+    cuts, (word, said), whole = sum(not cut.dressing for c in carved for cut in c.cuts), answer(result), total(carved)
     reason = (
         f"As it will be built, with the gaps that the stones leave. {said}"
         f" Carved stones touch over {100.0 * built.touching_share:.0f} % of the joints that were drawn."

@@ -1409,8 +1409,14 @@ function checkTree(model, progress) {
   const tree = { model, loading, given: loadsOn(model, loading), ...reachOf(model, loading), leaves: 0 };
   [tree.eps, tree.eta, tree.beta] = COUPLED.map((key) => unit.speed(model[key]));
   const owner = contacts.flatMap((contact) => contact.points.map((_, i) => ({ contact, i })));
+  const alike = contacts.flatMap((contact) => likeMoving(blocks, contact));
   for (const contact of contacts) Object.assign(contact, { low: rootDown(contact.NN), high: rootUp(contact.NN) });
-  const cell = owner.map((point) => ({ ...point, state: null, sector: null, slow: 0n, fast: tree.eta }));
+  const whole = { state: null, sector: null, slow: 0n, fast: tree.eta }, groups = new Map();
+  const cell = owner.map((point, k) => { // what is said of a point: one object for all that move as it does
+    const key = alike[k];
+    if (!groups.has(key)) groups.set(key, { ...whole });
+    return { ...point, said: groups.get(key) };
+  });
   demand(blocks.some((block) => !block.fixed), "no block is free");
   const total = leavesOf(model.tree).length;
   const visit = (node) => {
@@ -1419,7 +1425,7 @@ function checkTree(model, progress) {
       tree.leaves++;
       return refute(tree, node, cell);
     }
-    const at = cell[node.point], before = { ...at }, told = `the tree splits point ${node.point}`;
+    const { contact, said: at } = cell[node.point], before = { ...at }, told = `the tree splits point ${node.point}`;
     const each = (change, child) => { Object.assign(at, change); visit(child); Object.assign(at, before); };
     if (node.engaged) {
       demand(!at.state, `${told} twice into engaged and unloaded`);
@@ -1432,14 +1438,28 @@ function checkTree(model, progress) {
       each({ fast: speed }, node.slower);
       return each({ slow: speed }, node.faster);
     }
-    sectorsOf(node, at, told).forEach((sector, k) => each({ sector }, node.sectors[k]));
+    sectorsOf(node, contact, at, told).forEach((sector, k) => each({ sector }, node.sectors[k]));
   };
   visit(model.tree);
   return tree.leaves;
 }
 
-function sectorsOf(node, at, told) {
-  const bits = bitsOf(node.rays), rays = node.rays.map((ray) => wholeVector(ray, bits)), { N } = at.contact;
+// For each point of a contact a token that those share whose relative displacement is the same in every motion: two
+// points' differ by the relative rotation times their difference.
+function likeMoving(blocks, contact) {
+  const ends = [blocks[contact.a], blocks[contact.b]].filter((block) => !block.fixed);
+  const turning = [0, 1, 2].filter((axis) => ends.some((block) => !block.held[3 + axis]));
+  const tokens = new Map();
+  return contact.points.map((r, i) => {
+    const apart = turning.length > 1 ? [i] : turning.length ? r.filter((_, axis) => axis !== turning[0]) : [];
+    const key = apart.join();
+    if (!tokens.has(key)) tokens.set(key, {});
+    return tokens.get(key);
+  });
+}
+
+function sectorsOf(node, { N }, at, told) {
+  const bits = bitsOf(node.rays), rays = node.rays.map((ray) => wholeVector(ray, bits));
   const ahead = (x, y) => dot(N, cross(x, y)) > 0n, behind = (x, y) => dot(N, cross(x, y)) >= 0n;
   const chain = at.sector ? [at.sector[0], ...rays, at.sector[1]] : [...rays, rays[0]];
   demand(rays.length > 0 && node.sectors.length === chain.length - 1, `${told} into sectors that are not as many as its rays ask for`);
@@ -1451,7 +1471,7 @@ function sectorsOf(node, at, told) {
 }
 
 // The largest e.x / Q, over unit vectors e in the plane of the contact and in the sector.
-function support({ contact: { N, NN, low }, sector }, X, Q) {
+function support({ contact: { N, NN, low }, said: { sector } }, X, Q) {
   const d = dot(X, N), C2 = square(X) * NN - d * d;
   if (C2 === 0n) return 0n;
   const inside = !sector || (dot(N, cross(sector[0], X)) >= 0n && dot(N, cross(X, sector[1])) >= 0n);
@@ -1470,11 +1490,12 @@ function refute(tree, leaf, cell) {
     const work = [...workOf(model, loading, motions, components(model)).values()].reduce((x, y) => x + y, 0n);
     let worst = 0n;
     for (const at of cell) {
-      if (at.state === "unloaded") continue;
+      if (at.said.state === "unloaded") continue;
       const { contact, i } = at, { X, Q } = relative(motions, contact, contact.points[i]), d = dot(X, contact.N);
       const dn = floorDiv(d << (2n * GUARD), (d < 0n ? contact.low : contact.high) * Q);
-      const g = (both * eps << GUARD) + dn, excess = support(at, X, Q) - (both * most(beta, at.slow) << GUARD);
-      worst = most(worst, most(-g, -g + ceilDiv(contact.p * excess, contact.q)));
+      const g = (both * eps << GUARD) + dn, excess = support(at, X, Q) - (both * most(beta, at.said.slow) << GUARD);
+      worst = most(worst, -g);
+      if (at.said.fast >= beta) worst = most(worst, -g + ceilDiv(contact.p * excess, contact.q)); // slower: no friction
     }
     left = work - timesUp(worst, tree.B);
   }
@@ -1485,9 +1506,9 @@ function refute(tree, leaf, cell) {
       const F = model.unit.force(leaf.rows[c][i][0]), at = cell[k++], along = dot(F, contact.N);
       act(rest[contact.b], F, r, -1n);
       act(rest[contact.a], F, r);
-      const dn = along < 0n || at.state === "engaged" ? -eps : eta, rub = support(at, F, 1n);
+      const dn = along < 0n || at.said.state === "engaged" ? -eps : eta, rub = support(at, F, 1n);
       const den = along * dn < 0n ? contact.high : contact.low;
-      right += ceilDiv(along * dn << (2n * GUARD), den) + rub * (rub > 0n ? at.fast : at.slow);
+      right += ceilDiv(along * dn << (2n * GUARD), den) + rub * (rub > 0n ? at.said.fast : at.said.slow);
     }));
     model.blocks.forEach((block, k) => {
       if (!block.fixed) right += wrenchSize(block, rest[k], tree.V[k], tree.omega[k]);

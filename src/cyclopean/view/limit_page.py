@@ -109,7 +109,8 @@ _JOINTS = (
 _COUPLED = (
     "Rigid-block equilibrium lets a joint that slides dilate, as no real friction does, so that its limit is an upper"
     " bound for Coulomb friction. Coupled analysis asks whether a motion without dilatancy produces the forces. What it"
-    " does not certify need not fall."
+    " does not certify need not fall. Each verdict is about one multiplier: between two that are proved, and above one"
+    " without a coupled state, nothing is, until the bound from which on a mechanism rules out all."
 )
 _PUSHOVER = (
     "At each step the limit is found anew on the displaced geometry. Joints that have opened bear nothing; points that"
@@ -174,6 +175,8 @@ def _coupled(coupled: CoupledBracket | None) -> str:
     rows = [("largest multiplier certified", "none" if coupled.stands is None else number(coupled.stands))]
     if coupled.not_yet is not None:
         rows.append((f"least that is not ({coupled.word})", number(coupled.not_yet)))
+    if coupled.falls is not None:
+        rows.append(("least above it that is proved to have no coupled state", number(coupled.falls)))
     return table(["", ""], rows) + table(
         ["Multiplier tried", "Verdict"], [(number(t), word) for t, word in coupled.trials]
     )

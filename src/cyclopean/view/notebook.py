@@ -6,7 +6,7 @@ for; a drawing is below `HEAVIEST`.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import escape
 from typing import Any
 
@@ -72,15 +72,8 @@ def _result(result: Result | LimitResult, title: str, figures: list[tuple[str, s
     """The card of an answer that may be proved."""
     proof = "none" if result.certificate is None else f"{result.certificate.get('kind', '')}, checked"
     assumed = ", ".join(f"{name} {_plain(value)}" for name, value in result.assumed.items())
-    return _card(
-        title,
-        f"{result.assembly.name}: {result.reason}",
-        [*figures, ("proof", proof)],
-        shown,
-        accent=accent,
-        soft=[f"assumed: {assumed}"] if assumed else [],
-        notes=result.warnings,
-    )
+    said = Told(title, f"{result.assembly.name}: {result.reason}", [*figures, ("proof", proof)], result.warnings)
+    return _card(said, shown, accent, [f"assumed: {assumed}"] if assumed else [])
 
 
 def _bound(value: float | None, unit: str = "") -> str:
@@ -109,7 +102,8 @@ def model_card(assembly: Assembly, kind: str = "structure", scene: bool = False)
     if assembly.loads:
         figures.append(("loads", f"{len(assembly.loads):,}"))
     drawn = still(assembly, held, gravity=DOWN)
-    return _card(assembly.name, f"a {kind}, not checked", figures, _shown(drawn, assembly.name, scene))
+    said = Told(assembly.name, f"a {kind}, not checked", figures)
+    return _card(said, _shown(drawn, assembly.name, scene))
 
 
 def sequence_card(sequence: BuildSequence, scene: bool = False) -> str:
@@ -122,21 +116,21 @@ def sequence_card(sequence: BuildSequence, scene: bool = False) -> str:
         shown, soft = _drawing(svg, f"{name}, how it is built"), ["Click the drawing to see it built."] if words else []
     else:
         shown, soft = _shown(still(sequence.assembly, sequence.fixed, gravity=DOWN), title, scene), []
-    notes = sequence.warnings
-    return _card(title, f"{name}: {text}", figures, shown, accent=ACCENT[word], soft=soft, notes=notes)
+    return _card(Told(title, f"{name}: {text}", figures, sequence.warnings), shown, ACCENT[word], soft)
 
 
-def stones_card(
-    title: str,
-    text: str,
-    figures: Figures,
-    bodies: Sequence[Block],
-    *,
-    held: Sequence[Block] = (),
-    notes: Sequence[str] = (),
-    scene: bool = False,
-) -> str:
-    """Stones in a wall; in words what it is, figures, and notes.
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What a card says beside what it shows."""
+
+    title: str
+    text: str
+    figures: Figures
+    notes: Sequence[str] = ()
+
+
+def stones_card(said: Told, bodies: Sequence[Block], *, held: Sequence[Block] = (), scene: bool = False) -> str:
+    """Stones in a wall.
 
     `bodies` are the stones where they lie, `held` the supports that are drawn with them; there is at least one body or
     support.
@@ -147,7 +141,7 @@ def stones_card(
     fixed = np.arange(len(bodies) + len(held)) >= len(bodies)
     there = np.array([len(b.faces) > 0 for b in (*bodies, *held)], bool)
     drawn = still(whole, fixed[there], gravity=DOWN)
-    return _card(title, text, figures, _shown(drawn, title, scene), notes=notes)
+    return _card(said, _shown(drawn, said.title, scene))
 
 
 def inventory_card(stones: Sequence[Stone], source: str, notes: Sequence[str] = ()) -> str:
@@ -158,7 +152,7 @@ def inventory_card(stones: Sequence[Stone], source: str, notes: Sequence[str] = 
         figures.append(("litres each", f"{number(1e3 * float(volume.min()))} to {number(1e3 * float(volume.max()))}"))
     sheets = (stone_sheet_svg(stones, most=SHOWN // part) for part in (1, 3, 8) if len(stones))
     shown = next((_drawing(svg, source) for svg in sheets if len(svg) <= HEAVIEST), "")
-    return _card(source, "found stones", figures, shown, notes=notes)
+    return _card(Told(source, "found stones", figures, notes), shown)
 
 
 def _shown(drawn: Picture, name: str, scene: bool) -> str:
@@ -186,28 +180,19 @@ def _frame(page: str, name: str) -> str:
     )
 
 
-def _card(
-    title: str,
-    text: str,
-    figures: Figures,
-    shown: str,
-    *,
-    accent: str = GHOST,
-    soft: Sequence[str] = (),
-    notes: Sequence[str] = (),
-) -> str:
+def _card(said: Told, shown: str, accent: str = GHOST, soft: Sequence[str] = ()) -> str:
     cells = "".join(
         f'<span style="margin-right:1.4rem"><b>{escape(value)}</b> <i style="color:{SOFT};font-style:normal">'
         f"{escape(what)}</i></span>"
-        for what, value in figures
+        for what, value in said.figures
     )
-    lines = [*soft, *notes[:NOTES]]
-    if len(notes) > NOTES:
-        lines.append(f"and {len(notes) - NOTES} more notes")
+    lines = [*soft, *said.notes[:NOTES]]
+    if len(said.notes) > NOTES:
+        lines.append(f"and {len(said.notes) - NOTES} more notes")
     below = "".join(f'<div style="color:{SOFT};font-size:13px">{told(line)}</div>' for line in lines)
     colour = accent if accent != GHOST else INK
     return (
         f'<div class="cyclopean-card" style="{_CARD.format(accent)}">'
-        f'<div style="font-size:1.6rem;font-weight:700;line-height:1.2;color:{colour}">{escape(title)}</div>'
-        f'<div style="margin:.2rem 0 .5rem">{told(text)}</div><div>{cells}</div>{below}{shown}</div>'
+        f'<div style="font-size:1.6rem;font-weight:700;line-height:1.2;color:{colour}">{escape(said.title)}</div>'
+        f'<div style="margin:.2rem 0 .5rem">{told(said.text)}</div><div>{cells}</div>{below}{shown}</div>'
     )

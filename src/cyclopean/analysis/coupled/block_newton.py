@@ -151,7 +151,7 @@ class BlockNewton:
         size = 1.0 / np.maximum(tangent[k], 1e-9)
         rows.r[k, 2] = (tangent[k] - mu[k] * f[k, 0]) * size
         rows.C[k, 2, 0] = -mu[k] * size
-        rows.C[k, 2, 1:] = f[k, 1:] * (size / np.maximum(tangent[k], 1e-300))[:, None]
+        rows.C[k, 2, 1:] = f[k, 1:] * (size / np.maximum(tangent[k], 1e-290))[:, None]
         k = np.flatnonzero(sets.slow)
         e = f[k, 1:] / np.maximum(tangent[k], 1e-300)[:, None]
         along = np.sum(e * d[k, 1:], 1)

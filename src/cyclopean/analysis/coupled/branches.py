@@ -19,7 +19,7 @@ from cyclopean.analysis.coupled.leaves import Cell, Leaf
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["Node", "Split", "Symmetry", "leaf_count", "symmetries", "tree_document"]
+__all__ = ["Node", "Split", "Symmetry", "leaf_count", "moving_alike", "renumbered", "symmetries", "tree_document"]
 
 MATCH = 1e-8  # mean block sizes and weights within which two points or blocks are images of each other
 
@@ -40,6 +40,37 @@ Node = Leaf | Split
 def leaf_count(node: Node) -> int:
     """How many leaves a tree has."""
     return 1 if isinstance(node, Leaf) else sum(map(leaf_count, node.parts))
+
+
+def moving_alike(system: EquilibriumSystem) -> Ints:
+    """(q,) the first point of the same joint that moves as each does in every motion, because blocks are held.
+
+    Two points' gaps differ by w x (r - r'), w the relative spin: not at all where both blocks may turn about no axis,
+    and where about one only, if the points differ along it alone.
+    """
+    first = np.arange(system.points)
+    if not system.held.any():
+        return first
+    turns = np.vstack([~system.held[:, 3:], np.zeros((1, 3), bool)])  # the last for fixed blocks, numbered -1
+    turning = turns[system.row_a] | turns[system.row_b]
+    arm = np.where((system.row_b >= 0)[:, None], system.arm_b, system.arm_a)
+    apart = np.where(turning | ~turning.any(axis=1)[:, None], 0.0, arm)
+    key = np.column_stack([system.row_a, system.row_b, system.mu, system.frame.reshape(-1, 9), apart])
+    key[turning.sum(axis=1) > 1, 0] = -2.0 - first[turning.sum(axis=1) > 1]  # each like none but itself
+    _, earliest, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    return np.asarray(earliest[which.ravel()])
+
+
+def renumbered(node: Node, points: Ints, count: int) -> Node:
+    """A tree over the (r,) chosen ones of `count` points, as one over all."""
+    if isinstance(node, Split):
+        parts = tuple(renumbered(part, points, count) for part in node.parts)
+        return Split(int(points[node.point]), parts, node.rays, node.speed)
+    if node.w is None:
+        return node
+    w = np.zeros((count, 3))
+    w[points] = node.w
+    return Leaf(node.y, w)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

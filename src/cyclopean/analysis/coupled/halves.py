@@ -44,6 +44,7 @@ LARGE = 1000  # blocks above which Clarabel's `faer` factorisation beats its `qd
 SHARP, FINE = 1e-10, 1e-9  # gap and residuals of programme A, and of all others
 CERTAIN = 1e-9  # ... and of a proof that there are no forces
 FAINT = 1e-9  # friction that counts as none
+MISSED = 1e-6  # of balance, or of a cell of motions, from which nothing is in the cell
 
 Word = Literal["solved", "infeasible", "failed"]
 Entries = tuple[Any, Any, Any]  # rows, columns and values of a matrix, broadcast against each other
@@ -82,6 +83,12 @@ class _Rows:
         self.rhs.append(b)
         self.cones.append((kind, size, len(b) // size))
         self.count += len(b)
+
+    def slacken(self, which: Ints, column: int, sign: float) -> None:
+        """Let rows that are there already miss by sign x, one x >= 0 for each from this column on."""
+        k = np.arange(len(which))
+        self.entries.append((which, column + k, np.full(len(k), sign)))
+        self.add("nonnegative", np.zeros(len(k)), (k, column + k, -1.0))
 
     def program(self, cost: Floats, curvature: Floats | None = None) -> ConicProgram:
         """The programme with (n,) linear costs, and squares weighted by `curvature`."""
@@ -141,15 +148,48 @@ class Halves:
         usable = answer.word != "failed" and power > 0.0
         return answer.word, f, y / power if usable else None
 
-    def fitted_forces(self, gap: Floats) -> tuple[Word, Floats]:
+    def balance(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
+        """Forces of the cell that miss balance by the least; as `forces`, but it always has an answer."""
+        m, on = len(self.system.p), np.flatnonzero(cell.status != UNLOADED)
+        mu = cell.friction(self.system, self.bounds)
+        rough = np.flatnonzero(mu[on] > 0.0)
+        first = 3 * len(on) + len(rough)
+        rows = self._force_rows(cell, on, rough, first + 2 * m)
+        rows.slacken(np.arange(m), first, 1.0)
+        rows.slacken(np.arange(m), first + m, -1.0)
+        self._add_sizes(rows, len(on), rough)
+        cost = np.concatenate([np.full(len(on), FAINT), np.zeros(first - len(on)), np.ones(2 * m)])
+        answer = self._solve(rows.program(cost))
+        f = np.zeros((self.system.points, 3))
+        f[on] = answer.x[: 3 * len(on)].reshape(3, -1).T
+        f[mu <= 0.0, 1:] = 0.0
+        y = answer.z[:m]
+        power = float(self.system.p @ y)
+        if answer.word != "solved" or not (answer.x[first:].sum() > MISSED and power > 0.0):
+            return answer.word, f, None
+        return "infeasible", f, y / power
+
+    def opening(self) -> Floats | None:
+        """Open every joint, dn >= mu |dd_t| + 1, at the least work against the loads; None: no motion does."""
+        q, k = self.system.points, np.arange(self.system.points)
+        rows, sides, one = _Rows(len(self.system.p)), np.zeros((q, 3)), np.array([1.0, 0.0, 0.0])
+        sides[:, 0] = -1.0
+        row, column, value = self._dotted(k, np.tile(-one, (q, 1)))
+        mu = self.system.mu[self._point] * (self._axis > 0)
+        along = (3 * self._point + self._axis, self._row, -mu * self._value)
+        rows.add("second-order", sides.ravel(), (3 * row, column, value), along)
+        answer = self._solve(rows.program(-self.system.p))
+        return answer.x if answer.word == "solved" else None
+
+    def fitted_forces(self, gap: Floats, cell: Cell | None = None) -> tuple[Word, Floats]:
         """Forces with the least merit against the (q, 3) gaps of a motion."""
         linear = gap.copy()
         linear[:, 0] = np.maximum(gap[:, 0] + 1.0, 0.0) + 1e-6  # a little more than it is worth: no idle compression
-        answer, f = self._forces(self.root, linear, np.hypot(gap[:, 1], gap[:, 2]), against=gap)
+        answer, f = self._forces(cell or self.root, linear, np.hypot(gap[:, 1], gap[:, 2]), against=gap)
         return answer.word, f
 
-    def motions(self, cell: Cell) -> tuple[Word, Floats, Floats | None]:
-        """Motions of the cell that do the most work.
+    def motions(self, cell: Cell, any_work: bool = False) -> tuple[Word, Floats, Floats | None]:
+        """Motions of the cell that do the most work; or `any_work`, where it has none those that miss it by the least.
 
         Returns
         -------
@@ -158,34 +198,43 @@ class Halves:
         w : (q, 3) multipliers with A w = p to rounding (A w = 0 where infeasible); None if there are none
         """
         system = self.system
-        rows, faces = self._motion_rows(cell, len(system.p))
+        m, shut = len(system.p), int(np.sum(cell.status == ENGAGED))
+        edges = 3 * int(np.sum(cell.sector))
+        rows, faces = self._motion_rows(cell, m + any_work * (2 * shut + edges))
+        if any_work:
+            rows.slacken(np.arange(shut), m, 1.0)
+            rows.slacken(np.arange(shut), m + shut, -1.0)
+            rows.slacken(2 * system.points - shut + np.arange(edges), m + 2 * shut, -1.0)
         radius = np.zeros((system.points, 3))
         radius[:, 0] = cell.hi
         rows.add("second-order", radius.ravel(), self._discs())
-        answer = self._solve(rows.program(-system.p))
+        cost = np.concatenate([-system.p * (not any_work), np.ones(rows.columns - m)])
+        answer = self._solve(rows.program(cost))
         if answer.word == "failed":
-            return answer.word, answer.x, None
+            return answer.word, answer.x[:m], None
+        word = "infeasible" if answer.x[m:].sum() > MISSED else answer.word
         w, row = np.zeros((system.points, 3)), 0
         for points, direction in faces:
             np.add.at(w, points, direction * answer.z[row : row + len(points), None])
             row += len(points)
-        w[:, 1:] -= answer.z[row:].reshape(-1, 3)[:, 1:]
-        target = system.p if answer.word == "solved" else np.zeros(len(system.p))
+        w[:, 1:] -= answer.z[-3 * system.points :].reshape(-1, 3)[:, 1:]
+        target = system.p if word == "solved" and not any_work else np.zeros(m)
         for _ in range(2):
             w = w + (self.lift @ (target - system.A @ w.ravel())).reshape(-1, 3)
-        return answer.word, answer.x, w
+        return word, answer.x[:m], w
 
-    def fitted_motions(self, force: Floats) -> tuple[Word, Floats]:
+    def fitted_motions(self, force: Floats, cell: Cell | None = None) -> tuple[Word, Floats]:
         """Motions with the least merit against (q, 3) forces."""
+        cell = cell or self.root
         q, m = self.system.points, len(self.system.p)
         k, tangent = np.arange(q), np.hypot(force[:, 1], force[:, 2])
         T = np.flatnonzero(tangent > FAINT)
         slide, late = m + k, m + q + np.arange(len(T))
-        rows = self._motion_rows(self.root, m + q + len(T))[0]
+        rows = self._motion_rows(cell, m + q + len(T))[0]
         along = force[T] * [0.0, 1.0, 1.0]
         rows.add("nonnegative", -2.0 * self.bounds.beta * tangent[T], self._dotted(T, along), (k[: len(T)], late, -1.0))
         rows.add("nonnegative", np.zeros(len(T)), (k[: len(T)], late, -1.0))
-        rows.add("nonnegative", self.root.hi, (k, slide, 1.0))
+        rows.add("nonnegative", cell.hi, (k, slide, 1.0))
         rows.add("second-order", np.zeros(3 * q), (3 * k, slide, -1.0), self._discs())
         pull = self.system.A @ np.column_stack([np.maximum(force[:, 0], 0.0), force[:, 1:]]).ravel()
         answer = self._solve(rows.program(np.concatenate([pull, tangent + 1e-7, np.ones(len(T))])))  # no idle sliding
@@ -209,8 +258,8 @@ class Halves:
         And of max(0, 2 beta_min |f_t| + f_t.dd_t), where (q, 3) dd is given to rub `against`.
         """
         q = self.system.points
-        on = np.flatnonzero(cell.status != UNLOADED)
-        rough = np.flatnonzero(self.system.mu[on] > 0.0)
+        on, mu = np.flatnonzero(cell.status != UNLOADED), cell.friction(self.system, self.bounds)
+        rough = np.flatnonzero(mu[on] > 0.0)
         n, rub = len(on), len(rough)
         fn, i = np.arange(n), np.arange(rub)
         fu, fv, r, late = n + fn, 2 * n + fn, 3 * n + i, 3 * n + rub + i
@@ -219,24 +268,32 @@ class Halves:
             d = against[on[rough]]
             lag = (i, r, 2.0 * self.bounds.beta), (i, fu[rough], d[:, 1]), (i, fv[rough], d[:, 2])
             rows.add("nonnegative", np.zeros(2 * rub), *lag, (i, late, -1.0), (rub + i, late, -1.0))
-        size = (3 * i, r, -1.0), (3 * i + 1, fu[rough], -1.0), (3 * i + 2, fv[rough], -1.0)
-        rows.add("second-order", np.zeros(3 * rub), *size)
+        self._add_sizes(rows, n, rough)
         cost = np.ones(rows.columns)
+        linear = np.where((mu > 0.0)[:, None], linear, linear * [1.0, 0.0, 0.0])  # what is not there costs nothing
         cost[: 3 * n], cost[3 * n : 3 * n + rub] = linear[on].T.ravel(), np.broadcast_to(slide, q)[on[rough]]
         curvature = None if stiff is None else np.concatenate([np.zeros(n), stiff[on], stiff[on], np.zeros(rub)])
         answer = self._solve(rows.program(cost, curvature), FINE if stiff is None else SHARP)
         f = np.zeros((q, 3))
         if answer.word == "solved":
             f[on] = answer.x[: 3 * n].reshape(3, -1).T
-            f[self.system.mu <= 0.0, 1:] = 0.0
+            f[mu <= 0.0, 1:] = 0.0
         return answer, f
+
+    @staticmethod
+    def _add_sizes(rows: _Rows, n: int, rough: Ints) -> None:
+        """Sizes r >= |f_t| at points that are rough."""
+        i = np.arange(len(rough))
+        size = (3 * i, 3 * n + i, -1.0), (3 * i + 1, n + rough, -1.0), (3 * i + 2, 2 * n + rough, -1.0)
+        rows.add("second-order", np.zeros(3 * len(rough)), *size)
 
     def _force_rows(self, cell: Cell, on: Ints, rough: Ints, columns: int) -> _Rows:
         """Balance, friction and sectors, in fn, fu and fv of the points `on` and r >= |f_t| of those that are rough."""
-        n, mu, place = len(on), self.system.mu[on], np.full(self.system.points, -1)
+        friction = cell.friction(self.system, self.bounds)
+        n, mu, place = len(on), friction[on], np.full(self.system.points, -1)
         place[on] = np.arange(n)
         at = place[self._point]
-        used = (at >= 0) & ((self._axis == 0) | (self.system.mu[self._point] > 0.0))
+        used = (at >= 0) & ((self._axis == 0) | (friction[self._point] > 0.0))
         rows, i, smooth = _Rows(columns), np.arange(len(rough)), np.flatnonzero(mu <= 0.0)
         rows.add("zero", -self.system.p, (self._row[used], self._axis[used] * n + at[used], self._value[used]))
         rows.add("nonnegative", np.zeros(len(rough)), (i, rough, -mu[rough]), (i, 3 * n + i, 1.0))

@@ -75,6 +75,10 @@ class Cell:
         """The part where point k carries nothing."""
         return self.at(k, status=UNLOADED)
 
+    def friction(self, system: EquilibriumSystem, bounds: Bounds) -> Floats:
+        """(q,) coefficients: none where a point slides by less than beta_min, so that it has no friction."""
+        return np.where(self.hi < bounds.beta, 0.0, system.mu)
+
     def within(self, k: int, ray_a: Floats, ray_b: Floats) -> "Cell":
         """The part where point k slides between two rays, (2,) each."""
         return self.at(k, sector=True, ray_a=ray_a, ray_b=ray_b)
@@ -177,8 +181,9 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 def least_work(system: EquilibriumSystem, bounds: Bounds, cell: Cell, gap: Floats) -> Floats:
     """(...) the largest multiple t of y, given its scaled gaps (..., q, 3), dd^y, that still proves t p.y <= p.dq."""
-    floor = system.mu * np.maximum(bounds.beta, cell.lo)
-    push = system.mu * support(cell, gap[..., 1:]) - gap[..., 0]
+    mu = cell.friction(system, bounds)
+    floor = mu * np.maximum(bounds.beta, cell.lo)
+    push = mu * support(cell, gap[..., 1:]) - gap[..., 0]
     alone = np.where(gap[..., 0] < 0.0, 1.0 / np.maximum(-gap[..., 0], 1e-300), np.inf)
     rubbing = np.where(push > 0.0, (1.0 + floor) / np.maximum(push, 1e-300), np.inf)
     limits = np.where(cell.status == UNLOADED, np.inf, np.minimum(alone, rubbing))
@@ -203,7 +208,9 @@ def closes(system: EquilibriumSystem, bounds: Bounds, cell: Cell, known: Prior, 
     if leaf.y is not None:
         gap = system.gap(leaf.y)
         bare = -(coupled + gap[:, 0])
-        rub = bare + system.mu * (support(cell, gap[:, 1:]) - coupled * np.maximum(bounds.beta, cell.lo))
+        rub = bare + cell.friction(system, bounds) * (
+            support(cell, gap[:, 1:]) - coupled * np.maximum(bounds.beta, cell.lo)
+        )
         taken = np.where(cell.status == UNLOADED, 0.0, np.maximum(bare, rub))
         gain = float(system.p @ leaf.y) - float(np.max(taken, initial=0.0)) * known.thrust
         scale += float(np.abs(system.p) @ np.abs(leaf.y))

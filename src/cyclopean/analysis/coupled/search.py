@@ -15,12 +15,16 @@ from typing import Any, Literal
 import numpy as np
 
 from cyclopean.analysis.coupled.alternation import alternation
+from cyclopean.analysis.coupled.branches import moving_alike, renumbered
 from cyclopean.analysis.coupled.continuation import FACTORISATIONS, continuation
+from cyclopean.analysis.coupled.leaves import Prior, prior
 from cyclopean.analysis.coupled.polish import Attempt, better, nothing
+from cyclopean.analysis.coupled.probing import refute_by_probing
 from cyclopean.analysis.coupled.states import Bounds, merit
-from cyclopean.analysis.coupled.tree import Node, refute
-from cyclopean.analysis.equilibrium.components import Part, components, in_own_units
+from cyclopean.analysis.coupled.tree import Node, TreeAnswer, refute
+from cyclopean.analysis.equilibrium.components import Part, components, in_own_units, with_points
 from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
+from cyclopean.analysis.settings import Settings
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError, SolverError
 from cyclopean.statics import EquilibriumSystem
@@ -29,8 +33,9 @@ __all__ = ["CoupledOutcome", "solve_cra"]
 
 DENSE = 40_000  # points times blocks beyond which the conic programmes of alternation and tree are not set up
 TREE_POINTS = 60  # contact points up to which the tree is searched as far as the budget allows: it is exponential
-GLANCE = 25  # nodes of a larger model's tree: enough where the work alone refutes it
-PROGRAMMES, WORK = 200, 2_000_000  # of the alternation, before the tree; where that only glances, points times blocks
+PROGRAMMES, WORK = 200, 2_000_000  # of the alternation, before the tree; of larger models, points times blocks
+CASES = 7  # times as many for a larger model's tree
+EARLY = 1 / 20  # of that before the alternation: enough where most points are forced
 FIRST = 6  # the continuation, after an alternation that failed with less effort, has its budget over this: one path
 HASTY = 12  # programmes of the alternation at most where less effort is asked; a larger model then has no tree
 FOLDS = 8  # contact points named where the search ends
@@ -67,18 +72,16 @@ class _Asked:
     factorisations: int  # of the continuation
     effort: float  # share of the usual work on the alternation and the tree of a larger model
     progress: Callable[[str], None]
+    known: Prior | None = None  # bounds of all motions, where points are left out that say more of them
 
 
 def solve_cra(
     system: EquilibriumSystem,
     bounds: Bounds = Bounds(),  # noqa: B008  frozen
-    solver: str = "auto",
-    seconds: float = 60.0,
-    nodes: int = 2000,
+    settings: Settings = Settings(),  # noqa: B008  frozen
     progress: Callable[[str], None] = lambda _: None,
     rigid: Outcome | None = None,
     factorisations: int = FACTORISATIONS,
-    effort: float = 1.0,
 ) -> CoupledOutcome:
     """Find forces and a displacement that make a coupled state, or prove that none exists.
 
@@ -90,21 +93,17 @@ def solve_cra(
         Scaled.
     bounds : Bounds
         Of the displacement; only eta / eps and beta_min / eps matter.
-    solver : str
-        Of rigid-block equilibrium; "clarabel" and "osqp" leave out the continuation, whose equations are not convex, so
-        that all is Clarabel's. (OSQP knows linear cones only.)
-    seconds : float
-        After which the search stops wherever it is; nothing else depends on it.
-    nodes : int
-        Budget of each tree; twice as many programmes for the alternation at most.
+    settings : Settings
+        Of these `solver`: "clarabel" and "osqp" leave out the continuation, whose equations are not convex, so that all
+        is Clarabel's (OSQP knows linear cones only); `seconds`, after which the search stops wherever it is, and
+        nothing else depends on it; `nodes`, the budget of each tree, and twice as many programmes for the alternation
+        at most; and `effort`.
     progress : callable
         Is told what begins.
     rigid : Outcome, optional
         What rigid-block equilibrium says of the same system; found here if not given.
     factorisations : int
         Budget of the continuation.
-    effort : float
-        Share of the usual work that the alternation and the tree of a larger model may do.
 
     Returns
     -------
@@ -119,8 +118,9 @@ def solve_cra(
     if system.pull.any():  # its cones are shifted, and (10) of the coupled conditions is not made for that
         raise InputError("joints that pull: coupled analysis has none; use `method` rbe")
     began = time.perf_counter()
-    asked = _Asked(bounds.unit(), solver, began + seconds, nodes, factorisations, effort, progress)
-    rigid = solve_rbe(system, solver) if rigid is None else rigid
+    deadline, nodes = began + settings.seconds, settings.nodes
+    asked = _Asked(bounds.unit(), settings.solver, deadline, nodes, factorisations, settings.effort, progress)
+    rigid = solve_rbe(system, settings.solver) if rigid is None else rigid
     spent = int(rigid.provenance.get("factorisations", 0))
     tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=spent)]
     if rigid.word == "collapse":
@@ -164,13 +164,36 @@ def _together(
 
 
 def _component(system: EquilibriumSystem, asked: _Asked, given: Floats | None, tried: Tried) -> CoupledOutcome:
-    """The routes, one after the other, for blocks that touch; `given` are forces of rigid-block equilibrium."""
+    """Blocks that touch; of points that move alike one stands for all."""
+    first, place = np.unique(moving_alike(system), return_inverse=True)
+    if len(first) == system.points:
+        return _routed(system, asked, given, tried)
+    together = None
+    if given is not None:
+        together = np.zeros((len(first), 3))
+        np.add.at(together, place, given)
+    asked = replace(asked, known=prior(system, asked.bounds))
+    found = _routed(with_points(system, first), asked, together, tried)
+    f = np.zeros((system.points, 3))
+    if found.f is not None:
+        f[first] = found.f
+    tree = None if found.tree is None else renumbered(found.tree, first, system.points)
+    folds = tuple(int(first[k]) for k in found.folds)
+    return replace(found, f=None if found.f is None else f, tree=tree, folds=folds)
+
+
+def _routed(system: EquilibriumSystem, asked: _Asked, given: Floats | None, tried: Tried) -> CoupledOutcome:
+    """The routes, one after the other; `given` are forces of rigid-block equilibrium."""
     best, folds = nothing(system, asked.bounds), list[int]()
     if best.found:  # nothing loaded, or nothing free
         return _coupled(best, "RBE", tried)
     for name, by, run in _routes(system, asked, [] if given is None else [given], folds):
         if time.perf_counter() > asked.deadline:
             break
+        if name == "alternation" and system.points > TREE_POINTS and asked.effort >= 1.0:
+            decided, best, _ = _refuting(system, asked, best, tried, EARLY)
+            if decided is not None:
+                return decided
         asked.progress(f"searching a coupled state: {name}")
         began = time.perf_counter()
         try:
@@ -228,24 +251,9 @@ def _branched(
         return _undecided(
             best, tried, folds or _amiss(system, bounds, best), 0.0, "less than the usual effort was asked"
         )
-    asked.progress("refuting by branching")
-    answer = refute(system, bounds, asked.nodes if small else min(asked.nodes, GLANCE), asked.deadline)
-    tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
-    if answer.word == "refuted":
-        provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
-        return CoupledOutcome(
-            "refuted",
-            best.f,
-            best.dq,
-            tree=answer.root,
-            merit=best.merit,
-            bound=1.0,
-            route="tree",
-            provenance=provenance,
-        )
-    best = better(best, answer.best)
-    if best.found:
-        return _coupled(best, "tree", tried)
+    decided, best, answer = _refuting(system, asked, best, tried)
+    if decided is not None:
+        return decided
     total = _provenance("", tried)
     why = f"after {total['factorisations']} factorisations, {total['solves']} programmes and {answer.nodes} nodes"
     if time.perf_counter() > asked.deadline:
@@ -255,6 +263,27 @@ def _branched(
     elif answer.narrow:
         why += "; a case of the refuting search is too narrow for floating point"
     return _undecided(best, tried, folds or _amiss(system, bounds, best), answer.bound, why)
+
+
+def _refuting(
+    system: EquilibriumSystem, asked: _Asked, best: Attempt, tried: Tried, share: float = 1.0
+) -> tuple[CoupledOutcome | None, Attempt, TreeAnswer]:
+    """What a tree decides, if anything; the best pair met, and how far it came. Larger models have a `share` of it."""
+    asked.progress("refuting by branching")
+    bounds, began = asked.bounds, time.perf_counter()
+    known = prior(system, bounds) if asked.known is None else asked.known
+    if system.points <= TREE_POINTS:
+        answer = refute(system, bounds, asked.nodes, asked.deadline, known)
+    else:
+        programmes = min(CASES * WORK // (system.points * system.blocks), 2 * asked.nodes)
+        answer = refute_by_probing(system, bounds, int(share * programmes), asked.deadline, known)
+    tried.append(_entry("tree", "clarabel", answer.word, began, solves=answer.solves, nodes=answer.nodes))
+    best = better(best, answer.best)
+    if answer.word == "refuted":
+        provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
+        found = CoupledOutcome("refuted", best.f, best.dq, tree=answer.root, merit=best.merit, bound=1.0, route="tree")
+        return replace(found, provenance=provenance), best, answer
+    return (_coupled(best, "tree", tried) if best.found else None), best, answer
 
 
 def _amiss(system: EquilibriumSystem, bounds: Bounds, best: Attempt) -> list[int]:

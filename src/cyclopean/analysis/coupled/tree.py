@@ -26,7 +26,7 @@ from cyclopean.analysis.coupled.states import Bounds, merit
 from cyclopean.arrays import Floats
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["Node", "TreeAnswer", "refute", "tree_document"]
+__all__ = ["Node", "Search", "StoppedError", "TreeAnswer", "refute", "tree_document"]
 
 POOL = 400  # vectors of each kind that are remembered
 WORTH = 1e-9  # merit of a point that calls for a split
@@ -58,7 +58,13 @@ class TreeAnswer:
         return 0 if self.root is None else leaf_count(self.root)
 
 
-def refute(system: EquilibriumSystem, bounds: Bounds, nodes: int = 2000, deadline: float = np.inf) -> TreeAnswer:
+def refute(
+    system: EquilibriumSystem,
+    bounds: Bounds,
+    nodes: int = 2000,
+    deadline: float = np.inf,
+    known: Prior | None = None,
+) -> TreeAnswer:
     """Search all coupled states: none exists (a closed tree), here is one, or the budget is spent.
 
     Parameters
@@ -72,21 +78,20 @@ def refute(system: EquilibriumSystem, bounds: Bounds, nodes: int = 2000, deadlin
         friction, and one in quadrants along the contact's axes. Neither is smaller than the other for all models.
     deadline : float
         Of `time.perf_counter`: stops the search wherever it is.
+    known : Prior, optional
+        Bounds of all motions, where points have been left out that say more of them.
     """
     bounds = bounds.unit()
-    search = _Search(Halves(system, bounds, deadline), prior(system, bounds))
+    search = Search(Halves(system, bounds, deadline), prior(system, bounds) if known is None else known)
     root: Node | None = None
     if search.pool.known.finite and 0 < system.points * system.blocks <= DENSE:
         for along in (False, True):
             if root is None and not search.walk.best.found:
                 root = search.run(nodes, along)
-    best = search.walk.best
-    word: Word = "refuted" if root is not None else "coupled" if best.found else "undecided"
-    bound = 1.0 if root is not None else search.closed
-    return TreeAnswer(word, root, best, bound, search.nodes, search.halves.solves, search.narrow)
+    return search.answer(root)
 
 
-class _StoppedError(Exception):
+class StoppedError(Exception):
     """A budget ran out, or a state was found."""
 
 
@@ -158,19 +163,28 @@ class _Task:
     share: float = 1.0  # of the whole tree
 
 
-class _Search:
+class Search:
+    """What a search of trees knows: the programmes, vectors that closed cells, the best pair met."""
+
     def __init__(self, halves: Halves, known: Prior) -> None:
         self.halves, self.system, self.bounds = halves, halves.system, halves.bounds
         self.nodes, self.most, self.closed, self.narrow, self.along = 0, 0, 0.0, False, False
         self.pool, self.walk = _Pool(self.system, self.bounds, known), Walk(halves)
         self.symmetries = list(symmetries(self.system)) if self.system.points <= FEW else []
 
+    def answer(self, root: Node | None) -> TreeAnswer:
+        """What has come of it, with a closed tree or without."""
+        best = self.walk.best
+        word: Word = "refuted" if root is not None else "coupled" if best.found else "undecided"
+        bound = 1.0 if root is not None else self.closed
+        return TreeAnswer(word, root, best, bound, self.nodes, self.halves.solves, self.narrow)
+
     def run(self, nodes: int, along: bool) -> Node | None:
         """The closed tree, or None; what other trees taught is used."""
         self.most, self.along, self.closed, self.narrow = self.nodes + nodes, along, 0.0, False
         try:
             return self._close(_Task(self.halves.root, self.walk.best.f, self.walk.best.dq))
-        except (_StoppedError, RecursionError):
+        except (StoppedError, RecursionError):
             return None
 
     def _close(self, task: _Task, force: bool = True, motion: bool = True) -> Node:
@@ -178,7 +192,7 @@ class _Search:
         if (self.nodes + 1) % RESTART == 0:
             self.walk.restart()
         if self.walk.best.found or self.nodes >= self.most or time.perf_counter() > self.halves.deadline:
-            raise _StoppedError
+            raise StoppedError
         self.nodes += 1
         leaf, cell, f, dq = self.pool.leaf(task.cell), task.cell, task.f, task.dq
         if leaf is None:
@@ -203,7 +217,7 @@ class _Search:
         if float(normal.sum() + tangential.sum()) < NEAR:
             self.walk.polish(task.f, task.dq)
             if self.walk.best.found:
-                raise _StoppedError
+                raise StoppedError
         normal = np.where(cell.status == OPEN, normal, -1.0)
         width = np.where(cell.sector, _angles(cell.ray_a, cell.ray_b), 2.0 * np.pi)
         width = np.where(cell.status == UNLOADED, 0.0, width)
@@ -215,7 +229,7 @@ class _Search:
                 return self._split_load(task, i)
             if not (width[j] > THIN):  # all but a point, and neither a state nor empty: rounding decides here
                 self.narrow = True
-                raise _StoppedError
+                raise StoppedError
         elif normal[i] >= 0.1 * tangential[j]:
             return self._split_load(task, i)
         slide = self.system.gap(task.dq)[j, 1:]

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["Part", "component_labels", "components", "connected", "group", "in_own_units", "lightest"]
+__all__ = ["Part", "component_labels", "components", "connected", "group", "in_own_units", "lightest", "with_points"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,24 +96,35 @@ def group(system: EquilibriumSystem, chosen: Bools) -> Part:
     row[blocks] = np.arange(len(blocks))
     points = np.flatnonzero((row[system.row_a] >= 0) | (row[system.row_b] >= 0))
     six = (6 * blocks[:, None] + np.arange(6)).ravel()
-    three = (3 * points[:, None] + np.arange(3)).ravel()
+    fewer = with_points(system, points)
     part = replace(
-        system,
+        fewer,
         free=system.free[blocks],
-        used=system.used[points],
-        row_a=row[system.row_a[points]],
-        row_b=row[system.row_b[points]],
-        arm_a=system.arm_a[points],
-        arm_b=system.arm_b[points],
-        frame=system.frame[points],
-        mu=system.mu[points],
-        A=system.A[six][:, three].tocsr(),
+        row_a=row[fewer.row_a],
+        row_b=row[fewer.row_b],
+        A=fewer.A[six],
         p=system.p[six],
         held=system.held[blocks] if len(system.held) else system.held,
-        pull=system.pull[points] if len(system.pull) else system.pull,
         size=None if system.size is None else system.size[blocks],
         weight=None if system.weight is None else system.weight[blocks],
         diagonal=None if system.diagonal is None else system.diagonal[blocks],
         rows=None if system.rows is None else system.rows[six],
     )
     return Part(part, blocks, points)
+
+
+def with_points(system: EquilibriumSystem, points: Ints) -> EquilibriumSystem:
+    """The same with these (r,) of its points alone."""
+    three = (3 * points[:, None] + np.arange(3)).ravel()
+    return replace(
+        system,
+        used=system.used[points],
+        row_a=system.row_a[points],
+        row_b=system.row_b[points],
+        arm_a=system.arm_a[points],
+        arm_b=system.arm_b[points],
+        frame=system.frame[points],
+        mu=system.mu[points],
+        A=system.A[:, three].tocsr(),
+        pull=system.pull[points] if len(system.pull) else system.pull,
+    )

@@ -22,7 +22,7 @@ from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError, SolverError
 from cyclopean.geometry import frames_from_normals
 
-__all__ = ["Pushover", "PushoverStep", "pushover"]
+__all__ = ["Pushover", "PushoverStep", "Reach", "pushover"]
 
 SLID = 1e-6  # of the length unit: faces that have gone no further along each other meet where they did
 PRESSES = 1e-6  # of the largest normal force: points that press stay in touch during a step
@@ -55,14 +55,26 @@ class Pushover:
     proofs: tuple[Mapping[str, Any] | None, ...] = ()  # a certificate of each point's bounds
 
 
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """How far the control block goes: metres of its centre of mass, or degrees of its rotation; in equal steps."""
+
+    far: float
+    unit: str = "m"  # or "deg"
+    steps: int = 20
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.far < np.inf) or self.steps < 1 or self.unit not in ("m", "deg"):
+            raise InputError(
+                f"`pushover` {self.far:g}{self.unit}: expected a positive length (m) or angle (deg), and `steps` >= 1"
+            )
+
+
 def pushover(
     assembly: Assembly,
     live: Live,
+    reach: Reach,
     settings: Settings | None = None,
-    *,
-    reach: float,
-    unit: str = "m",
-    steps: int = 20,
     seconds: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Pushover:
@@ -82,14 +94,10 @@ def pushover(
         The model.
     live : Live
         What grows.
+    reach : Reach
+        How far the control block goes.
     settings : Settings
         As for `limit`.
-    reach : float
-        How far: metres of the control block's centre of mass, or degrees of its rotation.
-    unit : {"m", "deg"}
-        Which of the two.
-    steps : int
-        How many.
     seconds : float, optional
         When to stop, with the curve as far as it goes.
     progress : callable
@@ -98,21 +106,19 @@ def pushover(
     Raises
     ------
     InputError
-        Joints that pull, a reach or steps that are not positive, or a model without a mechanism.
+        Joints that pull, or a model without a mechanism.
     """
-    if not (0.0 < reach < np.inf) or steps < 1 or unit not in ("m", "deg"):
-        raise InputError(f"`pushover` {reach:g}{unit}: expected a positive length (m) or angle (deg), and `steps` >= 1")
     budget = UNLIMITED if seconds is None else Budget(seconds)
     model = prepare(assembly, settings, progress)
     if model.contacts.strength.any():
         raise InputError.of("pushover", None, "joints that pull are not followed; use dry joints")
-    course, bodies = _Course(model, live), Bodies(model.assembly)
+    course, bodies = _Course(model, live, reach), Bodies(model.assembly)
     place = course.start()
     made: list[PushoverStep] = []
     proofs: list[Mapping[str, Any] | None] = []
     control, ended = -1, "the wanted displacement was reached"
-    for step in range(steps + 1):
-        progress(f"pushover step {step} of {steps}")
+    for step in range(reach.steps + 1):
+        progress(f"pushover step {step} of {reach.steps}")
         place, loads, touching, found = course.settled(place, budget)
         if found.late or (made and budget.over):
             ended = "the time given is used up"
@@ -130,9 +136,9 @@ def pushover(
         if made[-1].multiplier <= 0.0:
             ended = "it does not stand without live loads any more"
             break
-        if step == steps:
+        if step == reach.steps:
             break
-        after = course.advanced(place, touching, found.f, motion, control, reach / steps, unit)
+        after = course.advanced(place, touching, found.f, motion, control)
         if (met := bodies.met(after)) is not None:
             one, other = (f"'{model.assembly.blocks[k].id}'" for k in met)
             ended = f"in the step that follows {one} and {other} run into each other, and what they do then is not told"
@@ -152,8 +158,9 @@ _WHY = {
 class _Course(Displaced):
     """A model whose blocks move under loads that grow."""
 
-    def __init__(self, model: PreparedModel, live: Live) -> None:
+    def __init__(self, model: PreparedModel, live: Live, reach: Reach) -> None:
         super().__init__(model)
+        self.by, self.in_metres = reach.far / reach.steps, reach.unit == "m"
         self.gravity, self.live = live_loads(model.assembly, live, model.gravity)
         self.grows = live
         if live.tilt is not None and any(not model.fixed[load.block] for load in model.assembly.loads):
@@ -259,12 +266,11 @@ class _Course(Displaced):
         went = float(np.linalg.norm(place.centre[control] - self.model.assembly.mass.centroid[control]))
         return PushoverStep(went, degrees(place.turn[control]), multiplier, len(touching))
 
-    def advanced(
-        self, place: Place, touching: Ints, f: Floats, motion: Floats, control: int, by: float, unit: str
-    ) -> Place:
+    def advanced(self, place: Place, touching: Ints, f: Floats, motion: Floats, control: int) -> Place:
         """One step along the mechanism, corrected so that what presses stays in touch."""
+        by = self.by
         row = int(np.flatnonzero(self.base.free == control)[0])
-        speed = motion[row, :3] if unit == "m" else np.rad2deg(motion[row, 3:])
+        speed = motion[row, :3] if self.in_metres else np.rad2deg(motion[row, 3:])
         pace = float(np.linalg.norm(speed))
         if not pace > 1e-9 * float(np.max(np.abs(motion))):
             raise SolverError("the control block has come to rest: the mechanism has changed; use the other unit")
@@ -281,15 +287,15 @@ class _Course(Displaced):
         length = by / pace
         for _ in range(3):  # the correction takes something off: sliding, for one, lifts blocks at first
             stepped = self.kept(place.moved(self.base.free, motion * length), active, sticks, offset)
-            went = self._went(place, stepped, control, unit)
+            went = self._went(place, stepped, control)
             if abs(went - by) <= 1e-6 * by or not went > 0.1 * by:
                 break
             length *= by / went
         return stepped
 
-    def _went(self, before: Place, after: Place, control: int, unit: str) -> float:
+    def _went(self, before: Place, after: Place, control: int) -> float:
         """Metres or degrees that the control block has gone in a step."""
-        if unit == "m":
+        if self.in_metres:
             return float(np.linalg.norm(after.centre[control] - before.centre[control]))
         return degrees(after.turn[control] @ before.turn[control].T)
 

@@ -1,7 +1,8 @@
 """Limit analysis without dilatancy: multipliers at which coupled analysis still finds a state, by bisection."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from cyclopean.statics import turned_gravity
 
 __all__ = ["CoupledBracket", "coupled_bracket"]
 
+SHY = 0.999  # share of the associated limit that is tried first
+NARROW = 1e-3  # of the associated limit: gaps between multipliers that are not halved any more
+
 
 @dataclass(frozen=True, slots=True)
 class CoupledBracket:
@@ -25,6 +29,7 @@ class CoupledBracket:
     not_yet: float | None  # smallest multiplier tried above it that is not certified; None where all were
     word: Word | None  # what coupled analysis said there
     trials: tuple[tuple[float, Word], ...]  # in the order in which they were made
+    falls: float | None = None  # smallest multiplier tried above `stands` that is proved to have no coupled state
 
 
 def coupled_bracket(
@@ -32,14 +37,15 @@ def coupled_bracket(
     result: LimitResult,
     settings: Settings,
     *,
-    trials: int = 9,
+    trials: int = 12,
     progress: Callable[[str], None] = lambda _: None,
 ) -> CoupledBracket:
-    """Bisect between no live load and the associated limit.
+    """Bisect between no live load and the associated limit: the widest gap between multipliers that were tried.
 
     The limit by rigid-block equilibrium takes sliding joints to dilate, and is an upper bound for friction without
     dilatancy. A coupled state is one that a virtual motion without dilatancy produces. Neither says that all
-    multipliers below one that stands do so too.
+    multipliers below one that stands do so too, nor that all above one without a coupled state have none: a multiplier
+    stands or falls alone, until the associated limit, from which on a mechanism rules out all.
 
     Parameters
     ----------
@@ -56,33 +62,31 @@ def coupled_bracket(
     """
     if result.lower is None or not (result.lower > 0.0):
         return CoupledBracket(None, None, None, ())
-    made: list[tuple[float, Word]] = []
-    stands: float | None = None
-    above: tuple[float, Word] | None = None
+    made: dict[float, Word] = {}
     model = replace(assembly, contacts=result.contacts)
-    # just below the limit first: where friction is not at its limit the two agree
-    queue = [0.999 * result.lower, 0.0]
-    while len(made) < trials:
-        if queue:
-            t = queue.pop(0)
-        elif stands is None or above is None:
-            break
-        else:
-            t = (stands + above[0]) / 2.0
-            if above[0] - stands <= 1e-3 * result.lower:
-                break
+    t: float | None = SHY * result.lower  # first: where friction is not at its limit the two agree
+    while t is not None and len(made) < trials:
         progress(f"coupled analysis at {t:.4g}")
-        word = check(*multiplied(model, result.live, settings, t)).verdict
-        made.append((t, word))
-        if word == "stable":
-            stands = t
-            if above is None:
-                break
-        elif above is None or t < above[0]:
-            above = t, word
-            if t == 0.0:
-                break
-    return CoupledBracket(stands, None if above is None else above[0], None if above is None else above[1], tuple(made))
+        made[t] = check(*multiplied(model, result.live, settings, t)).verdict
+        t = _next(made, result.lower)
+    stands = max((t for t, word in made.items() if word == "stable"), default=None)
+    above = [t for t in made if stands is None or t > stands]
+    not_yet = min(above, default=None)
+    falls = min((t for t in above if made[t] == "unstable"), default=None)
+    return CoupledBracket(stands, not_yet, None if not_yet is None else made[not_yet], tuple(made.items()), falls)
+
+
+def _next(made: Mapping[float, Word], limit: float) -> float | None:
+    """Where to ask next: no live load at all, then in the middle of the widest gap between what stands and falls."""
+    if 0.0 not in made:
+        return None if "stable" in made.values() else 0.0
+    stands = max((t for t, word in made.items() if word == "stable"), default=None)
+    if stands is None:
+        return None
+    falls = min((t for t, word in made.items() if word == "unstable" and t > stands), default=max(made))
+    inside = sorted(t for t in made if stands <= t <= falls)
+    width, middle = max((b - a, (a + b) / 2.0) for a, b in pairwise(inside))
+    return middle if width > NARROW * limit else None
 
 
 def multiplied(assembly: Assembly, live: Live, settings: Settings, t: float) -> tuple[Assembly, Settings]:

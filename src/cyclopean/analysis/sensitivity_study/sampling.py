@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
@@ -20,7 +20,7 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, BodyLoad
 from cyclopean.errors import InputError
 
-__all__ = ["CONFIDENCE", "Sensitivity", "sensitivity", "share_between"]
+__all__ = ["CONFIDENCE", "Sampling", "Sensitivity", "sensitivity", "share_between"]
 
 CONFIDENCE = 0.95  # of the interval of Clopper and Pearson, as is usual
 MOST = 1_000_000  # samples: the share is known to 0.1 % then
@@ -77,12 +77,27 @@ def share_between(hits: int, n: int, confidence: float = CONFIDENCE) -> tuple[fl
     return low, high
 
 
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """Samples to be drawn; the same from the same seed, whoever computes them."""
+
+    ranges: tuple[Range, ...]  # independent of each other; every value within its range is as likely
+    samples: int = 1000  # 0 for the proof throughout alone
+    seed: int = 0  # of the random numbers
+
+    def __post_init__(self) -> None:
+        if not self.ranges:
+            raise InputError.of("samples", None, "nothing varies; name what does, such as `vary` mu=0.6:0.8")
+        if not 0 <= self.samples <= MOST:
+            raise InputError.of("samples", self.samples, f"expected 0 to {MOST:,}")
+        if not 0 <= self.seed < 2**63:
+            raise InputError.of("seed", self.seed, "expected a whole number that is not negative")
+
+
 def sensitivity(
     assembly: Assembly,
-    ranges: Sequence[Range],
+    sampling: Sampling,
     settings: Settings | None = None,
-    samples: int = 1000,
-    seed: int = 0,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Sensitivity:
@@ -95,14 +110,10 @@ def sensitivity(
     ----------
     assembly : Assembly
         The model.
-    ranges : sequence of Range
-        What varies; independent of each other, every value within its range as likely.
+    sampling : Sampling
+        What varies, and how many samples.
     settings : Settings
         As for `check`.
-    samples : int
-        How many; 0 for the proof throughout alone.
-    seed : int
-        Of the random numbers: same seed, same samples, whoever computes them.
     executor : Executor, optional
         Computes the samples: processes, or a cluster.
     progress : callable
@@ -111,16 +122,10 @@ def sensitivity(
     Raises
     ------
     InputError
-        No range, or numbers of samples that make no sense; what `check` refuses.
+        What `check` refuses, a settlement, or accelerations where densities vary.
     """
     settings = Settings() if settings is None else settings
-    ranges = tuple(ranges)
-    if not ranges:
-        raise InputError.of("samples", None, "nothing varies; name what does, such as `vary` mu=0.6:0.8")
-    if not 0 <= samples <= MOST:
-        raise InputError.of("samples", samples, f"expected 0 to {MOST:,}")
-    if not 0 <= seed < 2**63:
-        raise InputError.of("seed", seed, "expected a whole number that is not negative")
+    ranges, samples = sampling.ranges, sampling.samples
     began = time.perf_counter()
     model = prepare(assembly, settings, progress)
     if model.settled is not None:
@@ -133,43 +138,37 @@ def sensitivity(
     progress("samples")
     values = np.zeros((samples, len(ranges)))
     words: list[Word] = []
-    for chunk in _computed(model, settings, ranges, seed, samples, executor):
+    for chunk in _computed(model, settings, sampling, executor):
         for row, word in chunk:
             values[len(words)] = row
             words.append(word)
         progress(f"sample {len(words)} of {samples}")
     method = settings.chosen_method()
-    return Sensitivity(ranges, seed, values, tuple(words), throughout, why, method, time.perf_counter() - began)
+    return Sensitivity(
+        ranges, sampling.seed, values, tuple(words), throughout, why, method, time.perf_counter() - began
+    )
 
 
 def _computed(
-    model: PreparedModel,
-    settings: Settings,
-    ranges: tuple[Range, ...],
-    seed: int,
-    samples: int,
-    executor: Executor | None,
+    model: PreparedModel, settings: Settings, asked: Sampling, executor: Executor | None
 ) -> Iterator[list[tuple[Floats, Word]]]:
     """Chunks of samples, in order."""
-    starts = range(0, samples, CHUNK)
-    parts = [range(start, min(start + CHUNK, samples)) for start in starts]
+    parts = [range(start, min(start + CHUNK, asked.samples)) for start in range(0, asked.samples, CHUNK)]
     if executor is None:
-        yield from (_chunk(model, settings, ranges, seed, part) for part in parts)
+        yield from (_chunk(model, settings, asked, part) for part in parts)
     else:
-        waiting = [executor.submit(_chunk, model, settings, ranges, seed, part) for part in parts]
+        waiting = [executor.submit(_chunk, model, settings, asked, part) for part in parts]
         yield from (future.result() for future in waiting)
 
 
-def _chunk(
-    model: PreparedModel, settings: Settings, ranges: tuple[Range, ...], seed: int, part: range
-) -> list[tuple[Floats, Word]]:
+def _chunk(model: PreparedModel, settings: Settings, asked: Sampling, part: range) -> list[tuple[Floats, Word]]:
     found: list[tuple[Floats, Word]] = []
     neighbour = Neighbour()
     rigid = settings.chosen_method() == "rbe" and settings.asks_for_rbe() == ""
     for sample in part:
-        draw = drawn(ranges, model, seed, sample)
+        draw = drawn(asked.ranges, model, asked.seed, sample)
         case = varied(model, draw)
-        row = [float(draw[r.quantity][0] if r.quantity == "tilt" else draw[r.quantity].mean()) for r in ranges]
+        row = [float(draw[r.quantity][0] if r.quantity == "tilt" else draw[r.quantity].mean()) for r in asked.ranges]
         word = _rigid_word(case, settings, neighbour) if rigid else recheck(case, settings).verdict
         found.append((np.array(row), word))
     return found

@@ -140,7 +140,7 @@ def _continued(model: PreparedModel, settings: Settings, system: EquilibriumSyst
         if len(parts) == 1:
             return None
         own, force, length = in_own_units(part.system)
-        found = solve_cra(own, bounds, settings.solver, settings.seconds, settings.nodes, effort=settings.effort)
+        found = solve_cra(own, bounds, settings)
         if found.f is None or found.dq is None or found.word != "coupled":
             folds = tuple(k[list(found.folds)].tolist())
             lost = coupled_claim(replace(found, f=None, dq=None, part=own, folds=folds))

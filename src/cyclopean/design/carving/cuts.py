@@ -17,7 +17,7 @@ from cyclopean.assembly import Block
 from cyclopean.design.stones.stone import Stone
 from cyclopean.geometry.mesh_repair import solid_angle
 from cyclopean.geometry.polyhedra import face_triangles
-from cyclopean.geometry.solids import Solid, mesh_of, mesh_volume
+from cyclopean.geometry.solids import Solid, mesh_of, mesh_volume, sourced_mesh_of
 
 __all__ = [
     "OWN",
@@ -130,18 +130,14 @@ def labelled(shells: Sequence[Solid], room: Solid, planes: CellPlanes) -> CutPie
     planes : CellPlanes
         Its planes.
     """
-    own = set(np.asarray(room.to_mesh64().run_original_id).tolist())
+    own = np.unique(sourced_mesh_of(room)[2])
     points, corners, labels, before = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)], 0
     for shell in shells:
-        mesh = shell.to_mesh64()
-        start = np.array(mesh.run_index, np.int64) // 3
-        source = np.repeat(np.asarray(mesh.run_original_id, np.int64), start[1:] - start[:-1])
-        of_cell = np.isin(source, list(own))
-        face = np.where(of_cell, np.asarray(mesh.face_id, np.int64), 0)
-        point, corner = mesh_of(shell)
+        point, corner, source, face = sourced_mesh_of(shell)
+        of_cell = np.isin(source, own)
         points.append(point)
         corners.append(corner + before)
-        labels.append(np.where(of_cell, planes.plane[face], OWN))
+        labels.append(np.where(of_cell, planes.plane[np.where(of_cell, face, 0)], OWN))
         before += len(point)
     vertices, triangles = np.concatenate(points), np.concatenate(corners)
     return CutPiece(vertices, triangles, np.concatenate(labels), mesh_volume(vertices, triangles))

@@ -22,6 +22,7 @@ from cyclopean.design.construction.blocking import Neighbours, blockers, inserti
 from cyclopean.design.construction.centring import Prop, hanging, named_props
 from cyclopean.design.construction.colouring import colouring
 from cyclopean.design.construction.given import Fault, Nearest, faults_of, nearest_order, numbers_of
+from cyclopean.design.construction.options import SequenceOptions
 from cyclopean.design.construction.ordering import (
     LEAN,
     SupportGraph,
@@ -117,13 +118,10 @@ class BuildSequence:
 def build_sequence(
     assembly: Assembly,
     settings: Settings | None = None,
-    *,
-    order: Sequence[str | int] | None = None,
-    lean: float = LEAN,
-    clearance: float = CLEARANCE,
+    wanted: SequenceOptions = SequenceOptions(),  # noqa: B008  frozen
     progress: Callable[[str], None] = lambda _: None,
-    watch: Callable[[int, Result], None] | None = None,
     executor: Executor | None = None,
+    watch: Callable[[int, Result], None] | None = None,
 ) -> BuildSequence:
     """Find the order in which a structure is built, or take one that is given, and check every stage of it.
 
@@ -133,18 +131,14 @@ def build_sequence(
         The finished structure; contacts are detected where it gives none.
     settings : Settings
         As for a check; the defaults where not given. Searches do a share of the usual work (`effort`).
-    order : sequence of str or int, optional
-        Ids or numbers of all blocks that are laid, the first to be laid first; found here where not given.
-    lean : float
-        Least share of a joint's normal along gravity from which one stone rests on the other.
-    clearance : float
-        m, of approach and retreat.
+    wanted : SequenceOptions
+        How the order is found, or ids or numbers of all blocks that are laid, the first to be laid first.
     progress : callable
         Is told what begins.
-    watch : callable, optional
-        Is given the number of each stage (from 0) and its verdict without props, certificate included.
     executor : Executor, optional
         Does runs of stages side by side, with the same answers; this process where not given.
+    watch : callable, optional
+        Is given the number of each stage (from 0) and its verdict without props, certificate included.
 
     Returns
     -------
@@ -154,7 +148,7 @@ def build_sequence(
     Raises
     ------
     InputError
-        As `check`, and where gravity is zero, `lean` or `clearance` are out of range, or the order names blocks that
+        As `check`, and where gravity is zero, `bearing` or `clearance` are out of range, or the order names blocks that
         are not there, names one twice or leaves one out.
     """
     began = time.perf_counter()
@@ -162,8 +156,9 @@ def build_sequence(
     settings = replace(settings, effort=EFFORT * settings.effort)
     whole = prepare(assembly, settings, progress)
     progress("ordering")
+    lean = LEAN if wanted.bearing is None else wanted.bearing
     site = _site(whole, lean)
-    steps, yard, nearest = _planned(whole, site, clearance, order)
+    steps, yard, nearest = _planned(whole, site, wanted)
     ordered = time.perf_counter()
     work = _Work(whole, settings, progress, watch, executor)
     found = work.verdicts([step.block for step in steps])
@@ -237,15 +232,14 @@ def _site(whole: PreparedModel, lean: float) -> _Site:
     return _Site(fixed, graph, layers(graph, whole.fixed), around, along, up, place)
 
 
-def _planned(
-    whole: PreparedModel, site: _Site, clearance: float, given: Sequence[str | int] | None
-) -> tuple[list[Step], Floats, Nearest | None]:
+def _planned(whole: PreparedModel, site: _Site, wanted: SequenceOptions) -> tuple[list[Step], Floats, Nearest | None]:
     """Steps in order, without their verdicts, and the yard; the nearest valid order where one was given."""
     assembly, up, nearest = whole.assembly, site.up, None
-    if given is None:
+    clearance = CLEARANCE if wanted.clearance is None else wanted.clearance
+    if wanted.order is None:
         order = site.taken_apart()
     else:
-        order = list(numbers_of(given, [block.id for block in assembly.blocks], whole.fixed.tolist()))
+        order = list(numbers_of(list(wanted.order), [block.id for block in assembly.blocks], whole.fixed.tolist()))
         nearest = nearest_order(order, site.below, site.fixed, site.trap, lambda: site.taken_apart(order))
     yard = yard_places(assembly, order, site.along, up)
     standing = set(site.fixed)

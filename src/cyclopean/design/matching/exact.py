@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cyclopean.arrays import Floats, Ints
+from cyclopean.arrays import Floats
 from cyclopean.design.matching.cells import Cells
 from cyclopean.design.matching.refine import turned_by
 from cyclopean.design.stones.stone import Stone, in_body_frame
-from cyclopean.geometry.solids import Solid, intersection, mesh_of, moved, solid_of
+from cyclopean.geometry.solids import Solid, intersection, mesh_of, moved, solid_of, sourced_mesh_of
 
 __all__ = ["ALIKE", "SAME", "Solids", "climbed", "corner_fit", "principal", "registered", "unlikeness"]
 
@@ -59,20 +59,11 @@ class Solids:
         A stone that moves by v gains the integral of v . n over that part of its surface that lies in the cell.
         """
         common = intersection(moved(self.stone(i), rotation, shift), self.cell(j))
-        vertices, triangles = mesh_of(common)
-        corner = vertices[triangles]
-        own = self._own(common, self.stone(i).original_id())
+        vertices, triangles, source, _ = sourced_mesh_of(common)
+        corner, own = vertices[triangles], source == self.stone(i).original_id()
         normal = np.cross(corner[own, 1] - corner[own, 0], corner[own, 2] - corner[own, 0]) / 2.0
         arm = corner[own].mean(axis=1) - shift
         return _volume(corner), np.concatenate([normal.sum(axis=0), np.cross(arm, normal).sum(axis=0)])
-
-    @staticmethod
-    def _own(common: Solid, source: int) -> Ints:
-        """Triangles that lie on the surface of one of the two that were intersected."""
-        mesh = common.to_mesh64()
-        start = np.array(mesh.run_index, np.int64) // 3
-        runs = [k for k, origin in enumerate(mesh.run_original_id) if origin == source]
-        return np.concatenate([np.arange(start[k], start[k + 1]) for k in runs] or [np.zeros(0, np.int64)])
 
 
 def _volume(corner: Floats) -> float:

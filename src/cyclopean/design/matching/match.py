@@ -137,16 +137,26 @@ class Match:
         return cls(tuple(placements), unused, empty, imposition, gap, gap_of_wall, weight, asked)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is known before stones are matched."""
+
+    start: Match | None = None  # by the same stones for as many cells: its pairs and poses are candidates too
+    points: Singles | None = None  # (n, p, 3) `body_points` of the stones, at least 1,024 and as many as asked for
+    measured: bool = False  # what the pairs of `start` share was measured in these very cells: it is not done again
+    yielding: float = 0.0
+    """Share of what the pairs of `start` have in common that does not count when stones are assigned: cells that have
+    moved towards their stones would else keep them, and others, towards which they could move too, have no chance.
+    Where it is above 0 a climb of the cells is to follow, and volumes of new pairs are by counted points only."""
+
+
 def match_stones(
     stones: Inventory | Sequence[Stone],
     cells: Cells,
     settings: MatchSettings | None = None,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
-    start: Match | None = None,
-    points: Singles | None = None,
-    known: bool = False,
-    yielding: float = 0.0,
+    known: Known | None = None,
 ) -> Match:
     """Place stones in the cells of a wall so that carved + w void is least.
 
@@ -166,23 +176,15 @@ def match_stones(
         Runs ranking and refining; this process where not given. The answer is the same.
     progress : callable
         Told what is being done.
-    start : Match, optional
-        An earlier answer, by the same stones for as many cells: its pairs and poses are candidates too.
-    points : (n, p, 3) float32, optional
-        `body_points` of the stones, at least 1,024 of each and as many as the settings ask for, where they are at hand.
-    known : bool
-        Say that what the pairs of `start` share was measured in these very cells, so that it is not done again.
-    yielding : float
-        Share of what the pairs of `start` have in common that does not count when stones are assigned: cells that have
-        moved towards their stones would else keep them, and others, towards which they could move too, have no chance.
-        Where it is above 0 a climb of the cells is to follow, and volumes of new pairs are by counted points only.
+    known : Known, optional
+        What is known from before.
 
     Raises
     ------
     InputError
         No stones, or one that is no closed solid.
     """
-    settings = settings or MatchSettings()
+    settings, known = settings or MatchSettings(), known or Known()
     given = tuple(stones.stones if isinstance(stones, Inventory) else stones)
     if not given:
         raise InputError("stones: there are none to match; give at least one")
@@ -192,6 +194,7 @@ def match_stones(
     seconds: dict[str, float] = {}
     progress("sampling stones")
     count = max(settings.points, POINTS)
+    points, start = known.points, known.start
     if points is not None and (len(points) != len(stock) or points.shape[1] < count):
         raise InputError(f"points: {points.shape[1]} of {len(points)} stones; expected {count} of {len(stock)}")
     points = body_points(stock, count) if points is None else points[order, :count]
@@ -206,11 +209,13 @@ def match_stones(
     seconds["rank"] = perf_counter() - ranked
     if start is not None:
         stone, cell, rotation, shift = _incumbents(start, stock, order, cells)
-        work.take(stone, cell, rotation, shift, np.array([p.shared for p in start.placements]) if known else None)
+        work.take(
+            stone, cell, rotation, shift, np.array([p.shared for p in start.placements]) if known.measured else None
+        )
         # measured at once, so that whoever takes their place is better, and not only thought to be
         work.improve(stone, cell, EXACT, replace(POLISH, points=settings.points))
-        work.hold_back(stone, cell, yielding)
-    weight, chosen = _assigned(work, settings, rough=yielding > 0.0)
+        work.hold_back(stone, cell, known.yielding)
+    weight, chosen = _assigned(work, settings, rough=known.yielding > 0.0)
     found = _answer(work, settings, weight, chosen, order, given)
     total = perf_counter() - began
     return replace(found, seconds={**seconds, **work.seconds, "total": total})

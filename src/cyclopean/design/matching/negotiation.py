@@ -29,7 +29,7 @@ from cyclopean.design.matching.candidates import CLIMB, POLISH
 from cyclopean.design.matching.cells import Cells, cells_of
 from cyclopean.design.matching.exact import FLIPS, Solids
 from cyclopean.design.matching.flattening import flat_wall, frames_at
-from cyclopean.design.matching.match import Match, MatchSettings, Placement, match_stones
+from cyclopean.design.matching.match import Known, Match, MatchSettings, Placement, match_stones
 from cyclopean.design.matching.problem import Problem, Singles
 from cyclopean.design.matching.refine import refine
 from cyclopean.design.options import at_least, within
@@ -148,10 +148,8 @@ class _Talk:
         if yielding:  # the climb that follows moves the poses anyway
             few = min(settings.shortlist, HASTY[0]), min(settings.points, HASTY[1])
             settings = replace(settings, climbs=0, shortlist=few[0], points=few[1])
-        known = start is not None  # they were measured where they are
-        return match_stones(
-            self.stock, cells, settings, self.executor, self.progress, start, self.points, known, yielding
-        )
+        known = Known(start, self.points, start is not None, yielding)  # they were measured where they are
+        return match_stones(self.stock, cells, settings, self.executor, self.progress, known)
 
     def problem(self, cells: Cells) -> Problem:
         """The stones and some cells."""
@@ -164,16 +162,30 @@ class _Talk:
         return 0.0 if asked is None else max(0.0, abs(turn.match.gap_of_wall - asked) - MET)
 
 
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """How cells move towards their stones."""
+
+    share: float = 1.0  # 0 = the cells stay as drawn, to 1 = they go where the stones want them
+    rounds: int | None = None
+    """Of climbing and matching; 0 is the same as a share of 0. None: 3 on a wall of 200 stones or more, and up to 12 on
+    smaller ones, where they cost little."""
+    climb: Climb = Climb()  # noqa: RUF009  frozen; how sites and poses climb; its tether is set by the share
+    sawn: tuple[int, ...] = ()  # blocks of the wall that are sawn new, and get no stone
+
+    def __post_init__(self) -> None:
+        within("negotiate", self.share, 0.0, 1.0)
+        if self.rounds is not None:
+            at_least("rounds", self.rounds, 0)
+
+
 def negotiate(
     stones: Inventory | Sequence[Stone],
     drawn: PolygonalWall,
     settings: MatchSettings | None = None,
-    share: float = 1.0,
-    rounds: int | None = None,
+    moving: Moving = Moving(),
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
-    climb: Climb | None = None,
-    sawn: Sequence[int] = (),
 ) -> Negotiation:
     """Match stones to a wall whose cells move towards them.
 
@@ -185,19 +197,12 @@ def negotiate(
         Drawn from seeds.
     settings : MatchSettings, optional
         What is asked of the match. With a `gap`, the weight of void is found so that the total gap is that in the end.
-    share : float
-        0 = the cells stay as drawn, to 1 = they go where the stones want them.
-    rounds : int, optional
-        Of climbing and matching; 0 is the same as a share of 0. Not given, 3 on a wall of 200 stones or more, and up to
-        12 on smaller ones, where they cost little.
+    moving : Moving
+        How cells move.
     executor : Executor, optional
         Runs ranking and refining; this process where not given. The answer is the same.
     progress : callable
         Told what is being done.
-    climb : Climb, optional
-        How sites and poses climb; its tether is set by the share.
-    sawn : sequence of int
-        Blocks of the wall that are sawn new, and get no stone.
 
     Returns
     -------
@@ -207,12 +212,10 @@ def negotiate(
     Raises
     ------
     InputError
-        A share beyond 0..1, a wall that was not drawn from seeds, or as `match_stones`.
+        A wall that was not drawn from seeds, or as `match_stones`.
     """
     settings = settings or MatchSettings()
-    within("negotiate", share, 0.0, 1.0)
-    if rounds is not None:
-        at_least("rounds", rounds, 0)
+    share, rounds, sawn = moving.share, moving.rounds, moving.sawn
     stock = tuple(stones.stones if isinstance(stones, Inventory) else stones)
     began = perf_counter()
     if not stock:
@@ -221,7 +224,7 @@ def negotiate(
     points = body_points(stock, max(POINTS, settings.points))
     seeds, _ = _freed(drawn, 0.0)
     tether = TETHER * (1.0 - share) / share if share else 0.0
-    talk = _Talk(stock, points, settings, replace(climb or Climb(), tether=tether), tuple(sawn), executor, progress)
+    talk = _Talk(stock, points, settings, replace(moving.climb, tether=tether), sawn, executor, progress)
     cells = cells_of(drawn.assembly, None, sawn)
     first = _Turn(drawn, seeds, cells, talk.matched(cells, None))
     story = [first.told(began)]

@@ -38,7 +38,7 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats
 from cyclopean.design.matching.cells import Cells, cells_of
 from cyclopean.design.matching.match import GAP_SLACK, Match, MatchSettings, Placement
-from cyclopean.design.matching.negotiation import negotiate
+from cyclopean.design.matching.negotiation import Moving, negotiate
 from cyclopean.design.options import at_least
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.stone import Stone
@@ -289,7 +289,7 @@ def _made(
     one only, that says why there is none.
     """
     try:
-        done = negotiate(stones, drawing.laid(asked), settings, asked.share, rounds)
+        done = negotiate(stones, drawing.laid(asked), settings, Moving(asked.share, rounds))
     except InputError as error:
         return (np.array(str(error)),)
     pattern, match = done.wall.pattern, done.match

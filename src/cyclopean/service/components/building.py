@@ -6,7 +6,6 @@ from typing import Any
 
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.checking import SequenceOptions, sequenced
-from cyclopean.api.inputs import Reading
 from cyclopean.design.rubble.wall import SettleSettings
 from cyclopean.io.rhino_json import Pose
 from cyclopean.service.inputs import option_inputs, option_values
@@ -26,7 +25,7 @@ def _sequence(given: Given, context: Context) -> Answer:
     settings = option_values(given, Settings(seconds=min(SECONDS, context.seconds / 2.0)))
     assembly, said = model_of(given)
     options = replace(option_values(given, SequenceOptions()), order=given["Given Order"] or None)
-    found = sequenced(assembly, settings, Reading(), options)
+    found = sequenced(assembly, settings, options)
     top = max(found.layer.tolist(), default=0)
     values = {
         "Order": list(found.order),

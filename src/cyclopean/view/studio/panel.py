@@ -26,7 +26,7 @@ from cyclopean.view.studio.live_scene import LABELS, LiveScene, Look
 from cyclopean.view.studio.painter import Painter
 from cyclopean.view.studio.prover import Reach
 from cyclopean.view.studio.saving import KINDS, save
-from cyclopean.view.studio.session import Session, Snapshot, State
+from cyclopean.view.studio.session import Listener, Session, Snapshot, State
 
 __all__ = ["Studio", "studio"]
 
@@ -51,15 +51,14 @@ def studio(
     *,
     folder: Path,
     stem: str = "model",
-    host: str = "127.0.0.1",
-    port: int = 0,
+    address: tuple[str, int] = ("127.0.0.1", 0),
     warnings: tuple[str, ...] = (),
 ) -> Iterator[Studio]:
     """Serve the live page of a model while the block lasts.
 
     The settings are what was said about its analysis; gravity as said, before the sliders turn it. Files are saved
-    into the folder, under names that begin with `stem`, which is no path. It listens where host and port say; port 0
-    is one that is free. The warnings are what reading the model had to say.
+    into the folder, under names that begin with `stem`, which is no path. It listens at an address of host and port;
+    port 0 is one that is free. The warnings are what reading the model had to say.
 
     Raises
     ------
@@ -75,6 +74,7 @@ def studio(
         warnings = (*warnings, "joints of this model pull: only rigid-block equilibrium has that")
     if posed.settled is not None:
         warnings = (*warnings, "supports of this model settle: that is left out here; see the command check")
+    host, port = address
     access = AccessControl(host)
     with silent(), server(host, port, access) as running:
         running.request_share_url = lambda *_, **__: None  # nobody makes this page public from the page itself
@@ -110,8 +110,8 @@ class _Page:
         first = State(home, knobs, settings.chosen_method())
         self._build(first, given is not None and not np.isnan(given).all(), warnings)
         self._painter = Painter(self._scene, lambda: bool(self._moving.value))
-        told = self._show, self._refuse, self._tell
-        self.session = Session(first, settings, posed.gravity, posed.assumed, *told)
+        told = Listener(self._show, self._refuse, self._tell)
+        self.session = Session(first, settings, posed.gravity, posed.assumed, told)
 
     def close(self) -> None:
         """Stop everything that runs."""

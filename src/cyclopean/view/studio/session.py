@@ -66,29 +66,29 @@ class Snapshot:
         return self.stage == "proved"
 
 
+@dataclass(frozen=True, slots=True)
+class Listener:
+    """What a session calls, from its own thread."""
+
+    show: Callable[[Snapshot], None]  # every new snapshot
+    complain: Callable[[str], None]  # a sentence, when something is refused
+    tell: Callable[[Reach | None], None] | None = None  # how far a proved model is from falling; None: not known yet
+
+
 class Session:
     """Owns the state of one page, which opens with `first`; every method may be called from any thread.
 
     The settings are what the command said: density, tolerance, bounds; gravity (3,), m/s2, is that before any tilt;
-    `assumed` is what neither the file nor the command said. From its own thread the session calls `show` with every
-    new snapshot, `complain` with a sentence when something is refused, and `tell`, once a verdict is proved, with how
-    far the model is from falling, or with None while that is not known.
+    `assumed` is what neither the file nor the command said.
     """
 
     def __init__(
-        self,
-        first: State,
-        settings: Settings,
-        gravity: Floats,
-        assumed: dict[str, Any],
-        show: Callable[[Snapshot], None],
-        complain: Callable[[str], None],
-        tell: Callable[[Reach | None], None] | None = None,
+        self, first: State, settings: Settings, gravity: Floats, assumed: dict[str, Any], listener: Listener
     ) -> None:
         self.state = first
         self.latest: Snapshot | None = None
         self._settings, self._gravity, self._assumed, self._first = settings, gravity, assumed, first
-        self._show, self._complain, self._tell = show, complain, tell
+        self._show, self._complain, self._tell = listener.show, listener.complain, listener.tell
         self._todo: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._past: list[Arrangement] = []
         self._live: LiveModel | None = None
@@ -100,7 +100,7 @@ class Session:
         self._usual: dict[str, float] = {}  # s that a proof takes, by method
         self._reaches: tuple[object, ...] | None = None  # what the reach was asked for
         self._prover = Prover(self._found)
-        self._bounds_prover = None if tell is None else Prover(self._found, behind=True)  # takes longer
+        self._bounds_prover = None if listener.tell is None else Prover(self._found, behind=True)  # takes longer
         self._thread = threading.Thread(target=self._run, name="session", daemon=True)
         self._thread.start()
         self._todo.put(self._touch)
