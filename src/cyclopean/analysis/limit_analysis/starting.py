@@ -18,7 +18,7 @@ PRESSES = (0.03, 0.003, 3e-4)  # scaled normal force at every point: what blocks
 ROUNDS = 12  # of Newton's method for each of them
 LOST = 10.0  # collapse bound in total loads at which there is none
 OPENS = 0.25  # of what is aimed at: enough of an opening
-SHIFT = 1e-4  # larger ones take fewer steps: S is singular where few points close
+SHIFT = 1e-3  # larger ones take fewer steps: S is singular where few points close
 STEPS = 60  # of Newton at most, a factorisation each
 
 
