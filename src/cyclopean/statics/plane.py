@@ -15,8 +15,9 @@ from cyclopean.statics.equilibrium import EquilibriumSystem, contact_matrix, par
 
 __all__ = ["PlaneSystem", "plane_system"]
 
-FLAT = 1e-12  # scaled: by how much lengths, normals and loads (of the largest) may be out of the plane, for rounding
-ALIKE = 9  # decimals by which points behind each other are looked for
+FLAT = 1e-12  # by how much normals, lengths and loads may be out of the plane: of the smaller block, of a block's own
+ALIKE = 9  # decimals of the smaller block's diagonal by which points behind each other are looked for
+SQUARE = 1e-3  # sine of the angle between two vectors from which they say where the plane lies
 ACROSS = (1, 3, 5)  # rows of a block for what it does across the plane
 UPRIGHT = np.array([0.0, 1.0, 0.0])  # the normal of the plane, in its own axes
 
@@ -65,20 +66,27 @@ def plane_system(system: EquilibriumSystem, *others: Floats) -> PlaneSystem | No
     turn = np.stack([normal[0], across, np.cross(normal[0], across)])
     arms = np.stack([system.arm_a, system.arm_b]) @ turn.T
     free = np.stack([system.row_a, system.row_b]) >= 0
-    depth = np.where(free[0], arms[0, :, 1], arms[1, :, 1])
-    arm = np.where(free[0][:, None], arms[0], arms[1])[:, [0, 2]]
-    first, place = _behind(system, np.column_stack([arm, normal @ turn[[0, 2]].T, system.mu]))
-    mean = np.bincount(place, depth) / np.bincount(place)
-    if np.max(np.abs(mean)) > FLAT or np.max(np.abs(arm - arm[first][place])) > FLAT:
+    own = arms / _smaller(system)[:, None]
+    arm = np.where(free[0][:, None], own[0], own[1])
+    first, place = _behind(system, np.column_stack([arm[:, [0, 2]], normal @ turn[[0, 2]].T, system.mu]))
+    mean = np.bincount(place, arm[:, 1]) / np.bincount(place)
+    if np.max(np.abs(mean)) > FLAT or np.max(np.abs(arm - arm[first][place])[:, [0, 2]]) > FLAT:
         return None
-    if np.max(np.abs(arms[0, :, 1] - arms[1, :, 1])[free.all(0)], initial=0.0) > FLAT:
+    if np.max(np.abs(own[0, :, 1] - own[1, :, 1])[free.all(0)], initial=0.0) > FLAT:
         return None  # centres of mass beside each other are not in one plane
     return PlaneSystem(_flat(system, turn, first, place, arms[:, first]), turn, place, system.frame)
 
 
 def _out(part: Floats, whole: Floats) -> bool:
-    """Whether part of some loads is more than rounding of them."""
-    return bool(np.max(np.abs(part), initial=0.0) > FLAT * np.max(np.abs(whole), initial=0.0))
+    """Whether a part of some blocks' (m, 2, 3) loads is more than rounding of their own."""
+    m = len(whole)
+    return bool(np.any(np.abs(part).reshape(m, -1) > FLAT * np.max(np.abs(whole), axis=(1, 2))[:, None]))
+
+
+def _smaller(system: EquilibriumSystem) -> Floats:
+    """(q,) scaled diagonal of the smaller free block at each point."""
+    size = np.append(np.ones(system.blocks) if system.diagonal is None else system.diagonal, np.inf)  # fixed: -1
+    return np.asarray(np.minimum(size[system.row_a], size[system.row_b]))
 
 
 def _across(normal: Floats, pushes: list[Floats]) -> Floats | None:
@@ -88,7 +96,7 @@ def _across(normal: Floats, pushes: list[Floats]) -> Floats | None:
         square = np.cross(first, vectors)
         size = np.linalg.norm(square, axis=1)
         k = int(np.argmax(size))
-        if size[k] > FLAT:
+        if size[k] > SQUARE * float(np.linalg.norm(vectors[k])):
             across = square[k] / size[k]
             break
     else:

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cyclopean.analysis.equilibrium.deciding import Decision, decide_rigid
 from cyclopean.analysis.equilibrium.exact_balance import Balance, exact_balance, own_loads, product, stretched
 from cyclopean.analysis.limit_analysis.live_load import Live, live_loads
 from cyclopean.analysis.limit_analysis.load_family import Pencil, pencil
@@ -17,6 +18,8 @@ from cyclopean.errors import InputError
 from cyclopean.statics import EquilibriumSystem, Schur, body_loads
 
 __all__ = ["GrowingModel"]
+
+SHARED = ("system", "rest", "standing")  # what does not depend on the live loads
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +50,16 @@ class GrowingModel:
         """S of the system; None without contacts."""
         return self.rest.schur if self.system.points else None
 
+    @cached_property
+    def standing(self) -> Decision:
+        """What rigid-block equilibrium says of the dead loads alone, every block measured by its own weight."""
+        model = self.at(0.0)
+        return decide_rigid(model, model.system(), schur=self.schur)
+
     def beside(self, live: Live) -> "GrowingModel":
         """The same under other live loads: what is known of the dead loads is kept."""
         other = GrowingModel.of(self.model, live)
-        other.__dict__.update(system=self.system, rest=self.rest)
+        other.__dict__.update({key: self.__dict__[key] for key in SHARED if key in self.__dict__})
         return other
 
     @cached_property

@@ -27,7 +27,7 @@ from cyclopean.statics import turned_gravity
 
 BACK = 1e-8  # radians between what a solver says of a tilt and what is proved: room for forces, and for a motion
 
-__all__ = ["Found", "find_limit", "limit", "proved_limit"]
+__all__ = ["Found", "find_limit", "found_limit", "limit", "proved_limit"]
 
 
 def limit(
@@ -71,22 +71,34 @@ def limit(
     .. [FerrisTinLoi2001] Ferris, Tin-Loi: Limit analysis of frictional block assemblies as a mathematical program with
        complementarity constraints. Int. J. Mech. Sci. 43.
     """
-    settings = Settings() if settings is None else settings
     if seconds is not None and not (0.0 < seconds < np.inf):
         raise InputError.of("seconds", seconds, "expected a positive number")
     budget = UNLIMITED if seconds is None else Budget(seconds)
-    clock = {"start": time.perf_counter()}
+    began, clock = time.perf_counter(), dict[str, float]()
     model = prepare(assembly, settings, progress, clock)
-    clock["ready"] = time.perf_counter()
+    result, _ = found_limit(model, live, solver, budget, progress)
+    stages = {"contacts": clock["contacts"] - clock["margin"], **result.seconds}
+    return replace(result, seconds=stages | {"total": time.perf_counter() - began})
+
+
+def found_limit(
+    model: PreparedModel,
+    live: Live,
+    solver: str = "auto",
+    budget: Budget = UNLIMITED,
+    progress: Callable[[str], None] = lambda _: None,
+    beside: GrowingModel | None = None,
+) -> tuple[LimitResult, GrowingModel]:
+    """`limit` of a prepared model, from what is known `beside`; and what is then known for other live loads."""
+    clock = [time.perf_counter()]
     progress("solving")
-    found = find_limit(model, live, solver, budget.before_proof(len(model.contacts.point)))
-    clock["solved"] = time.perf_counter()
+    found = find_limit(model, live, solver, budget.before_proof(len(model.contacts.point)), beside)
+    clock.append(time.perf_counter())
     progress("verifying")
     result = proved_limit(model, live, found, budget)
-    clock["verified"] = time.perf_counter()
-    spans = {"contacts": ("margin", "contacts"), "solve": ("ready", "solved"), "verify": ("solved", "verified")}
-    stages = {name: clock[end] - clock[start] for name, (start, end) in spans.items()}
-    return replace(result, seconds=stages | {"total": time.perf_counter() - clock["start"]})
+    clock.append(time.perf_counter())
+    seconds = {"solve": clock[1] - clock[0], "verify": clock[2] - clock[1], "total": clock[2] - clock[0]}
+    return replace(result, seconds=seconds), found.growing
 
 
 @dataclass(frozen=True, slots=True, eq=False)

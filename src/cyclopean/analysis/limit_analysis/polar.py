@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
-from cyclopean.analysis.limit_analysis.limit import limit
+from cyclopean.analysis.limit_analysis.limit import found_limit
 from cyclopean.analysis.limit_analysis.live_load import Live
 from cyclopean.analysis.limit_analysis.result import LimitResult
+from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.settings import Settings
 from cyclopean.assembly import Assembly
 
@@ -101,13 +102,15 @@ def _each(
     """Every limit, and the least."""
     budget = UNLIMITED if seconds is None else Budget(seconds)
     results: list[LimitResult] = []
+    clock: dict[str, float] = {}
+    model, known = prepare(assembly, settings, progress, clock), None
+    contacts = clock["contacts"] - clock["margin"]
     for done, (name, live) in enumerate(lives):
         progress(name)
-        share = max(budget.left / (len(lives) - done), 1e-3) if budget.limited else None
-        result = limit(assembly, live, settings, solver=solver, seconds=share)
-        if assembly.contacts is None:  # found once
-            assembly = replace(assembly, contacts=result.contacts)
-        results.append(result)
+        own = Budget(max(budget.left / (len(lives) - done), 1e-3)) if budget.limited else UNLIMITED
+        result, growing = found_limit(model, live, solver, own, beside=known)
+        known = growing if growing.model is model else known  # a tilt of loads that do not turn is a model of its own
+        results.append(replace(result, seconds={"contacts": 0.0 if results else contacts, **result.seconds}))
     return tuple(results), results[last_least([_height(result) for result in results])]
 
 

@@ -113,7 +113,7 @@ class _Case:
         """
         model = self.growing.at(times)
         there = model.system()
-        found = decide_rigid(model, there, schur=self.growing.schur)
+        found = decide_rigid(model, there, schur=self.growing.schur) if times else self.growing.standing
         if found.word == "balanced" and found.state is not None:
             state = self.polished(found.state.f * (there.force_unit / self.system.force_unit), times, limit)
             yield from [{"lower": times, "state": state}] if state is not None else []

@@ -70,21 +70,21 @@ def solve_limit(
     plane = plane_system(loads.system, loads.q) if solver == "auto" else None
     if plane is not None:
         flat = _solved(replace(loads, system=plane.system, q=plane.loads(loads.q)), solver, budget, None)
-        if flat.word == "limit" and (whole := _lifted(loads, plane, flat)) is not None:
+        whole = _lifted(loads, plane, flat)
+        if whole.word == "limit" or budget.before(MENDING).over:  # no time is left to search the whole
             return whole
     return _solved(loads, solver, budget, rest)
 
 
-def _lifted(loads: Pencil, plane: PlaneSystem, flat: LimitOutcome) -> LimitOutcome | None:
-    """Both bounds that were found in the plane, measured on the whole; None where rounding has spoilt one."""
-    assert flat.f is not None
-    assert flat.y is not None
+def _lifted(loads: Pencil, plane: PlaneSystem, flat: LimitOutcome) -> LimitOutcome:
+    """Both bounds that were found in the plane, measured on the whole; undecided where they are then apart."""
     bracket = Bracket()
-    bracket.raise_lower(loads, plane.forces(flat.f), flat.lower)
-    bracket.cut_upper(loads, plane.motion(flat.y))
-    if not (bracket.gap(SCALE) <= CLOSED):
-        return None
-    return replace(flat, lower=bracket.lower, upper=bracket.upper, f=bracket.f, y=bracket.y)
+    if flat.f is not None:
+        bracket.raise_lower(loads, plane.forces(flat.f), flat.lower)
+    if flat.y is not None:
+        bracket.cut_upper(loads, plane.motion(flat.y))
+    word = flat.word if bracket.gap(SCALE) <= CLOSED else "undecided"
+    return replace(flat, word=word, lower=bracket.lower, upper=bracket.upper, f=bracket.f, y=bracket.y)
 
 
 def _solved(loads: Pencil, solver: str, budget: Budget, rest: AtRest | None) -> LimitOutcome:
