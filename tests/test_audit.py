@@ -50,7 +50,7 @@ def test_what_needs_its_live_loads_falls_without_them(
     assert (found.outcome, found.truth) == ("agrees", "falls"), found.note
 
 
-@pytest.mark.parametrize("seed", [40284, 40444, 100574])
+@pytest.mark.parametrize("seed", [40284, 100574])
 def test_bounds_that_solvers_leave_apart_are_brought_together(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
