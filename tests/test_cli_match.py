@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from cyclopean.io.checkpoints import Checkpoints
+from processes import cluster
 
 INTERRUPTED = "cyclopean: error: interrupted; no result was written\n"
 
@@ -90,14 +91,11 @@ def test_two_workers_answer_as_one(run, yard):
     assert match_of()["placements"] == alone
 
 
-def test_a_cluster_of_two_answers_as_one_process(run, yard):
-    distributed = pytest.importorskip("distributed")
+def test_a_cluster_of_two_answers_as_one_process(run, yard, tmp_path_factory):
     run("match", *yard)
     alone = match_of()["placements"]
-    with distributed.LocalCluster(
-        n_workers=2, processes=True, threads_per_worker=1, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        assert run("match", *yard, "--cluster", cluster.scheduler_address)[0] == 0
+    with cluster(tmp_path_factory.mktemp("cluster"), 2) as (address, _):
+        assert run("match", *yard, "--cluster", address)[0] == 0
     assert match_of()["placements"] == alone
 
 

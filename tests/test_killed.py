@@ -14,7 +14,7 @@ import pytest
 
 from cyclopean.io.checkpoints import Checkpoints
 from laws import nightly
-from processes import SMALL, called, drawn
+from processes import SMALL, called, cluster, drawn
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs what Unix has")
 
@@ -62,9 +62,8 @@ def test_a_run_that_was_killed_comes_to_the_same_end(yard, command):
 
 
 @nightly
-def test_a_cluster_that_loses_a_worker_answers_the_same(run, monkeypatch):
+def test_a_cluster_that_loses_a_worker_answers_the_same(run, tmp_path_factory, monkeypatch):
     """One of its two processes is killed as soon as the first part of the work is done."""
-    distributed = pytest.importorskip("distributed", reason="needs dask")
     for line in SMALL:
         assert run(*line.split())[0] == 0
     for name in ("alone", "together"):
@@ -72,19 +71,15 @@ def test_a_cluster_that_loses_a_worker_answers_the_same(run, monkeypatch):
     assert run("match", "stones.glb", "wall.json", "--out", "alone")[0] == 0
     killed, keep = [], Checkpoints._keep
 
-    with distributed.LocalCluster(
-        n_workers=2, processes=True, threads_per_worker=1, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        victim = next(iter(cluster.workers.values())).pid
+    with cluster(tmp_path_factory.mktemp("cluster"), 2) as (address, workers):
 
         def kill_one(self, path, answer):
             if not killed:
-                killed.append(victim)
-                os.kill(victim, signal.SIGKILL)
+                killed.append(workers[0])
+                workers[0].kill()
             keep(self, path, answer)
 
         monkeypatch.setattr(Checkpoints, "_keep", kill_one)
-        where = ("--cluster", cluster.scheduler_address)
-        assert run("match", "stones.glb", "wall.json", "--out", "together", *where)[0] == 0
-    assert killed == [victim]
+        assert run("match", "stones.glb", "wall.json", "--out", "together", "--cluster", address)[0] == 0
+    assert killed == workers[:1]
     assert held(Path("together")) == held(Path("alone"))

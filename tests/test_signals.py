@@ -15,7 +15,7 @@ from contextlib import contextmanager
 import pytest
 
 from laws import some
-from processes import argv, drawn
+from processes import argv, cluster, drawn
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs what Unix has")
 
@@ -130,13 +130,10 @@ def test_a_terminal_that_is_closed_leaves_nobody_to_be_told(yard):
 
 
 @pytest.mark.parametrize("number", some([signal.SIGTERM, signal.SIGHUP]))
-def test_a_signal_ends_work_on_a_cluster_with_one_line(yard, number):
-    distributed = pytest.importorskip("distributed", reason="needs dask")
+def test_a_signal_ends_work_on_a_cluster_with_one_line(yard, tmp_path, number):
     (yard / f"cluster-{number}").mkdir()
-    with distributed.LocalCluster(
-        n_workers=1, processes=True, threads_per_worker=1, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        line = f"match stones.glb wall.json --out cluster-{number} --cluster {cluster.scheduler_address}"
+    with cluster(tmp_path, 1) as (address, _):
+        line = f"match stones.glb wall.json --out cluster-{number} --cluster {address}"
         with begun(line, yard, lambda _: any(yard.glob(f"cluster-{number}/match.parts/*.npz"))) as process:
             process.send_signal(number)
             out, err = process.communicate(timeout=LONG)
