@@ -27,6 +27,9 @@ from cyclopean.analysis import (
     solve_rbe,
     tension,
 )
+from cyclopean.analysis.embedding import Embedding, Newton, Point
+from cyclopean.analysis.quadratic_cones import apply
+from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, Contacts, Load
 from cyclopean.design import arch, dome, stack, vault, wall
 from cyclopean.errors import InputError, SolverError
@@ -302,6 +305,29 @@ def test_newton_needs_few_factorisations_where_things_stand() -> None:
 def test_refusals(change: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message.replace("(", r"\(")):
         check(stack(1), Settings(**{"method": "rbe", **change}))  # type: ignore[arg-type]
+
+
+def test_a_refinement_that_does_harm_is_not_kept() -> None:
+    """Near the end a factor may be far off: what is solved for what was left must not spoil what was known."""
+    system = system_of(MODELS["wall"], 10.0)
+    task = Embedding(system, Schur(system))
+    x, y = task.least_norm()
+    at = Point(x, x, y, 1.0, 1.0)
+    newton, rhs = Newton(task, at, task.missed(at)), np.random.default_rng(0).standard_normal(len(y))
+
+    def left(y: Floats) -> float:
+        return float(np.abs(rhs - task.push(apply(newton.D, task.pull(y)))).max())
+
+    good, calls = newton.factor, []
+
+    class Worse:
+        def solve(self, b: Floats) -> Floats:
+            calls.append(1)
+            return good.solve(b) * (1.001 if len(calls) == 1 else -1e3)
+
+    newton.factor = Worse()  # type: ignore[assignment]
+    assert 1e-4 < left(newton.solved(rhs)) < 1e-2
+    assert len(calls) == 2
 
 
 def test_the_interior_point_refuses_thin_cones() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import block_diag
 
 from cyclopean.assembly import Assembly, Block, Contacts, Load, supports
 from cyclopean.design import arch, wall
@@ -22,6 +23,7 @@ from cyclopean.statics import (
     pyramid_rows,
     turned_gravity,
 )
+from cyclopean.statics.equilibrium import partly_held
 from laws import examples
 
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -127,28 +129,38 @@ def test_pyramids_bracket_the_cone() -> None:
     assert four.tolist() == [[-0.7, 1, 0], [-0.7, 0, 1], [-0.7, -1, 0], [-0.7, 0, -1]]
 
 
+HOLDS = {
+    "nothing": lambda rng, blocks: np.zeros((0, 6), bool),
+    "what leaves the plane": lambda rng, blocks: np.tile([False, True, False, True, False, True], (blocks, 1)),
+    "this and that": lambda rng, blocks: rng.random((blocks, 6)) < 0.3,
+}
+
+
 @pytest.mark.parametrize("model", [wall(3, 4), arch(7)], ids=["wall", "arch"])
 @pytest.mark.parametrize("backend", ["rslab", "scipy"])
 @settings(max_examples=examples(10))
-@given(seed=st.integers(0, 100))
-def test_schur_is_a_d_a_transposed(model: Assembly, backend: str, seed: int) -> None:
-    system = system_of(model)
-    root = np.random.default_rng(seed).standard_normal((system.points, 3, 3))
-    D = root @ root.transpose(0, 2, 1)
-    A = system.A.toarray()
-    blocks = np.zeros((3 * system.points, 3 * system.points))
-    for k in range(system.points):
-        blocks[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = D[k]
-    whole = A @ blocks @ A.T
+@given(seed=st.integers(0, 100), holds=st.sampled_from(sorted(HOLDS)))
+def test_schur_is_a_d_a_transposed(model: Assembly, backend: str, seed: int, holds: str) -> None:
+    """Of what no support holds; the rest is zero in every solution."""
+    system, rng = system_of(model), np.random.default_rng(seed)
+    held = HOLDS[holds](rng, system.blocks)
+    if len(held):
+        system = partly_held(system, held, np.ones(system.blocks))
+    D = rng.standard_normal((system.points, 3, 3))
     schur = Schur(system, backend)
+    free = schur.free
+    assert free.tolist() == [k for k in range(schur.size) if not (len(held) and held.flat[k])]
+    A = system.A.toarray()[free]
+    rhs = rng.standard_normal(schur.size)
+    for metric, factored in ((D @ D.transpose(0, 2, 1), schur.factor), (D, schur.unsymmetric)):
+        whole = A @ block_diag(*metric) @ A.T + 0.5 * np.eye(len(free))
+        x = factored(metric, 0.5).solve(rhs)
+        assert np.abs(whole @ x[free] - rhs[free]).max() <= 1e-9 * np.abs(whole).max() * np.abs(x).max()
+        assert not np.delete(x, free).any()
     lower = np.zeros_like(whole)
-    column = np.repeat(np.arange(schur.size), np.diff(schur.symbolic.indptr))
-    lower[schur.symbolic.indices, column] = schur.values(D)
-    assert np.abs(np.tril(whole) - lower).max() <= 1e-12 * np.abs(whole).max()
-    rhs = np.ones(schur.size)
-    x = schur.factor(D, 0.5).solve(rhs)
-    assert np.abs(whole @ x + 0.5 * x - rhs).max() <= 1e-9 * np.abs(whole).max() * np.abs(x).max()
-    assert schur.factorisations == 1
+    lower[schur.symbolic.indices, np.repeat(np.arange(len(free)), np.diff(schur.symbolic.indptr))] = schur.values(D)
+    assert np.abs(np.tril(A @ block_diag(*D) @ A.T) - lower).max() <= 1e-12 * np.abs(whole).max()
+    assert schur.factorisations == 2
 
 
 def test_gravity_turns_towards_the_azimuth() -> None:

@@ -8,7 +8,7 @@ zero; without live loads q there is no s. The homogeneous embedding adds tau and
     A x + p tau + q s = 0     H x + A'y = z     q'y = tau     x'H x / tau - s - p'y + kappa = 0
 
 In the limit tau > 0 gives forces x / tau, kappa > 0 a mechanism y. The 3 x 3 Nesterov-Todd scalings W give
-D = (H + W^-2)^-1, and predictor and correctors are solved with S, bordered by p and q.
+D = (H + W^-2)^-1, and predictor and corrector are solved with S, bordered by p and q.
 
 References
 ----------
@@ -38,7 +38,7 @@ from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
 
-__all__ = ["SMALLEST_MU", "Embedding", "Missed", "Point"]
+__all__ = ["SMALLEST_MU", "Embedding", "Missed", "Newton", "Point"]
 
 SMALLEST_MU = 1e-6  # below this the cone is too thin for the scaling x = (mu fn, ft); the conic solver takes it
 REFINED = 4  # rounds of refinement of a solve, at most
@@ -86,8 +86,6 @@ class Embedding:
         Scaled, m blocks, q points; S of it.
     live : (6 m,), optional
         Live loads q; without them H is that of 1/2 |f|^2, with them zero.
-    correctors : int
-        At most; each costs two solves, and a factorisation costs more.
 
     Raises
     ------
@@ -95,12 +93,10 @@ class Embedding:
         A friction coefficient is below `SMALLEST_MU`.
     """
 
-    def __init__(
-        self, system: EquilibriumSystem, schur: Schur, live: Floats | None = None, correctors: int = 1
-    ) -> None:
+    def __init__(self, system: EquilibriumSystem, schur: Schur, live: Floats | None = None) -> None:
         if system.points and system.mu.min() < SMALLEST_MU:
             raise SolverError(f"the interior point needs mu >= {SMALLEST_MU:g}")
-        self.system, self.schur, self.live, self.correctors = system, schur, live, correctors
+        self.system, self.schur, self.live = system, schur, live
         self.stretch = np.ones((system.points, 3))
         self.stretch[:, 0] = 1.0 / system.mu
         self.H = self.stretch**2 if live is None else np.zeros((system.points, 3))
@@ -132,7 +128,7 @@ class Embedding:
         return lifted(apply(metric, -self.pull(y))), y
 
     def step(self, at: Point, off: Missed, compatible: bool = True) -> tuple[Point, Floats]:
-        """One predictor and some correctors on one factorisation; and y made a mechanism, as far as that goes.
+        """Mehrotra's predictor and corrector on one factorisation; and y made a mechanism, as far as that goes.
 
         Where it is none yet (not `compatible`) the last is the step dy that brings A'(y + dy) nearest to z in the
         metric of D: contacts that are engaged, of which z is near its cone's side, get their z exactly, and what is
@@ -145,26 +141,20 @@ class Embedding:
         compatible : bool
             Whether y needs no such step.
         """
-        newton = _Newton(self, at, off)
+        newton = Newton(self, at, off)
         exact = None if compatible else at.y - newton.solved(self.push(apply(newton.D, off.motion)))
         d = newton.direction(1.0, -newton.middle, -at.kappa * at.tau)
         centre = (1.0 - min(1.0, at.room(d))) ** 3
         mean = centre * (float(np.sum(at.x * at.z)) + at.tau * at.kappa) / (len(at.x) + 1)
-        best, reach = d, 0.0
-        for _ in range(self.correctors):
-            target = -product(newton.middle, newton.middle) - product(newton.backward(d.x), newton.forward(d.z))
-            target[:, 0] += mean
-            corner = mean - at.kappa * at.tau - d.tau * d.kappa
-            d = newton.direction(1.0 - centre, quotient(newton.middle, target), corner)
-            room = min(1.0, 0.99 * at.room(d))
-            if not (room > 1.05 * reach):
-                break
-            best, reach = d, room
-        there = at.moved(best, reach)
+        target = -product(newton.middle, newton.middle) - product(newton.backward(d.x), newton.forward(d.z))
+        target[:, 0] += mean
+        corner = mean - at.kappa * at.tau - d.tau * d.kappa
+        d = newton.direction(1.0 - centre, quotient(newton.middle, target), corner)
+        there = at.moved(d, min(1.0, 0.99 * at.room(d)))
         return there, there.y if exact is None else exact
 
 
-class _Newton:
+class Newton:
     """Nesterov-Todd scaling at an iterate, and Newton directions by one factorisation of S."""
 
     def __init__(self, task: Embedding, at: Point, off: Missed) -> None:
@@ -191,17 +181,19 @@ class _Newton:
         return scaled(REFLECT * self.w, 1.0 / self.ratio, x)
 
     def solved(self, rhs: Floats) -> Floats:
-        """S y = rhs, refined."""
+        """S y = rhs, refined; the best met, for near the end a solve may be far off."""
         task, least = self.task, np.inf
-        y = self.factor.solve(rhs)
+        y = best = self.factor.solve(rhs)
         enough = 1e-13 * (1e-3 + float(np.max(np.abs(rhs), initial=0.0)))
-        for _ in range(REFINED):
+        for more in range(REFINED, -1, -1):
             left = rhs - task.push(apply(self.D, task.pull(y)))
-            worst = float(np.max(np.abs(left), initial=0.0))
-            if worst <= enough or not (worst < 0.5 * least):
+            worst, before = float(np.max(np.abs(left), initial=0.0)), least
+            if worst < least:
+                best, least = y, worst
+            if worst <= enough or not (worst < 0.5 * before) or not more:
                 break
-            y, least = y + self.factor.solve(left), worst
-        return y
+            y = y + self.factor.solve(left)
+        return best
 
     def direction(self, share: float, target: Floats, corner: float) -> Point:
         """Newton step: residuals cut by `share`, W^-1 dx + W dz = target, kappa dtau + tau dkappa = corner."""

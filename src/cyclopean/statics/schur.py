@@ -3,6 +3,7 @@
 import copy
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -20,27 +21,29 @@ class Schur:
     """Assembles and factors S = A D A' + shift I for any 3 x 3 blocks D.
 
     Points of one pair of blocks are taken together, four to an element, so that assembly is a batch of small dense
-    products (12 x 12) and one scatter into a pattern that is ordered once. Counts its factorisations.
+    products (12 x 12) and one scatter into a pattern that is ordered once. Of the `size` unknowns only those `free` are
+    on it, which no support holds. Counts its factorisations.
     """
 
     def __init__(self, system: EquilibriumSystem, backend: str = "rslab", threads: int | None = None) -> None:
         self.size = 6 * system.blocks
         self.factorisations = 0
         self._gather(system)
-        dofs = 6 * np.arange(system.blocks + 1)[:, None] + np.arange(6)
-        dofs[-1] = -1  # of fixed blocks, which are numbered so
-        if system.held.any():
-            dofs[:-1][system.held] = -1
-        row = dofs[self._pair].reshape(-1, 12)
-        i = np.broadcast_to(row[:, :, None], (len(row), 12, 12)).ravel()
-        j = np.broadcast_to(row[:, None, :], (len(row), 12, 12)).ravel()
+        self.free = free = np.flatnonzero(~system.held.ravel()) if system.held.any() else np.arange(self.size)
+        dofs = np.full((system.blocks + 1, 6), -1)  # the last of fixed blocks, which are numbered so
+        dofs.ravel()[free] = np.arange(len(free))
+        row = dofs[self._pair].reshape(-1, 12)[:, self._rows]
+        k = len(self._rows)
+        i = np.broadcast_to(row[:, :, None], (len(row), k, k)).ravel()
+        j = np.broadcast_to(row[:, None, :], (len(row), k, k)).ravel()
         self._kept = np.flatnonzero((i >= j) & (j >= 0))
-        key = j[self._kept] * self.size + i[self._kept]
-        diagonal = np.arange(self.size) * (self.size + 1)
+        n = len(free)
+        key = j[self._kept] * n + i[self._kept]
+        diagonal = np.arange(n) * (n + 1)
         unique, place = np.unique(np.concatenate([key, diagonal]), return_inverse=True)
         self._place, self._diagonal = place[: len(key)], place[len(key) :]
-        indices = unique % max(self.size, 1)
-        indptr = np.searchsorted(unique // max(self.size, 1), np.arange(self.size + 1))
+        indices = unique % max(n, 1)
+        indptr = np.searchsorted(unique // max(n, 1), np.arange(n + 1))
         self._entries = len(unique)
         threads = 1 if threads is None and system.blocks <= ALONE else threads
         self.symbolic: Symbolic = analyse(indptr, indices, backend, threads)
@@ -54,7 +57,6 @@ class Schur:
 
     def _gather(self, system: EquilibriumSystem) -> None:
         """Sort the points by pair of blocks and cut each pair's points into elements of at most `BATCH`."""
-        self._still = system.held.ravel().astype(float)  # rows of zeros: a one on the diagonal keeps S regular
         self._uneven = system.rows is not None
         q = system.points
         pair = np.stack([system.row_a, system.row_b], 1)
@@ -83,17 +85,19 @@ class Schur:
             if system.held.any():
                 moves = moves & ~system.held[row][:, :, None]
             influence[:, 6 * half : 6 * half + 6] = np.where(moves, value, 0.0)
-        padded = np.zeros((count * BATCH, 12, 3))
-        padded[self._slot] = influence
-        stacked = padded.reshape(count, BATCH, 12, 3).transpose(0, 2, 1, 3)
-        self._G = np.ascontiguousarray(stacked.reshape(count, 12, 3 * BATCH))
-        self._Gt = np.ascontiguousarray(padded.transpose(0, 2, 1))  # (count BATCH, 3, 12)
+        moving = np.ones(6, bool) if not system.held.any() else ~system.held.all(0)
+        self._rows = np.flatnonzero(np.tile(moving, 2))  # k <= 12 that not all blocks hold
+        padded = np.zeros((count * BATCH, len(self._rows), 3))
+        padded[self._slot] = influence[:, self._rows]
+        stacked = padded.reshape(count, BATCH, len(self._rows), 3).transpose(0, 2, 1, 3)
+        self._G = np.ascontiguousarray(stacked.reshape(count, len(self._rows), 3 * BATCH))
+        self._Gt = np.ascontiguousarray(padded.transpose(0, 2, 1))  # (count BATCH, 3, k)
 
     def values(self, D: Floats) -> Floats:
         """Lower triangle of S = A D A' on the pattern, for (q, 3, 3) D."""
         padded = np.zeros((len(self._Gt), 3, 3))
         padded[self._slot] = D
-        weighted = np.matmul(padded, self._Gt).reshape(len(self._G), 3 * BATCH, 12)
+        weighted = np.matmul(padded, self._Gt).reshape(len(self._G), 3 * BATCH, len(self._rows))
         full = np.matmul(self._G, weighted).ravel()[self._kept]
         total: Floats = np.bincount(self._place, full, self._entries).astype(np.float64)
         return total
@@ -102,22 +106,38 @@ class Schur:
         """Factor S + shift I; where rows have scales of their own, S + shift (I + diag S)."""
         data = self.values(D)
         data[self._diagonal] += shift * (1.0 + data[self._diagonal]) if self._uneven else shift
-        if self._still.any():
-            data[self._diagonal] += self._still
-        self.factorisations += 1
-        return self.symbolic.factor(data)
+        return self._counted(self.symbolic.factor(data))
 
     def unsymmetric(self, D: Floats, shift: float) -> Factor:
         """Factor A D A' + shift I for (q, 3, 3) D that are not symmetric."""
         lower, upper = self.values(D), self.values(np.ascontiguousarray(D.transpose(0, 2, 1)))
-        lower[self._diagonal] += shift + self._still if self._still.any() else shift
-        self.factorisations += 1
+        lower[self._diagonal] += shift
         whole = self._whole
-        return whole.symbolic.factor(np.concatenate([lower, upper[whole.strict]])[whole.order])
+        return self._counted(whole.symbolic.factor(np.concatenate([lower, upper[whole.strict]])[whole.order]))
+
+    def _counted(self, factor: Factor) -> Factor:
+        """A factor of the free unknowns as one of all of them."""
+        self.factorisations += 1
+        return factor if len(self.free) == self.size else Factor(_Held(factor.handle, self.free, self.size))
 
     @cached_property
     def _whole(self) -> "_Whole":
         return _Whole.of(self.symbolic)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Held:
+    """A factor of some unknowns; the others are held, and are zero."""
+
+    handle: Any
+    free: Ints
+    size: int
+
+    def solve(self, rhs: Floats) -> Floats:
+        """(size,) in, (size,) out."""
+        x = np.zeros(self.size)
+        x[self.free] = self.handle.solve(rhs[self.free])
+        return x
 
 
 @dataclass(frozen=True, slots=True, eq=False)

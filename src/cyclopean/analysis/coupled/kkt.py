@@ -44,16 +44,17 @@ class Doubled:
     """Factors symmetric matrices of twelve unknowns a block, made of three on the pattern of S; ordered once."""
 
     def __init__(self, schur: Schur) -> None:
-        self.schur, self.size, self.factorisations = schur, schur.size, 0
+        self.schur, self.size, self.factorisations = schur, len(schur.free), 0
         indptr, indices = schur.symbolic.indptr, schur.symbolic.indices
-        column = np.repeat(np.arange(schur.size), np.diff(indptr))
+        column = np.repeat(np.arange(self.size), np.diff(indptr))
         self.strict = np.flatnonzero(indices != column)
         self.symbolic: Symbolic = self._laid(indices, column)
 
     def _laid(self, row: Ints, column: Ints) -> Symbolic:
         """Pattern of the lower triangle with y and dq of a block side by side."""
-        y, dq = (12 * (np.arange(self.size) // 6) + np.arange(self.size) % 6 + k for k in (0, 6))
-        self.y, self.dq = y, dq
+        free = self.schur.free
+        beside = np.concatenate([12 * (free // 6) + free % 6 + k for k in (0, 6)])
+        y, dq = self.y, self.dq = np.argsort(np.argsort(beside)).reshape(2, -1)
         r, c = row[self.strict], column[self.strict]
         first = np.concatenate([y[row], dq[row], dq[row], dq[c]])
         second = np.concatenate([y[column], dq[column], y[column], y[r]])
@@ -89,9 +90,12 @@ class Doubled:
     def solve(self, factor: Scaled, first: Floats, second: Floats) -> tuple[Floats, Floats]:
         """Both (6 m,) parts of the solution."""
         rhs = np.zeros(2 * self.size)
-        rhs[self.y], rhs[self.dq] = first, second
+        free = self.schur.free
+        rhs[self.y], rhs[self.dq] = first[free], second[free]
         found = factor.scale * factor.factor.solve(factor.scale * rhs)
-        return found[self.y], found[self.dq]
+        one, other = np.zeros((2, self.schur.size))
+        one[free], other[free] = found[self.y], found[self.dq]
+        return one, other
 
 
 @dataclass(frozen=True, slots=True, eq=False)

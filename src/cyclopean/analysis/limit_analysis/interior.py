@@ -16,7 +16,6 @@ from cyclopean.statics import Schur
 __all__ = ["SCALE", "SMALLEST_MU", "LimitPoint", "Start", "limit_interior"]
 
 PATIENCE = 4  # iterations without gain after which rounding has the upper hand
-CORRECTORS = 3  # at most: each costs two solves, and a factorisation costs more
 SLOW = 1e-2  # velocities to begin with: q'y = 1 makes those of many blocks small
 SCALE = 1e-3  # multiplier below which the gap is absolute
 
@@ -84,7 +83,7 @@ def limit_interior(
     SolverError
         A friction coefficient is below `SMALLEST_MU`, or S cannot be factorised.
     """
-    task = Embedding(loads.system, schur, loads.q, CORRECTORS)
+    task = Embedding(loads.system, schur, loads.q)
     at = _first(task, start)
     compatible = start.y is not None
     best, least, idle = _told(task, at, at.y, 0), np.inf, 0

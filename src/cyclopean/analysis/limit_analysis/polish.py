@@ -166,16 +166,19 @@ def _bordered(loads: Pencil, factor: Factor, J: Floats, rhs: Floats, power: floa
     along = factor.solve(q)
     bend = float(q @ along)
     d, s = np.zeros_like(rhs), 0.0
+    best, least = (d, s), np.inf
     left, short = rhs, power
     for _ in range(5):
         more = factor.solve(left)
         extra = (short - float(q @ more)) / bend
         d, s = d + more + extra * along, s + extra
         left = rhs + s * q - np.asarray(system.A @ np.einsum("qij,qj->qi", J, system.gap(d)).ravel())
-        short = power - float(q @ d)
-        if float(np.max(np.abs(left), initial=0.0)) <= 1e-14 * (1.0 + float(np.max(np.abs(rhs), initial=0.0))):
+        short, worst, before = power - float(q @ d), float(np.max(np.abs(left), initial=0.0)), least
+        if worst < least:
+            best, least = (d, s), worst
+        if worst <= 1e-14 * (1.0 + float(np.max(np.abs(rhs), initial=0.0))) or not (worst < 0.5 * before):
             break
-    return d, s
+    return best
 
 
 def _nearest(loads: Pencil, f: Floats) -> float:
