@@ -173,15 +173,15 @@ class Newton:
         self.corner[0] -= bent
 
     def forward(self, x: Floats) -> Floats:
-        """W x."""
+        """(q, 3) W x."""
         return scaled(self.w, self.ratio, x)
 
     def backward(self, x: Floats) -> Floats:
-        """W^-1 x."""
+        """(q, 3) W^-1 x."""
         return scaled(REFLECT * self.w, 1.0 / self.ratio, x)
 
     def solved(self, rhs: Floats) -> Floats:
-        """S y = rhs, refined; the best met, for near the end a solve may be far off."""
+        """(6 m,) y with S y = rhs, refined; the best met, for near the end a solve may be far off."""
         task, least = self.task, np.inf
         y = best = self.factor.solve(rhs)
         enough = 1e-13 * (1e-3 + float(np.max(np.abs(rhs), initial=0.0)))
@@ -196,7 +196,7 @@ class Newton:
         return best
 
     def direction(self, share: float, target: Floats, corner: float) -> Point:
-        """Newton step: residuals cut by `share`, W^-1 dx + W dz = target, kappa dtau + tau dkappa = corner."""
+        """Newton step: residuals cut by `share`, W^-1 dx + W dz = (q, 3) target, kappa dtau + tau dkappa = corner."""
         task, at, off = self.task, self.at, self.off
         # D W^-1 target; without H that is W target, in which nothing cancels
         along = apply(self.D, self.backward(target)) if task.live is None else self.forward(target)
