@@ -69,12 +69,75 @@ def test_a_cube_that_is_pushed_over_an_edge_tips(turn):
     assert [s.multiplier for s in back.steps] == pytest.approx([0.3] * 4, rel=1e-6)
 
 
-def test_the_curve_ends_where_stones_meet():
-    """A cube that slides 0.1 m towards a block of its own height, which holds: the curve ends before it is in it."""
-    stop = prism("stop", [(-1.1, 0), (-0.1, 0), (-0.1, 1), (-1.1, 1)], 0.5, fixed=True)
-    curve = pushover(on(stop), Live(push=(-1, 0, 0)), Reach(0.6, steps=10), Settings(mu=0.3))
-    assert [s.displacement for s in curve.steps] == pytest.approx([0.0, 0.06], abs=1e-6)
-    assert "'cube' and 'stop' run into each other" in curve.ended
+@pytest.mark.parametrize(("thick", "steps"), [(1.0, 10), (0.02, 1)])
+def test_a_cube_that_meets_a_stop(thick, steps):
+    """It slides 0.1 m towards a block of its own height, which holds however thin it is: no push brings it further."""
+    stop = prism("stop", [(-0.1 - thick, 0), (-0.1, 0), (-0.1, 1), (-0.1 - thick, 1)], 0.5, fixed=True)
+    curve = pushover(on(stop), Live(push=(-1, 0, 0)), Reach(0.6, steps=steps), Settings(mu=0.3))
+    assert [s.displacement for s in curve.steps] == pytest.approx([0.0, 0.06][: min(steps, 2)], abs=1e-6)
+    assert curve.placed[1] == pytest.approx([0.4, 0.25, 0.5], abs=1e-5)  # where it lies against the stop
+    assert "'cube' and 'stop' meet at 0.1 m" in curve.ended
+    assert "no mechanism exists" in curve.ended
+
+
+def test_a_cube_that_takes_another_along():
+    """A force of t W on the first cube: mu W moves it, and 2 mu W both from where they meet."""
+    other = prism("other", [(-1.1, 0), (-0.1, 0), (-0.1, 1), (-1.1, 1)], 0.5)
+    live = Live(loads=(LiveLoad("cube", (-2400 * 9.80665 * 0.5, 0.0, 0.0)),))
+    curve = pushover(on(other), live, Reach(0.3, steps=3), Settings(mu=0.3))
+    assert [s.displacement for s in curve.steps] == pytest.approx(
+        [0.0, 0.1, 0.1, 0.2, 0.3][-len(curve.steps) :], abs=1e-5
+    )
+    assert [s.multiplier for s in curve.steps if s.displacement < 0.0999] == pytest.approx([0.3], rel=1e-6)
+    assert [s.multiplier for s in curve.steps if s.displacement > 0.1001] == pytest.approx([0.6] * 2, rel=1e-6)
+    assert [s.met for s in curve.steps if s.met] == [(("cube", "other"),)]
+    assert curve.placed[2] == pytest.approx(curve.placed[1] - [1.0, 0.0, 0.0], abs=1e-5)
+    proved = [(s.lower, s.upper) for s in curve.steps]
+    assert np.array(proved) == pytest.approx(np.array([[s.multiplier] * 2 for s in curve.steps]), rel=1e-6)
+    assert all(verify(json.loads(json.dumps(one))).proved for one in curve.proofs)
+
+
+def test_a_block_that_leans_on_the_next():
+    """Two blocks 0.2 wide and 1 high, 0.1 apart; a force t W at the centre of the first, which tips by asin 0.1.
+
+    From then on its upper edge presses the other's face, and rubs down it with mu: F in all. F turns the other about
+    its foot, and holds back the first about its own. The edge stays on the face: that gives the other's angle.
+    """
+    one, two = ([(x, 0), (x + 0.2, 0), (x + 0.2, 1), (x, 1)] for x in (0.0, 0.3))
+    ground = prism("ground", [(-1, -0.2), (2, -0.2), (2, 0), (-1, 0)], 0.5, fixed=True)
+    model = Assembly((ground, prism("one", one, 0.5), prism("two", two, 0.5)))
+    live, mu = Live(loads=(LiveLoad("one", (2400 * 9.80665 * 0.1, 0.0, 0.0)),)), 0.7
+    curve = pushover(model, live, Reach(12, "deg", 6), Settings(mu=mu))
+    (met,) = (k for k, s in enumerate(curve.steps) if s.met)
+    assert curve.steps[met].met == (("one", "two"),)
+    assert np.sin(np.deg2rad(curve.steps[met].rotation)) == pytest.approx(0.1, abs=1e-5)
+    for k, step in enumerate(curve.steps):
+        turn = np.deg2rad(step.rotation)
+        centre, edge = clockwise(turn) @ [-0.1, 0.5], clockwise(turn) @ [0.0, 1.0]  # from its foot
+        pressed = 0.0
+        if k >= met:
+            low, high = 0.0, turn
+            for _ in range(60):
+                middle = (low + high) / 2
+                height = clockwise(middle).T @ (edge - [0.3, 0.0])  # in the other's own axes, from its foot
+                low, high = (middle, high) if height[0] > -0.2 else (low, middle)
+            at, way = edge - [0.3, 0.0], clockwise(low) @ [1.0, -mu]  # on the other
+            other = clockwise(low) @ [-0.1, 0.5]
+            pressed = -other[0] * 0.1 * turning(edge, way) / turning(at, way)
+        assert step.multiplier * 0.1 == pytest.approx(
+            (-centre[0] * 0.1 + pressed) / centre[1], rel=1e-4
+        )  # they meet to within a tolerance
+        assert (step.lower, step.upper) == pytest.approx((step.multiplier, step.multiplier), rel=1e-5)
+    assert curve.steps[-1].rotation == pytest.approx(12.0, abs=1e-4)
+
+
+def clockwise(angle):
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+
+
+def turning(arm, force):
+    """Moment of a force, clockwise."""
+    return arm[1] * force[0] - arm[0] * force[1]
 
 
 def test_a_stack_turns_as_a_whole():

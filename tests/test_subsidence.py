@@ -206,7 +206,7 @@ def test_a_joint_that_has_parted_may_shift():
     model = prepare(beside(), said)
     path = _Path(model, model.settled)
     gone = path.settled(path.start(), 1.0)
-    there, word = path.followed(gone, 1.0)
+    there, word = path.followed(gone, 1.0, path.pressure(gone))
     assert word == "rest"
     assert there.centre == pytest.approx(gone.centre, abs=1e-9)
 
@@ -231,7 +231,7 @@ def test_what_tips_over():
         path = followed(model, {model.blocks[0].id: (0, 0, 0, 0, 0.8, 0)}, steps=4, mu=mu)
         assert not path.reached
         assert path.share * 0.8 == pytest.approx(angle, abs=2 * 0.2 / 2**HALVINGS)
-        assert path.steps[-1].word in ("falls", "slides")
+        assert path.steps[-1].word == "falls"
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -245,11 +245,96 @@ def test_what_is_locked():
     assert "locked" in path.ended
 
 
-def test_what_slides_is_not_followed():
+def test_what_is_let_go():
+    """A beam that two columns squeeze falls when they part."""
     path = followed(beams(0.6, 0.4, 0.3), {"right": (0.01, 0, 0)}, steps=2)
-    assert (path.reached, path.proved) == (False, False)
-    assert path.steps[-1].word == "slides"
-    assert "lifts what slides" in path.ended
+    assert (path.reached, path.proved, path.share) == (False, False, 0.0)
+    assert path.steps[-1].word == "falls"
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Joints that slide, and stones that meet on the way.
+
+
+def floor(*others):
+    """A cube on a floor, 1 m wide, and what else there is."""
+    bed = prism("floor", [(-3, -1), (3, -1), (3, 0), (-3, 0)], 0.5, fixed=True)
+    return Assembly((bed, prism("cube", [(0, 0), (1, 0), (1, 1), (0, 1)], 0.5), *others))
+
+
+@pytest.mark.parametrize("low", [0.1, 0.0])
+def test_a_support_that_pushes_a_stone(low):
+    """It meets the cube after 0.2 m, and pushes it along the floor from there on."""
+    ram = prism("ram", [(1.2, low), (1.8, low), (1.8, 0.9), (1.2, 0.9)], 0.5, fixed=True)
+    path = followed(floor(ram), {"ram": (-0.6, 0, 0)}, steps=3)
+    assert path.reached
+    assert path.proved
+    (met,) = (step for step in path.steps if step.met)
+    assert met.met == (("cube", "ram"),)
+    assert met.settlement == pytest.approx(0.2, abs=2e-5)
+    assert path.last is not None
+    moved = path.last.assembly
+    assert moved.mass.centroid[1] == pytest.approx([0.1, 0.25, 0.5], abs=2e-5)
+    assert {frozenset((int(a), int(b))) for a, b in zip(path.last.contacts.a, path.last.contacts.b, strict=True)} == {
+        frozenset((0, 1)),
+        frozenset((1, 2)),
+    }
+    assert all(verify(json.loads(json.dumps(proof))).proved for proof in path.proofs)
+
+
+def test_a_floor_that_moves_takes_a_stone_to_a_wall():
+    """The cube goes along for 0.3 m; from then on the wall holds it and the floor slides away under it."""
+    stop = prism("wall", [(1.3, 0.0), (1.8, 0.0), (1.8, 1.0), (1.3, 1.0)], 0.5, fixed=True)
+    path = followed(floor(stop), {"floor": (0.5, 0, 0)}, steps=5, mu=0.3)
+    assert path.reached
+    assert path.proved
+    assert path.last is not None
+    assert path.last.assembly.mass.centroid[1] == pytest.approx([0.8, 0.25, 0.5], abs=2e-5)
+
+
+@pytest.mark.parametrize(("mu", "slides"), [(0.84, False), (0.3, True)])
+def test_a_beam_that_sinks_onto_a_stone(mu, slides):
+    """Its right end goes down with a support; 1.4 m from the left one's edge a stone is 0.1 m lower.
+
+    Where friction at that edge holds it, it turns about it: 0.1 / 1.4 is its slope when it lies on that stone, and its
+    end, 1.8 m along it, has gone down by 1.8 sin of that angle. Its end slides, with mu 0.444 W from the right, and its
+    own slope adds 4 degrees to that at the edge: atan(0.444 mu / 0.556) + 4 is below atan mu for 0.84, above for 0.3.
+    """
+    low = prism("low", [(0.5, -0.5), (1.6, -0.5), (1.6, 0.9), (0.5, 0.9)], 0.5, fixed=True)
+    left = prism("left", [(-1, -0.5), (0.2, -0.5), (0.2, 1.0), (-1, 1.0)], 0.5, fixed=True)
+    right = prism("right", [(1.8, -0.5), (2.5, -0.5), (2.5, 1.0), (1.8, 1.0)], 0.5, fixed=True)
+    beam = prism("beam", [(0, 1), (2, 1), (2, 1.3), (0, 1.3)], 0.5)
+    path = followed(Assembly((left, right, low, beam)), {"right": (0, 0, -0.5)}, mu=mu)
+    (met,) = (step for step in path.steps if step.met)
+    assert met.met == (("low", "beam"),)
+    least, most = 1.8 * np.sin(np.arctan(0.1 / 1.4)), 1.8 / 14.0  # or it slides down: its end stays below where it was
+    if slides:
+        assert least + 1e-5 < met.settlement < most
+    else:
+        assert met.settlement == pytest.approx(least, abs=2e-5)
+    assert path.reached
+    assert path.proved
+    assert path.last is not None
+    lies = path.last.assembly.blocks[3].vertices  # on the left edge and the lower stone's
+    slope = np.arctan2(*(lies[0] - lies[1])[[2, 0]] * [1, -1])
+    assert slope == pytest.approx(np.arctan(0.1 / 1.4), abs=1e-5)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_stone_loses_its_support(mu):
+    """A floor withdrawn by s under a cube that a wall holds back: it tips about the floor's edge, 1 - s from the wall.
+
+    It presses the wall with mu R, which rubs its face down with mu of that: R = W / (1 - mu^2), and moments about the
+    edge give s = 1 - (1 - mu^2) / 2: at half its length without friction.
+    """
+    bed = prism("floor", [(-1, -1), (1, -1), (1, 0), (-1, 0)], 0.5, fixed=True)
+    stop = prism("wall", [(-0.5, 0.0), (0.0, 0.0), (0.0, 1.0), (-0.5, 1.0)], 0.5, fixed=True)
+    model = Assembly((bed, prism("cube", [(0, 0), (1, 0), (1, 1), (0, 1)], 0.5), stop))
+    path = followed(model, {"floor": (-0.8, 0, 0)}, steps=8, mu=mu)
+    assert not path.reached
+    assert path.proved
+    assert path.steps[-1].word == "falls"
+    assert path.share * 0.8 == pytest.approx(1.0 - (1.0 - mu * mu) / 2.0, abs=2 * 0.1 / 2**HALVINGS)
 
 
 def test_what_is_refused():

@@ -1,14 +1,16 @@
 """A model whose blocks have moved: contact points are carried by both blocks that they join."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from cyclopean.analysis.large_displacement.faces import Bodies, Faces, Touch, within
 from cyclopean.analysis.preparation import PreparedModel
-from cyclopean.analysis.settings import Settings
+from cyclopean.analysis.settings import MU, Settings
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.assembly import Assembly, Contacts, Load
+from cyclopean.assembly import Assembly, Contacts, Load, paired_friction
 from cyclopean.geometry import frames_from_normals, rotations
 from cyclopean.statics import EquilibriumSystem, contact_matrix
 
@@ -17,7 +19,11 @@ __all__ = ["TOUCHES", "Displaced", "Place", "degrees"]
 TOUCHES = 1e-7  # of the length unit (mean V^(1/3)): a point that is further open bears nothing
 STRIP = 0.2  # of the tolerance: how far a point beside a hinge may gape
 WIDEST = 1e-2  # of the distance to its neighbour: how far it is from the hinge
-ROUNDS = 12  # of the correction that keeps points in touch
+SLID = 1e-6  # of the length unit: faces that have gone no further along each other meet where they did
+BESIDE = 1e-4  # of the length unit: a point that is no further from one that bears is no other
+LEANS = 1e-6  # sine: faces that lean no more from each other have one normal
+CLOSINGS = 6  # rounds in which joints are found that would close further than they can
+CORRECTIONS = 12  # rounds that keep points in touch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,31 +47,97 @@ class Displaced:
     def __init__(self, model: PreparedModel) -> None:
         self.model, assembly = model, model.assembly
         self.base = model.system()
-        contacts = model.contacts
+        self.contacts = contacts = model.contacts
         self.patch = patch = contacts.patch[self.base.used]
         self.a, self.b = contacts.a[patch], contacts.b[patch]
         point = contacts.point[self.base.used]
         self.arm_a = point - assembly.mass.centroid[self.a]
         self.arm_b = point - assembly.mass.centroid[self.b]
-        self.normal = contacts.frame[patch, 0]
+        self.normal_a = self.normal_b = contacts.frame[patch, 0]
+        self.counts = np.ones((len(patch), 2))  # (q, 2) how much the normal of either face counts
         self.mass = model.mass
+        self.bodies = Bodies(assembly, model.fixed)
 
     @property
     def unit(self) -> float:
         """m: the length unit of the equilibrium system."""
         return self.base.length_unit
 
+    @cached_property
+    def faces(self) -> Faces:
+        """The whole faces that meet in each contact; looked for when the first of them slides or opens."""
+        return Faces.of(self.model.assembly, self.model.contacts)
+
     def start(self) -> Place:
         """Where all blocks are at first."""
         count = len(self.model.assembly)
         return Place(self.model.assembly.mass.centroid.copy(), np.tile(np.eye(3), (count, 1, 1)))
 
+    def joined(self, met: Touch, place: Place, mu: float | None) -> None:
+        """Add contacts that have come about at a place; friction by materials, else `mu`, else the least there is."""
+        faces, assembly = self.faces.joined(met), self.model.assembly
+        known = self.contacts.mu
+        rest = mu if mu is not None else float(np.min(known)) if len(known) else MU
+        new = paired_friction(assembly, met.contacts)[0].with_mu(rest)
+        old, base, count = len(self.contacts), self.base, len(new.point)
+        self.base = replace(
+            base,
+            used=np.append(base.used, len(self.contacts.point) + np.arange(count)),
+            row_a=np.append(base.row_a, _rows(base, new.a[new.patch])),
+            row_b=np.append(base.row_b, _rows(base, new.b[new.patch])),
+            mu=np.append(base.mu, new.mu[new.patch]),
+        )
+        self.contacts, self.faces = Contacts.joined([self.contacts, new]), faces
+        self.patch = np.append(self.patch, old + new.patch)
+        a, b = met.pair
+        normal, counts = new.frame[new.patch, 0], np.ones((count, 2))
+        if new.at_points[0]:
+            counts[:, int(met.face == a)] = 0.0
+        self.a, self.b = np.append(self.a, np.full(count, a)), np.append(self.b, np.full(count, b))
+        self.arm_a = np.vstack([self.arm_a, (new.point - place.centre[a]) @ place.turn[a]])
+        self.arm_b = np.vstack([self.arm_b, (new.point - place.centre[b]) @ place.turn[b]])
+        self.normal_a = np.vstack([self.normal_a, normal @ place.turn[a]])
+        self.normal_b = np.vstack([self.normal_b, normal @ place.turn[b]])
+        self.counts = np.vstack([self.counts, counts])
+        self.bodies.joined(met)
+
+    def known(self, place: Place, met: Touch) -> bool:
+        """Whether there are points that bear already wherever two stones have met."""
+        mine = (self.contacts.a[self.patch] == met.pair[0]) & (self.contacts.b[self.patch] == met.pair[1])
+        mine |= (self.contacts.a[self.patch] == met.pair[1]) & (self.contacts.b[self.patch] == met.pair[0])
+        point, bears = self.bearing(place)
+        there = point[mine & bears & (self.gaps(place) <= 10.0 * TOUCHES)]
+        if not len(there):
+            return False
+        apart = np.linalg.norm(met.contacts.point[:, None] - there, axis=2).min(axis=1)
+        return bool((apart <= BESIDE * self.unit).all())
+
     def ends(self, place: Place) -> tuple[Floats, Floats, Floats]:
-        """(q, 3) each contact point as block a carries it and as b does, and the normal between both faces."""
-        pa = place.centre[self.a] + np.einsum("qij,qj->qi", place.turn[self.a], self.arm_a)
-        pb = place.centre[self.b] + np.einsum("qij,qj->qi", place.turn[self.b], self.arm_b)
-        n = np.einsum("qij,qj->qi", place.turn[self.a] + place.turn[self.b], self.normal)
+        """(q, 3) each contact point as block a carries it and as b does, and the normal there."""
+        turn_a, turn_b = place.turn[self.a], place.turn[self.b]
+        pa = place.centre[self.a] + np.einsum("qij,qj->qi", turn_a, self.arm_a)
+        pb = place.centre[self.b] + np.einsum("qij,qj->qi", turn_b, self.arm_b)
+        n = self.counts[:, :1] * np.einsum("qij,qj->qi", turn_a, self.normal_a)
+        n += self.counts[:, 1:] * np.einsum("qij,qj->qi", turn_b, self.normal_b)
         return pa, pb, n / np.linalg.norm(n, axis=1)[:, None]
+
+    def faced(self, place: Place, near: Bools) -> bool:
+        """Give joints that lean open their normals: an edge on a face has the face's, two edges the mean of both.
+
+        `near` (q,) tells which points touch, or will do so; whether anything has changed.
+        """
+        n_a = np.einsum("qij,qj->qi", place.turn[self.a], self.normal_a)
+        n_b = np.einsum("qij,qj->qi", place.turn[self.b], self.normal_b)
+        leans = np.linalg.norm(np.cross(n_a, n_b), axis=1) > LEANS
+        near = near & leans & ~self.contacts.at_points[self.patch]
+        point, off = self.bearing(place)[0], 10.0 * self.bodies.tolerance
+        before = self.counts.copy()
+        for contact in np.unique(self.patch[near]).tolist():
+            mine = self.patch == contact
+            middle, normal = point[mine & near].mean(axis=0), n_a[mine][0] + n_b[mine][0]
+            inside = self.faces.bearing(place, contact, middle, normal / np.linalg.norm(normal), off)
+            self.counts[mine] = np.array(inside, float) if inside[0] != inside[1] else 1.0
+        return not np.array_equal(before, self.counts)
 
     def gaps(self, place: Place) -> Floats:
         """(q,) how far each point is open, in length units."""
@@ -73,15 +145,35 @@ class Displaced:
         return np.asarray(np.sum((pb - pa) * n, 1) / self.unit)
 
     def bearing(self, place: Place) -> tuple[Floats, Bools]:
-        """(q, 3) m where each contact point bears, and (q,) whether it does: half-way between both blocks' own."""
-        pa, pb, _ = self.ends(place)
-        return (pa + pb) / 2.0, np.ones(len(pa), bool)
+        """(q, 3) m where each contact point bears, and (q,) whether it does: not where its faces have left each other.
 
-    def system(self, place: Place, touching: Ints) -> EquilibriumSystem:
-        """The equilibrium system over some points, by index; its loads are those of the model at rest."""
+        That is half-way between both blocks' own. Where faces have slid along each other a point goes with the block
+        whose face is the smaller one, and no further than the edge of what both faces have in common: a stone that is
+        pushed over an edge tips about it.
+        """
+        pa, pb, n = self.ends(place)
+        point, bears = (pa + pb) / 2.0, np.ones(len(pa), bool)
+        along = pb - pa
+        along -= np.sum(along * n, 1)[:, None] * n
+        slid = np.linalg.norm(along, axis=1) > SLID * self.unit
+        for contact in np.unique(self.patch[slid & (self.gaps(place) <= TOUCHES)]).tolist():
+            mine = np.flatnonzero(self.patch == contact)
+            carried = (pb if self.faces.carries[contact] == self.faces.b[contact] else pa)[mine]
+            frame = frames_from_normals(n[mine[:1]])[0]
+            point[mine], bears[mine] = within(
+                self.faces.common(place, contact, frame, carried[0]), carried, frame, carried[0]
+            )
+        return point, bears
+
+    def system(self, place: Place, touching: Ints, point: Floats | None = None) -> EquilibriumSystem:
+        """The equilibrium system over some points, by index, where they bear; its loads are those of the model at rest.
+
+        `point` (q, 3) m tells where all points bear, if that is known better.
+        """
         n = self.ends(place)[2][touching]
         base, unit = self.base, self.unit
-        point, frame = self.bearing(place)[0][touching], frames_from_normals(n)
+        point = (self.bearing(place)[0] if point is None else point)[touching]
+        frame = frames_from_normals(n)
         arm_a = (point - place.centre[self.a[touching]]) / unit
         arm_b = (point - place.centre[self.b[touching]]) / unit
         row_a, row_b = base.row_a[touching], base.row_b[touching]
@@ -127,7 +219,7 @@ class Displaced:
         from scipy.sparse.linalg import lsmr
 
         unit = self.unit
-        for _ in range(ROUNDS):
+        for _ in range(CORRECTIONS):
             pa, pb, _ = (x[active] for x in self.ends(place))
             system = self.system(place, active)
             apart = np.einsum("qij,qj->qi", system.frame, pb - pa) / unit
@@ -143,6 +235,22 @@ class Displaced:
             correction = self.base.still(step).reshape(-1, 6).copy()
             correction[:, :3] *= unit
             place = place.moved(self.base.free, correction)
+        return place
+
+    def clear(self, place: Place, active: Ints, sticks: Bools, offset: Floats) -> Place:
+        """The same, and joints that would close further than they can are shut; `offset` (k, 3) m."""
+        for _ in range(CLOSINGS):
+            place = self.kept(place, active, sticks, offset)
+            if self.faced(place, self.gaps(place) <= TOUCHES):
+                continue
+            closed = (self.gaps(place) < -TOUCHES) & self.bearing(place)[1]
+            closed[active] = False
+            if not closed.any():
+                break
+            more = np.flatnonzero(closed)
+            active = np.append(active, more)
+            sticks = np.append(sticks, np.zeros(len(more), bool))
+            offset = np.vstack([offset, np.zeros((len(more), 3))])
         return place
 
     def displaced(self, place: Place, settings: Settings) -> tuple[Assembly, Settings]:
@@ -176,9 +284,10 @@ class Displaced:
 
     def _left(self, place: Place) -> Contacts:
         """What still touches."""
-        contacts, gaps = self.model.contacts, self.gaps(place)
+        contacts, gaps = self.contacts, self.gaps(place)
         point, bears = self.bearing(place)
-        pairs, polygons, friction = [], [], []
+        n, alone = self.ends(place)[2], contacts.at_points
+        pairs, polygons, friction, facing = [], [], [], []
         for k in np.unique(self.patch):
             here = np.flatnonzero(self.patch == k)
             shut = here[(gaps[here] <= 10.0 * TOUCHES) & bears[here]]
@@ -193,7 +302,14 @@ class Displaced:
             pairs.append((int(contacts.a[k]), int(contacts.b[k])))
             polygons.append(corners)
             friction.append(float(contacts.mu[k]))
-        return Contacts.of(pairs, polygons, friction)
+            facing.append(n[here[0]] if alone[k] else None)
+        return Contacts.of(pairs, polygons, friction, facing=facing)
+
+
+def _rows(base: EquilibriumSystem, block: Ints) -> Ints:
+    """(k,) which of the free blocks these are, -1 = fixed."""
+    place = {int(i): k for k, i in enumerate(base.free)}
+    return np.array([place.get(int(i), -1) for i in block], np.int64)
 
 
 def degrees(turn: Floats) -> float:

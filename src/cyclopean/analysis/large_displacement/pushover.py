@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis.large_displacement.faces import Bodies, Faces, within
+from cyclopean.analysis.large_displacement.flow import dry_flow
 from cyclopean.analysis.large_displacement.places import TOUCHES, Displaced, Place, degrees
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
 from cyclopean.analysis.limit_analysis.limit import limit
@@ -17,17 +16,24 @@ from cyclopean.analysis.limit_analysis.result import LimitResult
 from cyclopean.analysis.limit_analysis.solving import LimitOutcome, solve_limit
 from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.settings import Settings
-from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly
-from cyclopean.errors import InputError, SolverError
-from cyclopean.geometry import frames_from_normals
+from cyclopean.errors import InputError
 
 __all__ = ["Pushover", "PushoverStep", "Reach", "pushover"]
 
-SLID = 1e-6  # of the length unit: faces that have gone no further along each other meet where they did
+HALVINGS = 30  # of a step in which stones run into each other, to find where they meet
 PRESSES = 1e-6  # of the largest normal force: points that press stay in touch during a step
 STICKS = 1e-3  # of the largest relative velocity: points that press and move less stick
 EVENTS, EASINGS = 6, 16  # motions under dead loads alone in a step, and doublings of their length
+BLURRED = 0.02  # likewise in motions under dead loads alone
+DIVIDED = 6  # halvings of a step that leads to where nothing holds
+JAMS = 0.1  # of a step: where the control block goes no further the stones jam
+MEETINGS = 12  # in one step: where stones meet more often, the curve ends
+THIN = 0.5  # of the thinnest stone's least side: no stone goes further before it is seen whether stones have met
+LOOKS = 100  # in one step, at most
+ROUNDED = 1e-6  # of a step: what is left of it is nothing
+AHEAD = 2.0  # tolerances that stones go on, to see which others meet at the same time
 BLURRED = 0.02  # likewise in motions under dead loads alone
 
 
@@ -41,6 +47,7 @@ class PushoverStep:
     touching: int  # contact points in touch
     lower: float | None = None  # proved bounds on that multiplier; None where none is proved
     upper: float | None = None
+    met: tuple[tuple[str, str], ...] = ()  # ids of stones that have come into contact there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,9 +91,11 @@ def pushover(
     finite rigid motions until the control block, the fastest of the first mechanism, has gone one step further.
     Points that press stay in touch: those that stick keep their place, those that slide stay in the plane of the joint,
     so that sliding does not lift blocks as the associated mechanism would, and bear no further than the edges of both
-    faces. Points that have opened bear nothing until they close again. Normals of joints that have opened about an
-    edge are the mean of both faces'. The curve ends where stones that were clear of each other run into each other by
-    more than 1 % of the smaller.
+    faces. Points that have opened bear nothing until they close again. Of joints that have opened about an edge the
+    normal is that of the face on which the edge lies, and where two edges meet the mean of both faces'.
+
+    Where stones run into each other the step is cut short: they bear on each other from there on, by what of one lies
+    on a face of the other that parts them. The curve ends where no face does: edges that cross, stones not convex.
 
     Parameters
     ----------
@@ -112,43 +121,117 @@ def pushover(
     model = prepare(assembly, settings, progress)
     if model.contacts.strength.any():
         raise InputError.of("pushover", None, "joints that pull are not followed; use dry joints")
-    course, bodies = _Course(model, live, reach), Bodies(model.assembly)
-    place = course.start()
-    made: list[PushoverStep] = []
-    proofs: list[Mapping[str, Any] | None] = []
-    control, ended = -1, "the wanted displacement was reached"
+    course = _Course(model, live, reach)
+    walk = _Walk(course, settings or Settings(), budget)
     for step in range(reach.steps + 1):
         progress(f"pushover step {step} of {reach.steps}")
-        place, loads, touching, found = course.settled(place, budget)
-        if found.late or (made and budget.over):
-            ended = "the time given is used up"
+        if not walk.on(0.0 if step == 0 else course.by):
             break
+    if not walk.made:
+        raise InputError.of("pushover", None, walk.ended)
+    place, control = walk.place, model.assembly.blocks[walk.control].id
+    return Pushover(control, tuple(walk.made), walk.ended, place.centre, place.turn, tuple(walk.proofs))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Mechanism:
+    """How blocks go on from a place."""
+
+    touching: Ints  # (k,) contact points in touch
+    force: Floats  # (k, 3)
+    motion: Floats  # (m, 6) m and rad a unit of time
+
+
+class _Walk:
+    """How far a curve has come."""
+
+    def __init__(self, course: "_Course", settings: Settings, budget: Budget) -> None:
+        self.course, self.settings, self.budget = course, settings, budget
+        self.place, self.control = course.start(), -1
+        self.made: list[PushoverStep] = []
+        self.proofs: list[Mapping[str, Any] | None] = []
+        self.ended = ON
+        self.mechanism = _Mechanism(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 6)))
+
+    def on(self, left: float) -> bool:
+        """Go on by so many metres or degrees, with a point at the end and wherever stones meet; False at the end.
+
+        Where a step leads to a place at which nothing holds, the mechanism has changed on the way: it is halved.
+        """
+        course, meetings, aim = self.course, 0, left
+        while meetings < MEETINGS:
+            before, met = self.place, list[tuple[int, int]]()
+            if left > 0.0:
+                self.place, beyond = course.advanced(before, self.mechanism, self.control, aim)
+                course.faced(self.place, course.gaps(self.place) <= TOUCHES)
+                met = [] if beyond is None else course.bodies.met(beyond)
+            went = course.went(before, self.place, self.control) if left > 0.0 else 0.0
+            if left > 0.0 and not met and not went > JAMS * aim:
+                self.place, self.ended = before, f"the stones jam after {self._at()}: no motion follows the mechanism"
+                return False
+            new = [pair for pair in met if self._bears(pair)]
+            least = bool(met) or not aim > course.by / 2.0**DIVIDED
+            if self.ended != ON or not self._judged(new, bool(new) or (aim >= left and not met), least):
+                if self.ended != _WHY["falls"] or least:
+                    return False
+                self.ended, self.place, aim = ON, before, aim / 2.0
+                continue
+            left -= aim if not met else went
+            aim, meetings = left, meetings + bool(met)
+            if not left > ROUNDED * course.by:
+                return True
+        self.ended = f"stones run into each other again and again after {self._at()}"
+        return False
+
+    def _bears(self, pair: tuple[int, int]) -> bool:
+        """Let two stones that have met bear on each other; whether they did not do so already."""
+        course, names = self.course, self._names(pair)
+        found = course.bodies.touch(self.place, pair)
+        if found is None:
+            self.ended = f"{names} run into each other at {self._at()} where no face parts them, which is not followed"
+            return False
+        if course.known(self.place, found):
+            return False
+        course.joined(found, self.place, self.settings.mu)
+        return True
+
+    def _at(self) -> str:
+        """How far the control block is then."""
+        here = self.course.told(self.place, self.control, 0.0, 0)
+        return f"{here.displacement:.4g} m, {here.rotation:.4g} degrees"
+
+    def _names(self, pair: tuple[int, int]) -> str:
+        return " and ".join(f"'{self.course.model.assembly.blocks[k].id}'" for k in pair)
+
+    def _judged(self, met: list[tuple[int, int]], told: bool, ease: bool) -> bool:
+        """Ask how much is borne at the place reached, and note it; False where the curve ends there."""
+        course, budget = self.course, self.budget
+        self.place, loads, touching, found = course.settled(self.place, budget, EVENTS if ease else 0)
+        if found.late or (self.made and budget.over):
+            self.ended = "the time given is used up"
+            return False
         if found.y is None or found.f is None:
-            ended = _WHY.get(found.word, "neither forces nor a mechanism were found")
-            break
-        motion = course.world(found.y)
-        if control < 0:
-            control = int(course.base.free[int(np.argmax(np.linalg.norm(motion[:, :3], axis=1)))])
-        told = course.told(place, control, loads.unit * (found.lower + found.upper) / 2.0, touching)
-        proved = course.proved(place, settings or Settings(), budget)
-        made.append(told if proved is None else replace(told, lower=proved.lower, upper=proved.upper))
-        proofs.append(None if proved is None else proved.certificate)
-        if made[-1].multiplier <= 0.0:
-            ended = "it does not stand without live loads any more"
-            break
-        if step == reach.steps:
-            break
-        after = course.advanced(place, touching, found.f, motion, control)
-        if (met := bodies.met(after)) is not None:
-            one, other = (f"'{model.assembly.blocks[k].id}'" for k in met)
-            ended = f"in the step that follows {one} and {other} run into each other, and what they do then is not told"
-            break
-        place = after
-    if not made:
-        raise InputError.of("pushover", None, f"{ended}")
-    return Pushover(model.assembly.blocks[control].id, tuple(made), ended, place.centre, place.turn, tuple(proofs))
+            why = _WHY.get(found.word, "neither forces nor a mechanism were found")
+            self.ended = f"{', '.join(self._names(pair) for pair in met)} meet at {self._at()}: {why}" if met else why
+            return False
+        self.mechanism = course.moving(loads, touching, found.f, found.y)
+        if self.control < 0:
+            speed = np.linalg.norm(self.mechanism.motion[:, :3], axis=1)
+            self.control = int(course.base.free[int(np.argmax(speed))])
+        if not told:
+            return True
+        ids = [block.id for block in course.model.assembly.blocks]
+        step = course.told(self.place, self.control, loads.unit * (found.lower + found.upper) / 2.0, len(touching))
+        step = replace(step, met=tuple((ids[one], ids[other]) for one, other in met))
+        proved = course.proved(self.place, self.settings, budget)
+        self.made.append(step if proved is None else replace(step, lower=proved.lower, upper=proved.upper))
+        self.proofs.append(None if proved is None else proved.certificate)
+        if step.multiplier <= 0.0:
+            self.ended = "it does not stand without live loads any more"
+        return self.ended == ON
 
 
+ON = "the wanted displacement was reached"
 _WHY = {
     "unbounded": "no mechanism exists",
     "falls": "it falls under its own weight, whatever the live loads",
@@ -166,37 +249,14 @@ class _Course(Displaced):
         if live.tilt is not None and any(not model.fixed[load.block] for load in model.assembly.loads):
             raise InputError.of("pushover", None, "a tilt with loads that do not turn is not followed; use `push`")
 
-    def bearing(self, place: Place) -> tuple[Floats, Bools]:
-        """(q, 3) m where each contact point bears, and (q,) whether it does: not where its faces have left each other.
-
-        Where faces have slid along each other a point goes with the block whose face is the smaller one, and no
-        further than the edge of what both faces have in common: a stone that is pushed over an edge tips about it.
-        """
-        pa, pb, n = self.ends(place)
-        point, bears = super().bearing(place)
-        along = pb - pa
-        along -= np.sum(along * n, 1)[:, None] * n
-        slid = np.linalg.norm(along, axis=1) > SLID * self.unit
-        for contact in np.unique(self.patch[slid & (self.gaps(place) <= TOUCHES)]).tolist():
-            mine = np.flatnonzero(self.patch == contact)
-            carried = (pb if self.faces.carries[contact] == self.faces.b[contact] else pa)[mine]
-            frame = frames_from_normals(n[mine[:1]])[0]
-            point[mine], bears[mine] = within(
-                self.faces.common(place, contact, frame, carried[0]), carried, frame, carried[0]
-            )
-        return point, bears
-
-    @cached_property
-    def faces(self) -> Faces:
-        """The whole faces that meet in each contact; looked for when the first of them slides."""
-        return Faces.of(self.model.assembly, self.model.contacts)
-
     def pencil(self, place: Place) -> tuple[Pencil, Ints]:
         """Loads on the displaced geometry, and the points that touch."""
         touching = np.flatnonzero((self.gaps(place) <= TOUCHES) & self.bearing(place)[1])
-        return self._pencil(place, touching), touching
+        p0 = self.wrench(place, self.model.gravity, self.model.assembly.loads)
+        p1 = self.wrench(place, self.gravity, self.live)
+        return pencil(replace(self.system(place, touching), p=p0), p1), touching
 
-    def settled(self, place: Place, budget: Budget) -> tuple[Place, Pencil, Ints, LimitOutcome]:
+    def settled(self, place: Place, budget: Budget, events: int) -> tuple[Place, Pencil, Ints, LimitOutcome]:
         """Solve at a place; where no multiplier holds, let the dead loads have their way first.
 
         Past the point at which a joint beside a hinge begins to open, the motion so far leads to places where nothing
@@ -205,7 +265,7 @@ class _Course(Displaced):
         """
         loads, touching = self.pencil(place)
         found = solve_limit(loads, budget=budget)
-        for _ in range(EVENTS):
+        for _ in range(events):
             if budget.over or found.f is not None or found.word != "falls" or found.y is None:
                 break
             eased = self._eased(place, touching, self.world(found.y))
@@ -241,11 +301,16 @@ class _Course(Displaced):
                 return there, loads, again, found
         return None
 
-    def _pencil(self, place: Place, touching: Ints) -> Pencil:
-        system = self.system(place, touching)
-        p0 = self.wrench(place, self.model.gravity, self.model.assembly.loads)
-        p1 = self.wrench(place, self.gravity, self.live)
-        return pencil(replace(system, p=p0), p1)
+    def moving(self, loads: Pencil, touching: Ints, f: Floats, y: Floats) -> _Mechanism:
+        """The mechanism; where joints slide in it one in which they do not open, if there is one."""
+        system, dd = loads.system, loads.system.gap(y)
+        presses = f[:, 0] > PRESSES * float(np.max(f[:, 0], initial=0.0))
+        slides = np.hypot(dd[:, 1], dd[:, 2]) > STICKS * float(np.max(np.abs(y), initial=0.0))
+        if (presses & slides).any():
+            dry = dry_flow(system, np.maximum(f[:, 0], 0.0), np.zeros_like(f), loads.q, 1.0)
+            if not isinstance(dry, str):
+                return _Mechanism(touching, dry.f, self.world(dry.y))
+        return _Mechanism(touching, f, self.world(y))
 
     def proved(self, place: Place, settings: Settings, budget: Budget) -> LimitResult | None:
         """What `limit` proves of the blocks as they stand; None where a joint gapes too wide for one normal."""
@@ -261,39 +326,63 @@ class _Course(Displaced):
         except InputError:
             return None
 
-    def told(self, place: Place, control: int, multiplier: float, touching: Ints) -> PushoverStep:
+    def told(self, place: Place, control: int, multiplier: float, touching: int) -> PushoverStep:
         """A point of the curve."""
         went = float(np.linalg.norm(place.centre[control] - self.model.assembly.mass.centroid[control]))
-        return PushoverStep(went, degrees(place.turn[control]), multiplier, len(touching))
+        return PushoverStep(went, degrees(place.turn[control]), multiplier, touching)
 
-    def advanced(self, place: Place, touching: Ints, f: Floats, motion: Floats, control: int) -> Place:
-        """One step along the mechanism, corrected so that what presses stays in touch."""
-        by = self.by
+    def advanced(self, place: Place, along: _Mechanism, control: int, by: float) -> tuple[Place, Place | None]:
+        """So many metres or degrees along the mechanism, corrected so that what presses stays in touch.
+
+        Where stones run into each other on the way: the last place before, and one a little beyond it.
+        """
+        touching, f, motion = along.touching, along.force, along.motion
         row = int(np.flatnonzero(self.base.free == control)[0])
-        speed = motion[row, :3] if self.in_metres else np.rad2deg(motion[row, 3:])
-        pace = float(np.linalg.norm(speed))
+        pace = float(np.linalg.norm(motion[row, :3] if self.in_metres else np.rad2deg(motion[row, 3:])))
         if not pace > 1e-9 * float(np.max(np.abs(motion))):
-            raise SolverError("the control block has come to rest: the mechanism has changed; use the other unit")
-        presses = f[:, 0] > PRESSES * float(np.max(f[:, 0], initial=0.0))
-        active = touching[presses]
-        system = self.system(place, active)
+            return place, None
         scaled = motion.copy()
         scaled[:, :3] /= self.unit
+        system = self.system(place, touching)
         dd = system.gap(scaled.ravel())
-        slip = np.linalg.norm(dd[:, 1:], axis=1)
-        sticks = slip <= STICKS * max(float(np.max(np.abs(dd), initial=0.0)), float(np.max(np.abs(scaled))))
+        slip, least = np.linalg.norm(dd[:, 1:], axis=1), STICKS * float(max(np.max(np.abs(dd)), np.max(np.abs(scaled))))
+        stays = f[:, 0] > PRESSES * float(np.max(f[:, 0], initial=0.0))
+        stays &= dd[:, 0] <= system.mu * slip + least  # what opens more than by sliding presses no more
+        active, sticks = touching[stays], slip[stays] <= least
         before = self.ends(place)
         offset = (before[1] - before[0])[active]
+
+        def at(length: float) -> Place:
+            return self.clear(place.moved(self.base.free, motion * length), active, sticks, offset)
+
         length = by / pace
         for _ in range(3):  # the correction takes something off: sliding, for one, lifts blocks at first
-            stepped = self.kept(place.moved(self.base.free, motion * length), active, sticks, offset)
-            went = self._went(place, stepped, control)
+            stepped = at(length)
+            went = self.went(place, stepped, control)
             if abs(went - by) <= 1e-6 * by or not went > 0.1 * by:
                 break
             length *= by / went
-        return stepped
+        return self._until(at, length, stepped, float(np.max(np.linalg.norm(motion[:, :3], axis=1))))
 
-    def _went(self, before: Place, after: Place, control: int) -> float:
+    def _until(
+        self, at: Callable[[float], Place], length: float, end: Place, pace: float
+    ) -> tuple[Place, Place | None]:
+        """The end of a step, or the last place before stones run into each other and one a little beyond."""
+        bodies, low = self.bodies, 0.0
+        looks = min(LOOKS, max(int(np.ceil(length * pace / (THIN * bodies.thinnest))), 1))
+        for k in range(1, looks + 1):
+            high = length * k / looks
+            if bodies.met(end if k == looks else at(high)):
+                break
+            low = high
+        else:
+            return end, None
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if bodies.met(at(middle)) else (middle, high)
+        return at(low), at(high + AHEAD * bodies.tolerance / max(pace, 1e-300))
+
+    def went(self, before: Place, after: Place, control: int) -> float:
         """Metres or degrees that the control block has gone in a step."""
         if self.in_metres:
             return float(np.linalg.norm(after.centre[control] - before.centre[control]))

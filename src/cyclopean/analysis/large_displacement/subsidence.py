@@ -1,19 +1,13 @@
 """A settlement of supports that is not small: the path of the blocks, step by step, as long as they find rest.
 
-At every step the supports go on by finite rigid motions, and the blocks follow so that the loads lose most while
-nothing closes that is shut. With g the gaps at the place reached so far, the motion d of the blocks is that of
+At every step the supports go on by finite rigid motions, and the blocks follow so that the loads lose most, what
+friction takes counted, while nothing closes that is shut: the programme of `flow` on the geometry reached so far, again
+until nothing is left to move. Forces that bear on nothing open then have to balance at the place reached: a state of
+rest. It is the sequence of convex programmes of [Portioli2017]_, and for hinges the energy criterion of [Iannuzzo2018]_
+on the geometry as it has become. Rest is looked for close by: where the blocks would have to go further than `JUMP`
+times as far as the ground, however small the step, they fall, be it to another rest.
 
-    min  -p.d    s.t.  A'd + g in K*       (A, p and g of that place)
-    min  g.f     s.t.  A f = -p, f in K    (the dual)
-
-and the blocks are moved by it as rigid bodies, until nothing is left to move: g in K* there to rounding. Forces that
-bear on nothing open then have to balance at the place reached: a state of rest. It is the sequence of convex programmes
-of [Portioli2017]_, and for hinges the energy criterion of [Iannuzzo2018]_ on the geometry as it has become. Rest is
-looked for close by: where the blocks would have to go further than `JUMP` times as far as the ground, however small the
-step, they fall, be it to another rest.
-
-A joint that slides in such a programme lifts. Dry stone's does not: where a state needs forces across such gaps the
-path ends, and says so. Blocks that touch only once they have moved are not noticed.
+Where stones run into each other the step is cut short, and they bear on each other from there on.
 
 References
 ----------
@@ -23,32 +17,36 @@ References
    produced by settlements in masonry structures. Meccanica 53 (2018).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from cyclopean.analysis.checking import check
-from cyclopean.analysis.equilibrium.rbe import solve_rbe
-from cyclopean.analysis.equilibrium.settlement import follow
+from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
+from cyclopean.analysis.large_displacement.flow import dry_flow
 from cyclopean.analysis.large_displacement.places import TOUCHES, Displaced, Place
 from cyclopean.analysis.preparation import PreparedModel, prepare
 from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.verdict import Result
-from cyclopean.arrays import Floats
+from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly, Contacts
 from cyclopean.errors import InputError
-from cyclopean.geometry import rotations
+from cyclopean.geometry import frames_from_normals, rotations
+from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["Subsidence", "SubsidenceStep", "subsidence"]
 
-Word = Literal["rest", "falls", "locked", "slides", "undecided"]
+Word = Literal["rest", "falls", "locked", "meet", "undecided"]
 JUMP = 100.0  # times as far as the ground: further than that no block follows it
 HALVINGS = 6  # of a step, to find where rest is lost
 ROUNDS = 25  # of one step: each squares what is left to move
 STAYS = 1e-6  # of what a programme has to move: gaps below it are those of a hinge, and stay shut
+CALM = 1e-4  # of what the ground has moved points: a last motion that is no further is none
 SHUT = 1e-9  # of the length unit: what is left to move once a step is done
+HALVED = 25  # of a step in which stones run into each other, to find where they meet
+MEETINGS = 12  # in one step: where stones meet more often, the path ends
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +59,7 @@ class SubsidenceStep:
     opening: float  # m: how far the widest joint is open
     joint: int  # which contact that is; -1 where none is open
     touching: int  # contact points that still touch
+    met: tuple[tuple[str, str], ...] = ()  # ids of stones that have come into contact there
     proved: bool = False  # whether `check` proves that the blocks stand where they are then
 
 
@@ -98,7 +97,7 @@ class Subsidence:
 _WHY: dict[Word, str] = {
     "falls": "no state of rest was found close by: the blocks fall, or snap to another place",
     "locked": "the blocks cannot follow: they are locked between the supports, and something would have to crush",
-    "slides": "joints slide: the flow of this analysis lifts what slides, dry stone's does not, so it is not followed",
+    "meet": "run into each other where no face parts them, or again and again, which is not followed",
     "undecided": "the solver came to no answer",
 }
 
@@ -137,7 +136,7 @@ def subsidence(
     if model.contacts.strength.any():
         raise InputError("a settlement and joints that pull do not go together: what has opened pulls no more")
     path = _Path(model, model.settled)
-    walk = _Walk(path, path.start(), [], settings)
+    walk = _Walk(path, settings)
     walk.rests(path.start(), 0.0)
     lost = None
     for k in range(steps):
@@ -148,7 +147,8 @@ def subsidence(
             break
     made, word = walk.made, "rest" if lost is None else lost.word
     last = None if walk.share == 0.0 else walk.last
-    return Subsidence(tuple(made), lost is None, _ended(made, word, last), last, model.contacts, tuple(walk.proofs))
+    ended = _ended(made, word, last, walk.crossed)
+    return Subsidence(tuple(made), lost is None, ended, last, path.contacts, tuple(walk.proofs))
 
 
 def _judged(path: "_Path", place: Place, settings: Settings) -> Result | None:
@@ -159,16 +159,17 @@ def _judged(path: "_Path", place: Place, settings: Settings) -> Result | None:
         return None
 
 
-def _ended(made: list[SubsidenceStep], word: Word, last: Result | None) -> str:
+def _ended(made: list[SubsidenceStep], word: Word, last: Result | None, crossed: str) -> str:
     """What became of it, in a sentence."""
     rest = [step for step in made if step.word == "rest"][-1]
     far = f"{rest.settlement:.4g} m ({100 * rest.share:.4g} %)"
     proof = "proved" if last is not None and last.verdict == "stable" else "not proved"
     if word == "rest":
         return f"States of rest follow the whole settlement of {rest.settlement:.4g} m; the last one is {proof}."
+    why = f"{crossed} {_WHY[word]}" if word == "meet" and crossed else _WHY[word]
     if rest.share == 0.0:
-        return f"No state of rest follows the settlement: {_WHY[word]}."
-    return f"States of rest follow the settlement up to {far}, the last one {proof}; then {_WHY[word]}."
+        return f"No state of rest follows the settlement: {why}."
+    return f"States of rest follow the settlement up to {far}, the last one {proof}; then {why}."
 
 
 class _Path(Displaced):
@@ -178,7 +179,6 @@ class _Path(Displaced):
         super().__init__(model)
         self.ground = ground
         self.supports = np.flatnonzero(model.fixed)
-        self.all = np.arange(self.base.points)
 
     def settled(self, place: Place, share: float) -> Place:
         """The same with the supports where they are after a share of the settlement."""
@@ -188,67 +188,82 @@ class _Path(Displaced):
         turn[here] = rotations(share * self.ground[here, 3:])
         return Place(centre, turn)
 
-    def _shifted(self, place: Place) -> Floats:
-        """(q, 3) m: how far points that are open have shifted along their joint; they need not come back together."""
+    def _slipped(self, place: Place) -> Floats:
+        """(q, 3) m: how far points have shifted along their joint; they need not come back."""
         pa, pb, n = self.ends(place)
-        along = (pb - pa) - np.sum((pb - pa) * n, 1, keepdims=True) * n
-        return np.asarray(np.where((self.gaps(place) > TOUCHES)[:, None], along, 0.0))
+        return np.asarray((pb - pa) - np.sum((pb - pa) * n, 1, keepdims=True) * n)
 
-    def _apart(self, place: Place, shifted: Floats) -> Floats:
-        """(q, 3) gaps that a step has to respect, in each point's frame at that place, in length units."""
+    def _apart(self, place: Place, slipped: Floats) -> Floats:
+        """(q, 3) how far points are open, and have slipped since, in each point's frame and length units."""
         pa, pb, n = self.ends(place)
-        along = shifted - np.sum(shifted * n, 1, keepdims=True) * n
-        frame = self.system(place, self.all).frame
-        return np.asarray(np.einsum("qij,qj->qi", frame, pb - pa - along) / self.unit)
+        along = slipped - np.sum(slipped * n, 1, keepdims=True) * n
+        return np.asarray(np.einsum("qij,qj->qi", frames_from_normals(n), pb - pa - along) / self.unit)
 
-    def followed(self, place: Place, target: float) -> tuple[Place, Word]:
-        """Where the blocks come to rest once the supports have gone on."""
-        shifted = self._shifted(place)
-        there = self.settled(place, target)
-        ground, gone, shut = 0.0, 0.0, self.gaps(place) <= TOUCHES
-        lost: Word = "undecided"
+    def _everywhere(self, place: Place, point: Floats) -> EquilibriumSystem:
+        """The equilibrium system over all points, open or not, that bear there (q, 3)."""
+        system = self.system(place, np.arange(self.base.points), point)
+        return replace(system, p=self.wrench(place, self.model.gravity, self.model.assembly.loads))
+
+    def followed(self, place: Place, target: float, pressure: Floats) -> tuple[Place, Word]:
+        """Where the blocks come to rest once the supports have gone on; pressures (q,) at the place before."""
+        slipped, there = self._slipped(place), self.settled(place, target)
+        shut = np.repeat((self.gaps(place) <= TOUCHES)[:, None], 2, 1)  # across each joint, and along it
+        ground, gone, moved = 0.0, 0.0, np.inf
+        point, bears = self.bearing(place)  # until the blocks have begun to follow
         for _ in range(ROUNDS):
-            gap = self._apart(there, shifted)
-            size = max(
-                float(np.max(_missed(gap, self.base.mu), initial=0.0)), float(np.max(np.abs(gap[shut]), initial=0.0))
-            )
-            if size <= SHUT:
-                return there, "rest" if self._rests(there) else lost
-            ground = max(ground, size)
-            gap[:, 0] = np.minimum(gap[:, 0], 2.0 * JUMP * size)
-            system = replace(
-                self.system(there, self.all), p=self.wrench(there, self.model.gravity, self.model.assembly.loads)
-            )
-            found = follow(system, gap / size)
-            if found.y is None or found.gap is None:
-                return there, lost if lost == "slides" else _WORDS[found.word]
-            lost = lost if lost == "slides" else _WORDS[found.word]
-            shut = np.max(np.abs(found.gap), axis=1) <= STAYS
-            step = found.y.reshape(-1, 6) * size
-            gone += float(np.max(np.abs(step), initial=0.0))
+            gap = self._apart(there, slipped)
+            off = np.stack([np.abs(gap[:, 0]), np.hypot(gap[:, 1], gap[:, 2])], 1)
+            missed = float(np.max(np.maximum(np.where(shut, off, 0.0).max(axis=1), -gap[:, 0])[bears], initial=0.0))
+            ground = max(ground, missed)
+            if missed <= SHUT and not CALM * ground < moved < np.inf:
+                return there, "rest" if self._rests(there) else "falls"
+            size = missed if moved == np.inf else max(missed, moved)
+            gap[:, 0] = np.where(bears, np.minimum(gap[:, 0], 2.0 * JUMP * size), 2.0 * JUMP * size)
+            found = dry_flow(self._everywhere(there, point), pressure, gap / size)
+            if isinstance(found, str):
+                return there, "falls" if self._balanced(there)[0].word == "collapse" else found
+            pressure = np.maximum(found.f[:, 0], 0.0)
+            along = np.hypot(found.dd[:, 1], found.dd[:, 2])
+            shut = np.stack([found.dd[:, 0] <= STAYS, (found.dd[:, 0] <= STAYS) & (along <= STAYS)], 1)
+            step = found.y * size
+            moved = float(np.max(np.abs(step), initial=0.0))
+            gone += moved
             if not (gone <= JUMP * ground):
-                return there, lost
-            there = there.moved(self.base.free, self.world(step.ravel()))
-        return there, lost
+                return there, "falls"
+            there = there.moved(self.base.free, self.world(step))
+            self.faced(there, shut[:, 0] & bears)
+            point, bears = self.bearing(there)
+        return there, "undecided"
+
+    def pressure(self, place: Place) -> Floats:
+        """(q,) of forces that balance at a place of rest, scaled."""
+        found, touching = self._balanced(place)
+        pressure = np.zeros(self.base.points)
+        if found.f is not None:
+            pressure[touching] = np.maximum(found.f[:, 0], 0.0)
+        return pressure
+
+    def _balanced(self, place: Place) -> tuple[Outcome, Ints]:
+        """Forces that bear on nothing that is open, and the points that they bear on."""
+        touching = np.flatnonzero((self.gaps(place) <= 10.0 * TOUCHES) & self.bearing(place)[1])
+        loads = self.wrench(place, self.model.gravity, self.model.assembly.loads)
+        return solve_rbe(replace(self.system(place, touching), p=loads)), touching
 
     def _rests(self, place: Place) -> bool:
-        """Whether forces balance that bear on nothing that is open."""
-        touching = np.flatnonzero(self.gaps(place) <= 10.0 * TOUCHES)
-        loads = self.wrench(place, self.model.gravity, self.model.assembly.loads)
-        return solve_rbe(replace(self.system(place, touching), p=loads)).word == "balanced"
+        """Whether they balance the loads."""
+        return self._balanced(place)[0].word == "balanced"
 
     def told(self, place: Place, share: float, word: Word) -> SubsidenceStep:
         """A point of the path."""
         gaps = self.gaps(place)
         wide = int(np.argmax(gaps)) if len(gaps) else -1
         opens = wide >= 0 and bool(gaps[wide] > 10.0 * TOUCHES)
-        patch = self.model.contacts.patch[self.base.used]
         return SubsidenceStep(
             share,
             self._ground(share),
             word,
             float(gaps[wide]) * self.unit if opens else 0.0,
-            int(patch[wide]) if opens else -1,
+            int(self.patch[wide]) if opens else -1,
             int(np.sum(gaps <= 10.0 * TOUCHES)),
         )
 
@@ -265,25 +280,34 @@ class _Path(Displaced):
 class _Walk:
     """How far along a path rest has been found."""
 
-    def __init__(self, path: _Path, place: Place, made: list[SubsidenceStep], settings: Settings) -> None:
-        self.path, self.place, self.made, self.settings = path, place, made, settings
+    def __init__(self, path: _Path, settings: Settings) -> None:
+        self.path, self.place, self.settings = path, path.start(), settings
+        self.made: list[SubsidenceStep] = []
         self.share = 0.0
         self.last: Result | None = None
         self.proofs: list[Mapping[str, Any] | None] = []
+        self.crossed = ""  # stones that met where that cannot be followed
 
-    def rests(self, there: Place, share: float) -> None:
+    def rests(self, there: Place, share: float, met: Sequence[tuple[int, int]] = ()) -> None:
         """Note a place of rest, and what `check` proves of it."""
+        self.path.faced(there, self.path.gaps(there) <= 10.0 * TOUCHES)
         self.place, self.share, self.last = there, share, _judged(self.path, there, self.settings)
         proved = self.last is not None and self.last.verdict == "stable"
-        self.made.append(replace(self.path.told(there, share, "rest"), proved=proved))
+        self.made.append(replace(self.path.told(there, share, "rest"), proved=proved, met=self._names(met)))
         self.proofs.append(self.last.certificate if self.last is not None and proved else None)
 
     def on(self, target: float, least: float) -> SubsidenceStep | None:
         """Go on to a share of the settlement in as few steps as it takes, none below `least`; what was met if not."""
-        aim = target
+        aim, meetings = target, 0
         while self.share < target:
-            there, word = self.path.followed(self.place, aim)
-            if word == "rest":
+            pressure = self.path.pressure(self.place)
+            there, word = self.path.followed(self.place, aim, pressure)
+            if word == "rest" and self.path.bodies.met(there):
+                meetings += 1
+                if meetings > MEETINGS or not self._meet(aim, pressure):
+                    return self.path.told(there, aim, "meet")
+                aim = target
+            elif word == "rest":
                 self.rests(there, aim)
                 aim = target
             elif aim - self.share > least:
@@ -292,16 +316,29 @@ class _Walk:
                 return self.path.told(there, aim, word)
         return None
 
+    def _meet(self, aim: float, pressure: Floats) -> bool:
+        """Go on until stones meet, and let them bear on each other; False where that cannot be followed."""
+        path, low, high = self.path, self.share, aim
+        there, beyond = self.place, None
+        for _ in range(HALVED):
+            middle = (low + high) / 2.0
+            place, word = path.followed(self.place, middle, pressure)
+            if word == "rest" and not path.bodies.met(place):
+                low, there = middle, place
+            else:
+                high, beyond = middle, place
+        pairs = path.bodies.met(beyond) if beyond is not None else []
+        touches = [path.bodies.touch(there, pair) for pair in pairs]
+        if not touches or any(one is None for one in touches):
+            self.crossed = " and ".join(self._names(pairs[:1])[0]) if pairs else ""
+            return False
+        new = [one for one in touches if one is not None and not path.known(there, one)]
+        for one in new:
+            path.joined(one, there, self.settings.mu)
+        if new or low > self.share:
+            self.rests(there, low, [one.pair for one in new])
+        return bool(new)
 
-_WORDS: dict[str, Word] = {
-    "settled": "falls",  # where the motion has no end, or ends where nothing balances
-    "collapse": "falls",
-    "locked": "locked",
-    "sliding": "slides",
-    "undecided": "undecided",
-}
-
-
-def _missed(gap: Floats, mu: Floats) -> Floats:
-    """(q,) by how much gaps are outside K*."""
-    return np.asarray(np.maximum(mu * np.hypot(gap[:, 1], gap[:, 2]) - gap[:, 0], 0.0))
+    def _names(self, pairs: Sequence[tuple[int, int]]) -> tuple[tuple[str, str], ...]:
+        ids = [block.id for block in self.path.model.assembly.blocks]
+        return tuple((ids[one], ids[other]) for one, other in pairs)
