@@ -127,7 +127,7 @@ def examined(
         said = (*said, *notes)
     result = analysis.check(assembly, chosen, progress, remedies=True)
     given = _as_judged(assembly, result) if assembly.contacts is None else assembly
-    if more.steps is not None and result.verdict == "stable":
+    if more.steps is not None and result.verdict != "unstable":
         path = analysis.subsidence(given, chosen, steps=more.steps, progress=progress)
         result = replace(path.judged(result), path=path)
     drawn = None
@@ -166,7 +166,8 @@ def _on_rough_surfaces(assembly: "Assembly", rough: "float | str") -> "tuple[Ass
 
 def _tells_margins(result: "Result", wanted: bool | None, chosen: Settings) -> bool:
     """Whether a model has margins to be told of; without being asked only where that takes about a second."""
-    if wanted is False or result.verdict != "stable" or result.settled is not None or chosen.cone != "exact":
+    moved = result.settled is not None or result.path is not None
+    if wanted is False or result.verdict != "stable" or moved or chosen.cone != "exact":
         return False
     from cyclopean.analysis.safety_margins import POINTS
 

@@ -27,6 +27,9 @@ PRESSES = 1e-6  # of the largest normal force: points that press stay in touch d
 STICKS = 1e-3  # of the largest relative velocity: points that press and move less stick
 EVENTS, EASINGS = 6, 16  # motions under dead loads alone in a step, and doublings of their length
 BLURRED = 0.02  # likewise in motions under dead loads alone
+STILL = 1e-5  # of the fastest: a block that moves, or turns, no more does not
+FURTHEST, TURNS = 0.25, 0.1  # length units and radians that blocks go at most before the mechanism is asked for again
+PARTS = 1000  # of one step, at most
 DIVIDED = 6  # halvings of a step that leads to where nothing holds
 JAMS = 0.1  # of a step: where the control block goes no further the stones jam
 MEETINGS = 12  # in one step: where stones meet more often, the curve ends
@@ -158,29 +161,50 @@ class _Walk:
 
         Where a step leads to a place at which nothing holds, the mechanism has changed on the way: it is halved.
         """
-        course, meetings, aim = self.course, 0, left
-        while meetings < MEETINGS:
-            before, met = self.place, list[tuple[int, int]]()
+        course, meetings, aim, far = self.course, 0, left, 0.0
+        for _ in range(PARTS):
+            before, met, went = self.place, list[tuple[int, int]](), 0.0
             if left > 0.0:
+                far = course.reach(self.mechanism, self.control)
+                if far == 0.0:
+                    return self._still()
+                aim = min(aim, far)
                 self.place, beyond = course.advanced(before, self.mechanism, self.control, aim)
                 course.faced(self.place, course.gaps(self.place) <= TOUCHES)
                 met = [] if beyond is None else course.bodies.met(beyond)
-            went = course.went(before, self.place, self.control) if left > 0.0 else 0.0
-            if left > 0.0 and not met and not went > JAMS * aim:
-                self.place, self.ended = before, f"the stones jam after {self._at()}: no motion follows the mechanism"
-                return False
-            new = [pair for pair in met if self._bears(pair)]
-            least = bool(met) or not aim > course.by / 2.0**DIVIDED
+                went = course.went(before, self.place, self.control)
+                if not met and not JAMS * aim < went < aim / JAMS:
+                    self.place = before
+                    self.ended = f"the stones jam after {self._at()}: no motion of theirs follows the mechanism"
+                    return False
+            new, meetings = [pair for pair in met if self._bears(pair)], meetings + bool(met)
+            least = bool(met) or not aim > min(course.by, far) / 2.0**DIVIDED
             if self.ended != ON or not self._judged(new, bool(new) or (aim >= left and not met), least):
                 if self.ended != _WHY["falls"] or least:
                     return False
                 self.ended, self.place, aim = ON, before, aim / 2.0
                 continue
-            left -= aim if not met else went
-            aim, meetings = left, meetings + bool(met)
+            left -= went if met else aim
+            aim = left
             if not left > ROUNDED * course.by:
                 return True
-        self.ended = f"stones run into each other again and again after {self._at()}"
+            if meetings == MEETINGS:
+                break
+        self.ended = f"one step does not come to its end in {PARTS} parts, and ends at {self._at()}"
+        if meetings == MEETINGS:
+            self.ended = f"stones run into each other again and again after {self._at()}"
+        return False
+
+    def _still(self) -> bool:
+        """End where the control block does not move any more, or not so from the beginning."""
+        if len(self.made) == 1:
+            said = (
+                "goes nowhere: give an angle, such as 10deg"
+                if self.course.in_metres
+                else "does not turn: give a length"
+            )
+            raise InputError.of("pushover", None, f"the fastest block {said}")
+        self.ended = f"the control block comes to rest after {self._at()}: the mechanism has changed"
         return False
 
     def _bears(self, pair: tuple[int, int]) -> bool:
@@ -218,10 +242,11 @@ class _Walk:
         if self.control < 0:
             speed = np.linalg.norm(self.mechanism.motion[:, :3], axis=1)
             self.control = int(course.base.free[int(np.argmax(speed))])
-        if not told:
+        multiplier = loads.unit * (found.lower + found.upper) / 2.0
+        if not told and multiplier > 0.0:
             return True
         ids = [block.id for block in course.model.assembly.blocks]
-        step = course.told(self.place, self.control, loads.unit * (found.lower + found.upper) / 2.0, len(touching))
+        step = course.told(self.place, self.control, multiplier, len(touching))
         step = replace(step, met=tuple((ids[one], ids[other]) for one, other in met))
         proved = course.proved(self.place, self.settings, budget)
         self.made.append(step if proved is None else replace(step, lower=proved.lower, upper=proved.upper))
@@ -331,16 +356,26 @@ class _Course(Displaced):
         went = float(np.linalg.norm(place.centre[control] - self.model.assembly.mass.centroid[control]))
         return PushoverStep(went, degrees(place.turn[control]), multiplier, touching)
 
+    def _pace(self, along: _Mechanism, control: int) -> float:
+        """Metres or degrees that the control block goes in a unit of time."""
+        row = int(np.flatnonzero(self.base.free == control)[0])
+        speed = along.motion[row, :3] if self.in_metres else np.rad2deg(along.motion[row, 3:])
+        return float(np.linalg.norm(speed))
+
+    def reach(self, along: _Mechanism, control: int) -> float:
+        """Metres or degrees that the control block may go before the mechanism is asked for again; 0: it does not."""
+        pace, turns = self._pace(along, control), float(np.max(np.linalg.norm(along.motion[:, 3:], axis=1)))
+        goes = float(np.max(np.linalg.norm(along.motion[:, :3], axis=1))) / self.unit
+        if not pace > STILL * (self.unit * max(goes, turns) if self.in_metres else np.rad2deg(max(goes, turns))):
+            return 0.0
+        return pace * min(FURTHEST / max(goes, 1e-300), TURNS / max(turns, 1e-300))
+
     def advanced(self, place: Place, along: _Mechanism, control: int, by: float) -> tuple[Place, Place | None]:
         """So many metres or degrees along the mechanism, corrected so that what presses stays in touch.
 
         Where stones run into each other on the way: the last place before, and one a little beyond it.
         """
         touching, f, motion = along.touching, along.force, along.motion
-        row = int(np.flatnonzero(self.base.free == control)[0])
-        pace = float(np.linalg.norm(motion[row, :3] if self.in_metres else np.rad2deg(motion[row, 3:])))
-        if not pace > 1e-9 * float(np.max(np.abs(motion))):
-            return place, None
         scaled = motion.copy()
         scaled[:, :3] /= self.unit
         system = self.system(place, touching)
@@ -355,7 +390,7 @@ class _Course(Displaced):
         def at(length: float) -> Place:
             return self.clear(place.moved(self.base.free, motion * length), active, sticks, offset)
 
-        length = by / pace
+        length = by / self._pace(along, control)
         for _ in range(3):  # the correction takes something off: sliding, for one, lifts blocks at first
             stepped = at(length)
             went = self.went(place, stepped, control)

@@ -87,10 +87,12 @@ class Subsidence:
     def judged(self, result: Result) -> Result:
         """What `check` said of a little of the settlement, with the verdict on all of it.
 
-        "stable" if there is a state of rest at its end, whose certificate it then has; else "undecided".
+        "stable" if there is a state of rest at its end, whose certificate it then has; else "undecided". Where nothing
+        is known of a little of it, because joints slide, forces and blocks are those of that state.
         """
         if self.reached and self.proved and self.last is not None:
-            return replace(result, reason=self.ended, certificate=self.last.certificate)
+            known = result if result.verdict == "stable" else replace(self.last, assumed=result.assumed)
+            return replace(known, reason=self.ended, certificate=self.last.certificate)
         return replace(result, verdict="undecided", reason=self.ended, certificate=None)
 
 
