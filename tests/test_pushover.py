@@ -69,6 +69,28 @@ def test_a_cube_that_is_pushed_over_an_edge_tips(turn):
     assert [s.multiplier for s in back.steps] == pytest.approx([0.3] * 4, rel=1e-6)
 
 
+def test_a_cube_that_is_pushed_off_its_bed():
+    """It slides by s while mu holds, then turns about the bed's edge: by theta it bears tan(atan(1 - 2 s) - theta)."""
+    curve = pushover(on(), Live(push=(1, 0, 0)), Reach(0.6, steps=30), Settings(mu=0.3))
+    over = next(k for k, step in enumerate(curve.steps) if step.rotation > 1e-3)
+    alpha = np.arctan(1.0 - 2.0 * curve.steps[over - 1].displacement)
+    for step in curve.steps[over:]:
+        assert step.multiplier == pytest.approx(np.tan(alpha - np.deg2rad(step.rotation)), abs=1e-4)
+    assert "without live loads" in curve.ended
+
+
+def test_a_step_of_any_length_ends_where_it_falls():
+    """One step of a kilometre: a block 0.4 wide and 1 high tips over at atan 0.4; nobody looks for it on the ground."""
+    curve = pushover(stack(1, size=(0.4, 0.5, 1.0)), PUSH, Reach(1000.0, steps=1), Settings(mu=2.0))
+    assert "without live loads" in curve.ended
+    assert np.rad2deg(np.arctan(0.4)) < curve.steps[-1].rotation < np.rad2deg(np.arctan(0.4)) + 6.0
+
+
+def test_a_block_that_slides_does_not_turn():
+    with pytest.raises(InputError, match="does not turn: give a length"):
+        pushover(stack(1), PUSH, Reach(90.0, "deg"), Settings(mu=0.3))
+
+
 @pytest.mark.parametrize(("thick", "steps"), [(1.0, 10), (0.02, 1)])
 def test_a_cube_that_meets_a_stop(thick, steps):
     """It slides 0.1 m towards a block of its own height, which holds however thin it is: no push brings it further."""

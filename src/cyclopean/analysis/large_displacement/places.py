@@ -53,6 +53,7 @@ class Displaced:
         point = contacts.point[self.base.used]
         self.arm_a = point - assembly.mass.centroid[self.a]
         self.arm_b = point - assembly.mass.centroid[self.b]
+        self.corner_a, self.corner_b = self.arm_a, self.arm_b  # (q, 3) m, of the contacts as they were first
         self.normal_a = self.normal_b = contacts.frame[patch, 0]
         self.counts = np.ones((len(patch), 2))  # (q, 2) how much the normal of either face counts
         self.mass = model.mass
@@ -96,6 +97,8 @@ class Displaced:
         self.a, self.b = np.append(self.a, np.full(count, a)), np.append(self.b, np.full(count, b))
         self.arm_a = np.vstack([self.arm_a, (new.point - place.centre[a]) @ place.turn[a]])
         self.arm_b = np.vstack([self.arm_b, (new.point - place.centre[b]) @ place.turn[b]])
+        self.corner_a = np.vstack([self.corner_a, self.arm_a[-count:]])
+        self.corner_b = np.vstack([self.corner_b, self.arm_b[-count:]])
         self.normal_a = np.vstack([self.normal_a, normal @ place.turn[a]])
         self.normal_b = np.vstack([self.normal_b, normal @ place.turn[b]])
         self.counts = np.vstack([self.counts, counts])
@@ -158,12 +161,30 @@ class Displaced:
         slid = np.linalg.norm(along, axis=1) > SLID * self.unit
         for contact in np.unique(self.patch[slid & (self.gaps(place) <= TOUCHES)]).tolist():
             mine = np.flatnonzero(self.patch == contact)
-            carried = (pb if self.faces.carries[contact] == self.faces.b[contact] else pa)[mine]
-            frame = frames_from_normals(n[mine[:1]])[0]
-            point[mine], bears[mine] = within(
-                self.faces.common(place, contact, frame, carried[0]), carried, frame, carried[0]
-            )
+            point[mine], bears[mine] = self._shared(place, contact, mine, n[mine[0]])
         return point, bears
+
+    def _shared(self, place: Place, contact: int, mine: Ints, normal: Floats) -> tuple[Floats, Bools]:
+        """Where the points of a contact bear that has slid, and whether they do."""
+        carrier = int(self.faces.carries[contact])
+        corner = (self.corner_b if carrier == self.faces.b[contact] else self.corner_a)[mine]
+        carried = place.centre[carrier] + corner @ place.turn[carrier].T
+        frame = frames_from_normals(normal[None])[0]
+        return within(self.faces.common(place, contact, frame, carried[0]), carried, frame, carried[0])
+
+    def anchored(self, place: Place) -> None:
+        """From now on both blocks carry the points of contacts that have slid from where they bear at a place."""
+        pa, pb, n = self.ends(place)
+        point, bears = self.bearing(place)
+        moved = (np.linalg.norm(point - (pa + pb) / 2.0, axis=1) > 0.0) & bears
+        n_a = np.einsum("qij,qj->qi", place.turn[self.a], self.normal_a)
+        n_b = np.einsum("qij,qj->qi", place.turn[self.b], self.normal_b)
+        arms = []
+        for block, own, face in ((self.a, pa, n_a), (self.b, pb, n_b)):
+            onto = point + (np.sum((own - point) * face, 1) / np.sum(n * face, 1))[:, None] * n
+            arms.append(np.einsum("qji,qj->qi", place.turn[block], onto - place.centre[block]))
+        self.arm_a = np.where(moved[:, None], arms[0], self.arm_a)
+        self.arm_b = np.where(moved[:, None], arms[1], self.arm_b)
 
     def system(self, place: Place, touching: Ints, point: Floats | None = None) -> EquilibriumSystem:
         """The equilibrium system over some points, by index, where they bear; its loads are those of the model at rest.

@@ -28,7 +28,7 @@ STICKS = 1e-3  # of the largest relative velocity: points that press and move le
 EVENTS, EASINGS = 6, 16  # motions under dead loads alone in a step, and doublings of their length
 BLURRED = 0.02  # likewise in motions under dead loads alone
 STILL = 1e-5  # of the fastest: a block that moves, or turns, no more does not
-FURTHEST, TURNS = 0.25, 0.1  # length units and radians that blocks go at most before the mechanism is asked for again
+FURTHEST, TURNS = 0.05, 0.05  # length units and radians that blocks go at most before the mechanism is asked for again
 PARTS = 1000  # of one step, at most
 DIVIDED = 6  # halvings of a step that leads to where nothing holds
 JAMS = 0.1  # of a step: where the control block goes no further the stones jam
@@ -171,6 +171,7 @@ class _Walk:
                 aim = min(aim, far)
                 self.place, beyond = course.advanced(before, self.mechanism, self.control, aim)
                 course.faced(self.place, course.gaps(self.place) <= TOUCHES)
+                course.anchored(self.place)
                 met = [] if beyond is None else course.bodies.met(beyond)
                 went = course.went(before, self.place, self.control)
                 if not met and not JAMS * aim < went < aim / JAMS:

@@ -293,6 +293,7 @@ class _Walk:
     def rests(self, there: Place, share: float, met: Sequence[tuple[int, int]] = ()) -> None:
         """Note a place of rest, and what `check` proves of it."""
         self.path.faced(there, self.path.gaps(there) <= 10.0 * TOUCHES)
+        self.path.anchored(there)
         self.place, self.share, self.last = there, share, _judged(self.path, there, self.settings)
         proved = self.last is not None and self.last.verdict == "stable"
         self.made.append(replace(self.path.told(there, share, "rest"), proved=proved, met=self._names(met)))
