@@ -17,8 +17,6 @@ from cyclopean.statics import EquilibriumSystem, contact_matrix
 __all__ = ["TOUCHES", "Displaced", "Place", "degrees"]
 
 TOUCHES = 1e-7  # of the length unit (mean V^(1/3)): a point that is further open bears nothing
-STRIP = 0.2  # of the tolerance: how far a point beside a hinge may gape
-WIDEST = 1e-2  # of the distance to its neighbour: how far it is from the hinge
 SLID = 1e-6  # of the length unit: faces that have gone no further along each other meet where they did
 BESIDE = 1e-4  # of the length unit: a point that is no further from one that bears is no other
 LEANS = 1e-6  # sine: faces that lean no more from each other have one normal
@@ -277,8 +275,8 @@ class Displaced:
     def displaced(self, place: Place, settings: Settings) -> tuple[Assembly, Settings]:
         """The blocks as they stand at a place, and the contacts that are left, for `check` and `limit`.
 
-        A joint that has opened about an edge is given as a narrow strip along that edge, within the tolerance of both
-        faces; one that has parted is left out. `settings` are those of the model before.
+        A joint that has opened about an edge is given as points on that edge; one that has parted is left out.
+        `settings` are those of the model before.
         """
         model = self.model
         old, origin = model.assembly, model.assembly.mass.centroid
@@ -304,27 +302,30 @@ class Displaced:
         return np.asarray(place.centre[block] + place.turn[block] @ away)
 
     def _left(self, place: Place) -> Contacts:
-        """What still touches."""
-        contacts, gaps = self.contacts, self.gaps(place)
+        """What still touches: whole joints, and of those that have opened the points about which they did.
+
+        An edge on a face has the normal of the face. Where an edge lies on an edge either may be the one that bears:
+        there is a point with the normal of each face.
+        """
+        contacts, touching = self.contacts, self.gaps(place) <= 10.0 * TOUCHES
         point, bears = self.bearing(place)
-        n, alone = self.ends(place)[2], contacts.at_points
-        pairs, polygons, friction, facing = [], [], [], []
-        for k in np.unique(self.patch):
+        normal = [
+            np.einsum("qij,qj->qi", place.turn[block], own)
+            for block, own in ((self.a, self.normal_a), (self.b, self.normal_b))
+        ]
+        alone, parts = contacts.at_points, list[tuple[int, Floats, Floats | None]]()
+        for k in np.unique(self.patch).tolist():
             here = np.flatnonzero(self.patch == k)
-            shut = here[(gaps[here] <= 10.0 * TOUCHES) & bears[here]]
-            if not len(shut):
+            shut = here[touching[here] & bears[here]]
+            if len(shut) == len(here) and not alone[k]:
+                parts.append((k, point[here], None))
                 continue
-            corners = point[here].copy()
-            for row, other in enumerate(here):
-                if other not in shut:
-                    hinge = shut[int(np.argmin(np.linalg.norm(point[shut] - point[other], axis=1)))]
-                    strip = min(WIDEST, STRIP * self.model.tolerance / (gaps[other] * self.unit))
-                    corners[row] = point[hinge] + strip * (point[other] - point[hinge])
-            pairs.append((int(contacts.a[k]), int(contacts.b[k])))
-            polygons.append(corners)
-            friction.append(float(contacts.mu[k]))
-            facing.append(n[here[0]] if alone[k] else None)
-        return Contacts.of(pairs, polygons, friction, facing=facing)
+            faces = [own for own, counts in zip(normal, self.counts[here[0]], strict=True) if counts]
+            parts += [(k, point[row][None], own[row]) for row in shut for own in faces]
+        which = [k for k, *_ in parts]
+        pairs = np.stack([contacts.a[which], contacts.b[which]], 1)
+        polygons, facing = [polygon for _, polygon, _ in parts], [own for *_, own in parts]
+        return Contacts.of(pairs, polygons, contacts.mu[which], facing=facing)
 
 
 def _rows(base: EquilibriumSystem, block: Ints) -> Ints:
