@@ -282,6 +282,16 @@ def test_a_support_that_pushes_a_stone(low):
     assert all(verify(json.loads(json.dumps(proof))).proved for proof in path.proofs)
 
 
+def test_supports_that_run_into_each_other():
+    """Nothing is said of what they do to each other: the path ends where they meet, after 0.2 m."""
+    ram = prism("ram", [(1.2, 2.0), (1.8, 2.0), (1.8, 2.9), (1.2, 2.9)], 0.5, fixed=True)
+    post = prism("post", [(0.4, 2.0), (1.0, 2.0), (1.0, 2.9), (0.4, 2.9)], 0.5, fixed=True)
+    path = followed(floor(ram, post), {"ram": (-0.6, 0, 0)}, steps=3)
+    assert not path.reached
+    assert path.share * 0.6 <= 0.2
+    assert "'ram' and 'post' run into each other" in path.ended
+
+
 def test_a_floor_that_moves_takes_a_stone_to_a_wall():
     """The cube goes along for 0.3 m; from then on the wall holds it and the floor slides away under it."""
     stop = prism("wall", [(1.3, 0.0), (1.8, 0.0), (1.8, 1.0), (1.3, 1.0)], 0.5, fixed=True)

@@ -25,6 +25,7 @@ import numpy as np
 
 from cyclopean.analysis.checking import check
 from cyclopean.analysis.equilibrium.rbe import Outcome, solve_rbe
+from cyclopean.analysis.large_displacement.faces import Bodies
 from cyclopean.analysis.large_displacement.flow import dry_flow
 from cyclopean.analysis.large_displacement.places import TOUCHES, Displaced, Place
 from cyclopean.analysis.preparation import PreparedModel, prepare
@@ -45,7 +46,7 @@ ROUNDS = 25  # of one step: each squares what is left to move
 STAYS = 1e-6  # of what a programme has to move: gaps below it are those of a hinge, and stay shut
 CALM = 1e-4  # of what the ground has moved points: a last motion that is no further is none
 SHUT = 1e-9  # of the length unit: what is left to move once a step is done
-HALVED = 25  # of a step in which stones run into each other, to find where they meet
+HALVED = 20  # of a step in which stones run into each other, to find where they meet
 MEETINGS = 12  # in one step: where stones meet more often, the path ends
 
 
@@ -99,7 +100,7 @@ class Subsidence:
 _WHY: dict[Word, str] = {
     "falls": "no state of rest was found close by: the blocks fall, or snap to another place",
     "locked": "the blocks cannot follow: they are locked between the supports, and something would have to crush",
-    "meet": "run into each other where no face parts them, or again and again, which is not followed",
+    "meet": "run into each other: both are supports, or no face parts them, or it goes on again and again",
     "undecided": "the solver came to no answer",
 }
 
@@ -179,6 +180,7 @@ class _Path(Displaced):
 
     def __init__(self, model: PreparedModel, ground: Floats) -> None:
         super().__init__(model)
+        self.bodies = Bodies(model.assembly, np.zeros(len(model.fixed), bool))  # supports run into each other as well
         self.ground = ground
         self.supports = np.flatnonzero(model.fixed)
 
@@ -307,7 +309,7 @@ class _Walk:
             there, word = self.path.followed(self.place, aim, pressure)
             if word == "rest" and self.path.bodies.met(there):
                 meetings += 1
-                if meetings > MEETINGS or not self._meet(aim, pressure):
+                if meetings > MEETINGS or not self._meet(aim, there, pressure):
                     return self.path.told(there, aim, "meet")
                 aim = target
             elif word == "rest":
@@ -319,21 +321,26 @@ class _Walk:
                 return self.path.told(there, aim, word)
         return None
 
-    def _meet(self, aim: float, pressure: Floats) -> bool:
-        """Go on until stones meet, and let them bear on each other; False where that cannot be followed."""
-        path, low, high = self.path, self.share, aim
-        there, beyond = self.place, None
+    def _meet(self, aim: float, beyond: Place, pressure: Floats) -> bool:
+        """Go on until stones meet that are in each other beyond, and let them bear on each other; False: not followed.
+
+        `pressure` (q,) is that at the last place of rest.
+        """
+        path, low, high, there = self.path, self.share, aim, self.place
         for _ in range(HALVED):
             middle = (low + high) / 2.0
             place, word = path.followed(self.place, middle, pressure)
-            if word == "rest" and not path.bodies.met(place):
+            if path.bodies.met(place):
+                high, beyond = middle, place
+            elif word == "rest":
                 low, there = middle, place
             else:
-                high, beyond = middle, place
-        pairs = path.bodies.met(beyond) if beyond is not None else []
-        touches = [path.bodies.touch(there, pair) for pair in pairs]
-        if not touches or any(one is None for one in touches):
-            self.crossed = " and ".join(self._names(pairs[:1])[0]) if pairs else ""
+                high = middle
+        pairs = path.bodies.met(beyond)
+        fixed = path.model.fixed
+        touches = [None if fixed[one] and fixed[two] else path.bodies.touch(there, (one, two)) for one, two in pairs]
+        if any(one is None for one in touches):
+            self.crossed = " and ".join(f"'{name}'" for name in self._names(pairs[:1])[0])
             return False
         new = [one for one in touches if one is not None and not path.known(there, one)]
         for one in new:
