@@ -20,7 +20,8 @@ def test_a_push_in_full(run, block, tmp_path):
     )
     assert (status, err) == (0, "")
     assert out.startswith(
-        "It falls at the latest when it is pushed towards the right with 40 % of its weight.\n  limit    0.4: "
+        "It falls at the latest when it is pushed towards the right with 40 % of its weight.\n"
+        "  limit    multiplier 0.4: It stands up to 4"
     )
     data = json.loads((tmp_path / "limit.json").read_text())
     assert data["schema"] == "cyclopean.limit/1"

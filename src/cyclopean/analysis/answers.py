@@ -5,13 +5,15 @@ the joints slide, so that "falls" is said of the upper bound of a limit or a mar
 """
 
 import math
+import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from cyclopean.analysis.limit_analysis.live_load import Live
     from cyclopean.analysis.limit_analysis.result import LimitResult
     from cyclopean.analysis.verdict import Result
 
-__all__ = ["BALANCED", "answer", "force", "limit_answer", "rounded", "towards"]
+__all__ = ["BALANCED", "amount", "answer", "force", "limit_answer", "limit_bounds", "rounded", "towards"]
 
 BALANCED = {  # why a structure stands where nothing else is to be said, by method
     "rbe": "Compression and friction at the contacts can balance every load on every block.",
@@ -19,6 +21,9 @@ BALANCED = {  # why a structure stands where nothing else is to be said, by meth
 }
 WAYS = ("right", "right and back", "back", "left and back", "left", "left and front", "front", "right and front")
 LATEST = "It falls at the latest"  # the upper bound is proved of every way in which joints may slide
+SURCHARGE = re.compile(r"a surcharge of (\S+) Pa (.*)")  # as a live load names it
+NAMED = 2  # loaded stones that are named one by one
+DIGITS = 6  # of both bounds: they are a millionth apart
 SLIGHT = 1e-3  # degrees; % of the weight: less than anybody measures
 NONE = 1e-3  # of the last digit: no more than solvers and decimals leave
 WORDS = {"stable": "Stands", "unstable": "Falls", "undecided": "Undecided"}
@@ -34,26 +39,49 @@ def towards(azimuth: float) -> str:
     return f"towards azimuth {azimuth:g}" if off else f"towards the {WAYS[int(way)]}"
 
 
-def rounded(value: float, up: bool) -> str:
-    """A figure of three digits, rounded to the side on which what is said of it stays true.
+def rounded(value: float, up: bool, digits: int = 3) -> str:
+    """A figure of a few digits, rounded to the side on which what is said of it stays true.
 
     >>> rounded(8.0812, True), rounded(8.0812, False), rounded(0.25, True)
     ('8.09', '8.08', '0.25')
     """
     if value == 0.0:
         return "0"
-    unit = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits)
     whole = math.ceil(value / unit - NONE) if up else math.floor(value / unit + NONE)
     return f"{whole * unit:.12g}"
 
 
-def force(newtons: float, up: bool) -> str:
+def force(newtons: float, up: bool, digits: int = 3) -> str:
     """A force, in the unit that suits it.
 
     >>> force(52949.6, True), force(12.0, False)
     ('53 kN', '12 N')
     """
-    return f"{rounded(newtons / 1e3, up)} kN" if newtons >= 1e3 else f"{rounded(newtons, up)} N"
+    small = abs(newtons) < 1e3
+    return f"{rounded(newtons / (1.0 if small else 1e3), up, digits)} {'N' if small else 'kN'}"
+
+
+def amount(live: "Live", multiplier: float, up: bool, digits: int = 3) -> tuple[str, str]:
+    """How much of what grows a multiplier is, with its unit, and what that is or where it acts."""
+    if live.tilt is not None:
+        return f"{rounded(math.degrees(math.atan(multiplier)), up, digits)} degrees", towards(live.tilt)
+    if live.push is not None:
+        x, y, z = live.push
+        way = towards(math.degrees(math.atan2(y, x))) if z == 0.0 else f"along ({x:g}, {y:g}, {z:g})"
+        return f"{rounded(100.0 * multiplier * math.hypot(x, y, z), up, digits)} % of its weight", way
+    if live.words.startswith("1 kN "):
+        return f"{rounded(multiplier, up, digits)} kN", live.words[5:]
+    if (pressed := SURCHARGE.fullmatch(live.words)) is not None:
+        pascals = multiplier * float(pressed[1])
+        whole = f"{rounded(pascals / 1e3, up, digits)} kPa" if pascals >= 1e3 else f"{rounded(pascals, up, digits)} Pa"
+        return whole, f"as a surcharge {pressed[2]}"
+    if live.words:
+        return f"{rounded(multiplier, up, digits)} times", live.words
+    total = force(multiplier * math.fsum(math.hypot(*load.force) for load in live.loads), up, digits)
+    blocks = sorted({load.block for load in live.loads})
+    named = " and ".join(f"'{name}'" for name in blocks) if len(blocks) <= NAMED else f"{len(blocks)} stones"
+    return total, f"{'in all ' * (len(blocks) > 1)}on {named}"
 
 
 def answer(result: "Result") -> tuple[str, str]:
@@ -77,25 +105,30 @@ def limit_answer(result: "LimitResult") -> tuple[str, str]:
         word = {"unbounded": "No limit", "falls": "Falls as it is"}.get(result.word, "Undecided")
         return word, result.reason
     live, most = result.live, result.upper
+    much, what = amount(live, most, up=True)
     if live.tilt is not None:
-        degrees, way = math.degrees(math.atan(most)), towards(live.tilt)
-        if degrees < SLIGHT:
-            return "Nothing to spare", f"It falls at the slightest tilt of the ground {way}."
-        angle = rounded(degrees, up=True)
-        return f"{angle}°", f"{LATEST} when the ground tilts by {angle} degrees {way}."
+        if math.degrees(math.atan(most)) < SLIGHT:
+            return "Nothing to spare", f"It falls at the slightest tilt of the ground {what}."
+        return much.replace(" degrees", "°"), f"{LATEST} when the ground tilts by {much} {what}."
     if live.push is not None:
-        x, y, z = live.push
-        way = towards(math.degrees(math.atan2(y, x))) if z == 0.0 else f"along ({x:g}, {y:g}, {z:g})"
-        percent = 100.0 * most * math.hypot(x, y, z)
-        if percent < SLIGHT:
-            return "Nothing to spare", f"It falls at the slightest push {way}."
-        share = rounded(percent, up=True)
-        return f"{share} % of its weight", f"{LATEST} when it is pushed {way} with {share} % of its weight."
-    if live.words:
-        often = rounded(most, up=True)
-        total = f"{often} {live.words[2:]}" if live.words.startswith("1 kN ") else f"{often} times {live.words}"
-        return total.partition(" on ")[0], f"{LATEST} under {total}."
-    total = force(most * math.fsum(math.hypot(*load.force) for load in live.loads), up=True)
-    blocks = sorted({load.block for load in live.loads})
-    where = f"on '{blocks[0]}'" if len(blocks) == 1 else f"in all on {len(blocks)} stones"
-    return total, f"{LATEST} under {total} {where}."
+        if 100.0 * most * math.hypot(*live.push) < SLIGHT:
+            return "Nothing to spare", f"It falls at the slightest push {what}."
+        return much, f"{LATEST} when it is pushed {what} with {much}."
+    return much, f"{LATEST} under {much} {what}."
+
+
+def limit_bounds(result: "LimitResult") -> str:
+    """Both bounds in words, with their unit, and whether the mechanism leaves the answer open for real friction."""
+    from cyclopean.analysis.limit_analysis.joints import moving_joints
+
+    if result.word != "limit" or result.upper is None or result.lower is None:
+        return result.reason
+    low, high = (amount(result.live, one, up, DIGITS)[0] for one, up in ((result.lower, False), (result.upper, True)))
+    said = f"It stands up to {low}, and falls at the latest from {high} on; both are proved."
+    if limit_answer(result)[0] == "Nothing to spare":
+        said = f"It stands as it is, and falls at the latest from {high} on; both are proved."
+    if any(joint.kind == "slide" for joint in moving_joints(result)):
+        return (
+            f"{said} Joints slide in the mechanism, and open as they do: with friction that does not, it may bear less."
+        )
+    return f"{said} No joint slides in the mechanism."

@@ -179,9 +179,10 @@ def _path_lines(path: "Subsidence", result: "Result", files: Files) -> list[str]
     lines = ["  path     settlement m   found       widest joint m"]
     every = -(-len(path.steps) // FEW)
     for k, step in enumerate(path.steps):
-        if k % every and k < len(path.steps) - 3:
+        if k % every and k < len(path.steps) - 3 and not step.met:
             continue
         joint = "" if step.joint < 0 else f"   {ids[a[step.joint]]} and {ids[b[step.joint]]}"
+        joint += "".join(f"   ({one} and {other} meet)" for one, other in step.met)
         lines.append(f"           {step.settlement:<12.5g}   {step.word:9}   {step.opening:<8.4g}{joint}".rstrip())
     lines.append(f"  steps    {files.points(path.proofs)[1]}")
     if not path.proved:

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopean.analysis.answers import limit_answer
+from cyclopean.analysis.answers import amount, limit_answer, limit_bounds
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.inputs import Reading
 from cyclopean.api.limiting import LIMITED, LimitOptions, limited
@@ -91,7 +91,7 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
     coupled, polar, curve = result.coupled, result.polar, result.pushover
     title, said = limit_answer(result)
     known = said == result.reason
-    lines = [f"{title}. {said}"] if known else [said, f"  limit    {_head(result)}: {result.reason}"]
+    lines = [f"{title}. {said}"] if known else [said, f"  limit    {_head(result)}: {limit_bounds(result)}"]
     lines.append(
         f"  model    {result.assembly.name}: {len(result.assembly)} blocks, {int((~result.fixed).sum())} of them free,"
         f" {len(result.contacts)} contacts"
@@ -99,10 +99,7 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
     if result.loading is not None:
         lines.append(f"  loads    {result.loading.words()}")
     lines += assumed_line(result.assumed)
-    if result.governing is not None:
-        contacts, blocks = result.contacts, result.assembly.blocks
-        ends = (blocks[int(x[result.governing])].id for x in (contacts.a, contacts.b))
-        lines.append(f"  moves    most at the joint between {' and '.join(ends)}")
+    lines += _mechanism_line(result)
     if coupled is not None:
         lines.append(f"  cra      {_coupled_line(coupled)}")
     if polar is not None:
@@ -111,11 +108,15 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
         reach = f"x = {moved.places[0]:g} to {moved.places[-1]:g} m"
         lines.append(f"  along    {len(moved.places)} places, {reach}; least at x = {moved.at:g} m")
     if curve is not None:
-        last = curve.steps[-1]
+        first, last = curve.steps[0], curve.steps[-1]
+        bears = (amount(result.live, step.multiplier, up=False)[0] for step in (first, last))
         lines.append(
-            f"  pushover '{curve.control}' to {last.displacement:.4g} m, {last.rotation:.4g} degrees: multiplier"
-            f" {curve.steps[0].multiplier:.4g} to {last.multiplier:.4g}; {curve.ended}"
+            f"  pushover '{curve.control}' goes {last.displacement:.4g} m and turns {round(last.rotation, 6):.4g}"
+            f" degrees: the limit is {' at first, '.join(bears)} then; {curve.ended}"
         )
+        for step in curve.steps:
+            pairs = ", ".join(f"{one} and {other}" for one, other in step.met)
+            lines += [f"           {pairs} meet at {step.displacement:.4g} m"] if step.met else []
         lines.append(f"  points   {files.points(curve.proofs)[1]}")
     if result.certificate is not None:
         lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic")
@@ -124,7 +125,21 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
 
 def _head(result: "LimitResult") -> str:
     angle = None if result.angle is None else result.angle[0]
-    return f"{result.value:.6g}" if angle is None else f"{angle:.5g} degrees"
+    return f"multiplier {result.value:.6g}" if angle is None else f"{angle:.5g} degrees"
+
+
+def _mechanism_line(result: "LimitResult") -> list[str]:
+    """Which joints move in the mechanism, how, and which of those that bear something moves most."""
+    from cyclopean.analysis import moving_joints
+
+    if result.governing is None:
+        return []
+    contacts, blocks, joints = result.contacts, result.assembly.blocks, moving_joints(result)
+    count = [sum(joint.kind == kind for joint in joints) for kind in ("hinge", "slide", "part")]
+    words = ("opens about a hinge", "slides", "parts"), ("open about hinges", "slide", "part")
+    told = [f"{k} {'joints' if k > 1 else 'joint'} {words[k > 1][i]}" for i, k in enumerate(count) if k]
+    ends = " and ".join(blocks[int(x[result.governing])].id for x in (contacts.a, contacts.b))
+    return [f"  moves    {', '.join(told)}; most at the joint between {ends}"]
 
 
 def _coupled_line(coupled: "CoupledBracket") -> str:

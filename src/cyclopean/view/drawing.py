@@ -78,6 +78,7 @@ class Picture:
     load: Floats = field(default_factory=NOTHING.copy)  # (l, 2, 3) m, live loads, tail and tip, where they act
     load_text: tuple[str, ...] = ()  # what is written at each
     hinge: Floats = field(default_factory=NOWHERE.copy)  # (h, 3) m, where joints of a mechanism turn
+    slide: Floats = field(default_factory=NOWHERE.copy)  # (s, 3) m, where they slide
 
 
 def picture(result: Result) -> Picture:
@@ -156,16 +157,16 @@ def picture_at_limit(result: LimitResult) -> Picture:
 
 
 def _with_loads(drawn: Picture, result: LimitResult) -> Picture:
-    """Add the live loads at the limit, in newtons, where they act, and the hinges; both move with their blocks.
+    """Add the live loads at the limit, in newtons, hinges, and joints that slide; all move with their blocks.
 
     A push acts on every block: it is drawn as one arrow, at the middle of the mass. A tilt has no arrow.
     """
     block, force, point = _live(result)
     size = np.linalg.norm(force, axis=1)
-    hinges = [joint for joint in moving_joints(result) if joint.kind == "hinge"][:POINT_LIMIT]
-    turning = result.contacts.a[[joint.contact for joint in hinges]] if hinges else np.zeros(0, np.int64)
-    at = np.array([*point, *(joint.point for joint in hinges)]).reshape(-1, 3)
-    who = np.concatenate([block, turning]).astype(np.int64)
+    joints = [joint for joint in moving_joints(result) if joint.kind != "part"][:POINT_LIMIT]
+    going = result.contacts.a[[joint.contact for joint in joints]] if joints else np.zeros(0, np.int64)
+    at = np.array([*point, *(joint.point for joint in joints)]).reshape(-1, 3)
+    who, slides = np.concatenate([block, going]).astype(np.int64), np.array([j.kind == "slide" for j in joints], bool)
     if drawn.motion is not None and result.mechanism is not None:
         known = np.where(who < 0, 0, who)
         there = moved(at, known, result.assembly.mass.centroid, result.mechanism, drawn.motion.time)
@@ -176,7 +177,8 @@ def _with_loads(drawn: Picture, result: LimitResult) -> Picture:
         drawn,
         load=np.stack([tip - longest * force, tip], 1),
         load_text=tuple(force_text(float(one)) for one in size),
-        hinge=at[len(block) :],
+        hinge=at[len(block) :][~slides],
+        slide=at[len(block) :][slides],
     )
 
 
@@ -219,6 +221,14 @@ def followed(result: LimitResult) -> Picture | None:
     vertex = curve.placed[body] + np.einsum("kij,kj->ki", curve.turned[body], away)
     gone = replace(mesh, vertex=vertex)
     return replace(drawn, mesh=gone, ghost=drawn.edge, edge=feature_edges(gone) if len(drawn.edge) else drawn.edge)
+
+
+def settled(result: Result) -> Picture | None:
+    """The blocks at the last state of rest of a settlement, with their edges where they stood; None without one."""
+    if result.path is None or result.path.last is None:
+        return None
+    last, before = result.path.last, still(result.assembly, result.fixed, result.gravity)
+    return replace(still(last.assembly, last.fixed, last.gravity), ghost=before.edge)
 
 
 def displaced(drawn: Picture) -> Picture | None:

@@ -83,6 +83,7 @@ def elevation_svg(drawn: Picture, title: str, view: View | None = None, *, faces
         layer("friction", [_arrows(drawn.rub, paper, RUB)]),
         layer("tension", [_dots(drawn.pull, 4.0 + 9.0 * np.sqrt(drawn.pull_share), paper, PULL)]),
         layer("hinges", [_dots(drawn.hinge, np.full(len(drawn.hinge), 6.0), paper, LOAD)]),
+        layer("joints that slide", [_dots(drawn.slide, np.full(len(drawn.slide), 6.0), paper, "#fff", LOAD)]),
         layer("loads", [_arrows(drawn.load, paper, LOAD), *_load_texts(drawn, paper)]),
         layer("numbers", _numbers(drawn.blamed, paper)),
         layer("gravity", [_gravity(drawn, paper)]),
@@ -225,15 +226,15 @@ def _arrows(arrow: Floats, paper: Paper, colour: str) -> str:
     )
 
 
-def _dots(point: Floats, radius: Floats, paper: Paper, colour: str) -> str:
-    """Contact points, with a white rim; those that fall together on the sheet are drawn once, as the largest."""
+def _dots(point: Floats, radius: Floats, paper: Paper, colour: str, rim: str = "#fff") -> str:
+    """Contact points, with a rim; those that fall together on the sheet are drawn once, as the largest."""
     if not len(point):
         return ""
     drawn: dict[tuple[float, float], float] = {}
     for (x, y), r in zip(paper.of(point[:POINT_LIMIT]).round(1).tolist(), radius.tolist(), strict=False):
         drawn[x, y] = max(r, drawn.get((x, y), 0.0))
     circles = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}"/>' for (x, y), r in drawn.items())
-    return f'<g fill="{colour}" stroke="#fff" stroke-width="1.2">{circles}</g>'
+    return f'<g fill="{colour}" stroke="{rim}" stroke-width="{1.2 if rim == "#fff" else 2.4}">{circles}</g>'
 
 
 def _numbers(point: Floats, paper: Paper) -> Iterator[str]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, PushoverStep, Travelling, moving_joints
-from cyclopean.analysis.answers import limit_answer
+from cyclopean.analysis.answers import amount, limit_answer, limit_bounds
 from cyclopean.arrays import Floats
 from cyclopean.view.colours import ACCENT, GRAVITY, INK, LINE, LOAD, SOFT
 from cyclopean.view.drawing import Picture, followed, picture_at_limit
@@ -36,6 +36,15 @@ from cyclopean.view.tables import joint_name
 __all__ = ["limit_html", "polar_svg", "pushover_svg", "travelling_svg"]
 
 MOST = 40  # joints listed
+RING = f'<circle cx="16" cy="8" r="5" fill="#fff" stroke="{LOAD}" stroke-width="2.4"/>'
+STILL = 1e-6  # degrees: less than that is rounding
+BOUND = 6  # digits of both bounds: they are a millionth apart
+STANDS_TO, FALLS_FROM = "stands, proved, up to", "falls, proved, from"
+MULTIPLIER = {
+    "push": "multiplier of the push",
+    "tilt": "tangent of the angle",
+    "load": "multiplier of the load given",
+}
 WORDS = {"limit": "Limit", "unbounded": "No limit", "falls": "Falls", "undecided": "Undecided"}
 TONES = {"limit": "stable", "unbounded": "stable", "falls": "unstable", "undecided": "undecided"}
 KINDS = {"hinge": "opens about a hinge", "slide": "slides", "part": "parts"}
@@ -81,6 +90,7 @@ def _keys(drawn: Picture, result: LimitResult) -> str:
             key(SUPPORTED, "support"),
             key(arrow(LOAD), f"{load}, as large as at the limit") if len(drawn.load) else "",
             key(f'<circle cx="16" cy="8" r="6" fill="{LOAD}"/>', "hinge") if len(drawn.hinge) else "",
+            key(RING, "joint that slides") if len(drawn.slide) else "",
             key(DASHED, "where it stands") if len(drawn.ghost) else "",
             key(arrow(GRAVITY), "gravity"),
         ]
@@ -114,8 +124,9 @@ _COUPLED = (
 )
 _PUSHOVER = (
     "At each step the limit is found anew on the displaced geometry. Joints that have opened bear nothing; points that"
-    " press stay in touch, no further than the edges of both faces. Bounds on the limit of the stones at that place are"
-    " checked in exact arithmetic where they are proved."
+    " press stay in touch, no further than the edges of both faces; stones that run into each other bear on each other"
+    " from there on. Bounds on the limit of the stones at that place are checked in exact arithmetic where they are"
+    " proved."
 )
 
 
@@ -123,17 +134,19 @@ def _head(result: LimitResult, model_file: str | None) -> str:
     n, held = len(result.assembly), int(result.fixed.sum())
     figures = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
     title, said = limit_answer(result)
-    answer = title, said if said == result.reason else f"{said} {result.reason}"
+    answer = title, said if said == result.reason else f"{said} {limit_bounds(result)}"
     return headline(result.assembly.name, figures, "rigid-block limit analysis", answer=answer, model_file=model_file)
 
 
 def _bounds(result: LimitResult) -> str:
-    rows = [("stands, proved, at", _number(result.lower)), ("falls, proved, from", _number(result.upper))]
+    rows = [
+        (word, _amount(result, value, up))
+        for word, value, up in ((STANDS_TO, result.lower, False), (FALLS_FROM, result.upper, True))
+    ]
+    bounds = f"{_number(result.lower)} to {_number(result.upper)}"
+    rows.append((MULTIPLIER[result.live.kind], f"{result.value:.6g}" if result.word == "limit" else bounds))
     if np.isfinite(result.gap):
         rows.append(("apart by", f"{number(result.gap, 2)} of it"))
-    if result.angle is not None:
-        low, high = result.angle
-        rows += [("angle, stands at", _degrees(low)), ("angle, falls from", _degrees(high))]
     if result.window is not None:
         rows.append(("stands only between", f"{number(result.window[0])} and {number(result.window[1])}"))
     if result.live.words:
@@ -153,12 +166,16 @@ def _assumed(name: str, value: Any) -> str:
     return f"({told}){unit}" if len(parts) > 1 else f"{told}{unit}"
 
 
+def _amount(result: LimitResult, value: float | None, up: bool) -> str:
+    """A bound, in the unit of what grows."""
+    if value is None:
+        return "not proved"
+    much, what = amount(result.live, value, up, BOUND)
+    return escape(much if result.live.kind != "load" else f"{much} {what}")
+
+
 def _number(value: float | None) -> str:
     return "not proved" if value is None else f'<span title="{value:.10g}">{number(value)}</span>'
-
-
-def _degrees(value: float | None) -> str:
-    return "not proved" if value is None else f'<span title="{value:.8g}°">{number(value)}°</span>'
 
 
 def _joints(result: LimitResult) -> str:
@@ -234,10 +251,18 @@ def _dot(x: float, y: float, title: str = "") -> str:
 
 
 def _pushover(pushover: Pushover, result: LimitResult) -> str:
-    caption = f"Control block '{escape(pushover.control)}'. It ends where {escape(pushover.ended)}."
-    head = ["Displacement (m)", ">Rotation (°)", ">Multiplier", "Proved", ">Points in touch"]
+    caption = f"Control block '{escape(pushover.control)}'. How it ends: {escape(pushover.ended)}."
+    head = ["Displacement (m)", ">Rotation (°)", ">Multiplier", ">Limit", "Proved", ">Points in touch", ""]
     rows = (
-        (number(s.displacement), number(s.rotation), number(s.multiplier), _proved(s), f"{s.touching:,}")
+        (
+            number(s.displacement),
+            number(s.rotation if s.rotation > STILL else 0.0),
+            number(s.multiplier),
+            escape(amount(result.live, s.multiplier, up=False)[0]),
+            _proved(s),
+            f"{s.touching:,}",
+            escape(", ".join(f"{one} and {other} meet" for one, other in s.met)),
+        )
         for s in pushover.steps
     )
     place = followed(result)

@@ -6,7 +6,8 @@ from cyclopean.analysis import Result
 from cyclopean.analysis.answers import answer
 from cyclopean.view.colours import FORCE, GRAVITY, PULL, THRUST, WEAK
 from cyclopean.view.coupling import coupled, known_all_the_same, near, refuted, tension
-from cyclopean.view.drawing import Picture, picture
+from cyclopean.view.drawing import Picture, picture, settled
+from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import force_text
 from cyclopean.view.markup import (
     DASHED,
@@ -15,6 +16,7 @@ from cyclopean.view.markup import (
     SUPPORTED,
     arrow,
     document,
+    figure,
     headline,
     key,
     legend,
@@ -79,7 +81,7 @@ def report_html(
         section("After the settlement", settlement_table(result), _SETTLED),
         section("Blocks that move most", movement_table(result, drawn.motion)),
         section("Most used contacts", contacts_table(result), _CONTACTS),
-        "" if result.path is None else subsidence_section(result.path, result),
+        "" if result.path is None else subsidence_section(result.path, result, _place(result)),
         "" if result.margins is None else margins_section(result.margins, result),
         "" if result.sensitivity is None else sensitivity_section(result.sensitivity),
         section("Tension it would need", tension(result)),
@@ -89,6 +91,13 @@ def report_html(
         section("How it was computed", provenance_table(result)),
     )
     return document(f"{result.assembly.name}: {result.verdict}", body, word=result.verdict, may=POLICY)
+
+
+def _place(result: Result) -> str:
+    """The stones at the last state of rest of a settlement."""
+    place = settled(result)
+    said = "The stones at the last state of rest, over where they stood."
+    return "" if place is None else figure(elevation_svg(place, "Where they come to rest"), said)
 
 
 _ASSUMED = "Neither the model nor the command said what is marked as assumed. Check it before you rely on the verdict."

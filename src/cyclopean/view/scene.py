@@ -60,6 +60,7 @@ def scene_html(drawn: Picture, joints: Floats | None = None, off: Iterable[tuple
         lines(scene, "/where it stood", place(drawn.ghost), GHOST, 1.0)
         dots(scene, "/pressing points", place(drawn.press), FORCE, 0.005 * SPAN)
         dots(scene, "/hinges", place(drawn.hinge), LOAD, 0.012 * SPAN)
+        dots(scene, "/joints that slide", place(drawn.slide), RUB, 0.012 * SPAN)
         dots(scene, "/points that would pull", place(drawn.pull), PULL, 0.010 * SPAN)
         lines(scene, "/virtual displacement", place(drawn.virtual_edge), RUB, 1.6, shown=False)
         if len(shown):

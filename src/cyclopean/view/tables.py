@@ -324,24 +324,27 @@ def _governing(bracket: Bracket, result: Result) -> str:
 
 
 _SUBSIDING = (
-    "The supports move on in steps, as rigid bodies; the blocks follow so that the loads lose most while nothing closes"
-    " that is shut, and a state of rest is looked for on the geometry as it has become. Forces, openings and pictures"
-    " above are those of its beginning. Where a rest is proved, its certificate was checked in exact arithmetic."
+    "The supports move on in steps, as rigid bodies; the blocks follow so that the loads lose most, friction counted,"
+    " while nothing closes that is shut; stones that run into each other bear on each other from there on. A state of"
+    " rest is looked for on the geometry as it has become. Forces, openings and pictures above are those of its"
+    " beginning."
+    " Where a rest is proved, its certificate was checked in exact arithmetic."
 )
 
 
-def subsidence_section(found: Subsidence, result: Result) -> str:
-    """The table of its steps as a part of the page."""
+def subsidence_section(found: Subsidence, result: Result, drawn: str) -> str:
+    """The table of its steps as a part of the page, and where it ends, drawn."""
     names = ("share", "settlement", "found", "widest joint", "", "points that touch")
     rows = table(names, (_step_row(step, found, result) for step in found.steps))
-    return section("As the settlement goes on", f"<p>{escape(found.ended)}</p>{rows}", _SUBSIDING)
+    return section("As the settlement goes on", f"<p>{escape(found.ended)}</p>{drawn}{rows}", _SUBSIDING)
 
 
 def _step_row(step: SubsidenceStep, found: Subsidence, result: Result) -> tuple[str, ...]:
+    met = "".join(f"; {one} and {other} meet" for one, other in step.met)
     return (
         f"{100 * step.share:.4g} %",
         f"{number(step.settlement)} m",
-        escape(step.word) + (", proved" if step.proved else ""),
+        escape(step.word + (", proved" if step.proved else "") + met),
         f"{number(step.opening)} m",
         joint_name(result, step.joint, found.contacts) if step.joint >= 0 else "",
         str(step.touching),
