@@ -20,6 +20,9 @@ TOUCHES = 1e-7  # of the length unit (mean V^(1/3)): a point that is further ope
 SLID = 1e-6  # of the length unit: faces that have gone no further along each other meet where they did
 BESIDE = 1e-4  # of the length unit: a point that is no further from one that bears is no other
 LEANS = 1e-6  # sine: faces that lean no more from each other have one normal
+SAID = 1e-4  # rad: faces that lean more from a contact are said to
+STRIP = 0.2  # of the tolerance: how far a point beside a hinge may gape
+WIDEST = 1e-2  # of the distance to its neighbour: how far it is from the hinge
 CLOSINGS = 6  # rounds in which joints are found that would close further than they can
 CORRECTIONS = 12  # rounds that keep points in touch
 
@@ -127,8 +130,7 @@ class Displaced:
 
         `near` (q,) tells which points touch, or will do so; whether anything has changed.
         """
-        n_a = np.einsum("qij,qj->qi", place.turn[self.a], self.normal_a)
-        n_b = np.einsum("qij,qj->qi", place.turn[self.b], self.normal_b)
+        n_a, n_b = self._own_normals(place)
         leans = np.linalg.norm(np.cross(n_a, n_b), axis=1) > LEANS
         near = near & leans & ~self.contacts.at_points[self.patch]
         point, off = self.bearing(place)[0], 10.0 * self.bodies.tolerance
@@ -175,14 +177,35 @@ class Displaced:
         pa, pb, n = self.ends(place)
         point, bears = self.bearing(place)
         moved = (np.linalg.norm(point - (pa + pb) / 2.0, axis=1) > 0.0) & bears
-        n_a = np.einsum("qij,qj->qi", place.turn[self.a], self.normal_a)
-        n_b = np.einsum("qij,qj->qi", place.turn[self.b], self.normal_b)
+        n_a, n_b = self._own_normals(place)
         arms = []
         for block, own, face in ((self.a, pa, n_a), (self.b, pb, n_b)):
             onto = point + (np.sum((own - point) * face, 1) / np.sum(n * face, 1))[:, None] * n
             arms.append(np.einsum("qji,qj->qi", place.turn[block], onto - place.centre[block]))
         self.arm_a = np.where(moved[:, None], arms[0], self.arm_a)
         self.arm_b = np.where(moved[:, None], arms[1], self.arm_b)
+
+    def borne(self, place: Place, open_by: float) -> tuple[EquilibriumSystem, Ints]:
+        """The system over points that are open by no more than so many length units, and which (k,) those are."""
+        touching = np.flatnonzero((self.gaps(place) <= open_by) & self.bearing(place)[1])
+        return self.system(place, touching), touching
+
+    def friction(self, place: Place) -> tuple[Floats, Floats]:
+        """(q,) mu at each point, and by how much its faces lean (rad) from its normal where both of them count.
+
+        Where an edge lies on an edge, each stone's may slide along the face of the other, and a force has to be inside
+        the cones about both normals: about their mean there is that much less.
+        """
+        n_a, n_b = self._own_normals(place)
+        both = (self.counts.sum(axis=1) > 1.0) & ~self.contacts.at_points[self.patch]
+        sine, cosine = np.linalg.norm(np.cross(n_a, n_b), axis=1), np.sum(n_a * n_b, axis=1)
+        lean = np.where(both, np.arctan2(sine, cosine) / 2.0, 0.0)
+        return np.tan(np.maximum(np.arctan(self.base.mu) - lean, 0.0)), lean
+
+    def _own_normals(self, place: Place) -> tuple[Floats, Floats]:
+        """(q, 3) the normals of both faces at each point."""
+        n_a = np.einsum("qij,qj->qi", place.turn[self.a], self.normal_a)
+        return n_a, np.einsum("qij,qj->qi", place.turn[self.b], self.normal_b)
 
     def system(self, place: Place, touching: Ints, point: Floats | None = None) -> EquilibriumSystem:
         """The equilibrium system over some points, by index, where they bear; its loads are those of the model at rest.
@@ -209,7 +232,7 @@ class Displaced:
             arm_a=arm_a,
             arm_b=arm_b,
             frame=frame,
-            mu=base.mu[touching],
+            mu=self.friction(place)[0][touching],
             A=A,
             pull=np.zeros(0),
             size=None,
@@ -275,8 +298,8 @@ class Displaced:
     def displaced(self, place: Place, settings: Settings) -> tuple[Assembly, Settings]:
         """The blocks as they stand at a place, and the contacts that are left, for `check` and `limit`.
 
-        A joint that has opened about an edge is given as points on that edge; one that has parted is left out.
-        `settings` are those of the model before.
+        A joint that has opened about an edge is given as that edge; one that has parted is left out. `settings` are
+        those of the model before.
         """
         model = self.model
         old, origin = model.assembly, model.assembly.mass.centroid
@@ -302,30 +325,37 @@ class Displaced:
         return np.asarray(place.centre[block] + place.turn[block] @ away)
 
     def _left(self, place: Place) -> Contacts:
-        """What still touches: whole joints, and of those that have opened the points about which they did.
+        """What still touches: whole joints, and of those that have opened the edges about which they did.
 
-        An edge on a face has the normal of the face. Where an edge lies on an edge either may be the one that bears:
-        there is a point with the normal of each face.
+        An edge on a face is given as points with the normal of the face; an edge on an edge as a narrow strip between
+        both faces, within the tolerance of either, of which it is said how far they lean from it.
         """
-        contacts, touching = self.contacts, self.gaps(place) <= 10.0 * TOUCHES
+        contacts, gaps = self.contacts, self.gaps(place)
         point, bears = self.bearing(place)
-        normal = [
-            np.einsum("qij,qj->qi", place.turn[block], own)
-            for block, own in ((self.a, self.normal_a), (self.b, self.normal_b))
-        ]
-        alone, parts = contacts.at_points, list[tuple[int, Floats, Floats | None]]()
+        normal, lean = self.ends(place)[2], self.friction(place)[1]
+        parts = list[tuple[int, Floats, Floats | None, float | None]]()
         for k in np.unique(self.patch).tolist():
             here = np.flatnonzero(self.patch == k)
-            shut = here[touching[here] & bears[here]]
-            if len(shut) == len(here) and not alone[k]:
-                parts.append((k, point[here], None))
-                continue
-            faces = [own for own, counts in zip(normal, self.counts[here[0]], strict=True) if counts]
-            parts += [(k, point[row][None], own[row]) for row in shut for own in faces]
+            shut = here[(gaps[here] <= 10.0 * TOUCHES) & bears[here]]
+            if contacts.at_points[k] or (len(shut) < len(here) and self.counts[here[0]].sum() == 1.0):
+                parts += [(k, point[row][None], normal[row], None) for row in shut]
+            elif len(shut):
+                parts.append((k, self._strip(here, shut, point, gaps), None, float(lean[here[0]]) or None))
         which = [k for k, *_ in parts]
         pairs = np.stack([contacts.a[which], contacts.b[which]], 1)
-        polygons, facing = [polygon for _, polygon, _ in parts], [own for *_, own in parts]
-        return Contacts.of(pairs, polygons, contacts.mu[which], facing=facing)
+        _, polygons, facing, leaning = zip(*parts, strict=True) if parts else ((), (), (), ())
+        said = [one if one is not None and one > SAID else None for one in leaning]
+        return Contacts.of(pairs, polygons, contacts.mu[which], lean=said, facing=facing)
+
+    def _strip(self, here: Ints, shut: Ints, point: Floats, gaps: Floats) -> Floats:
+        """(k, 3) m: corners of a joint, those that gape (q,) drawn in to beside the points that are shut."""
+        corners = point[here].copy()
+        for row in np.flatnonzero(~np.isin(here, shut)):
+            other = here[row]
+            hinge = shut[int(np.argmin(np.linalg.norm(point[shut] - point[other], axis=1)))]
+            strip = min(WIDEST, STRIP * self.model.tolerance / (gaps[other] * self.unit))
+            corners[row] = point[hinge] + strip * (point[other] - point[hinge])
+        return corners
 
 
 def _rows(base: EquilibriumSystem, block: Ints) -> Ints:

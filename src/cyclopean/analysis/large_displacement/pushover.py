@@ -247,7 +247,7 @@ class _Walk:
         if not told and multiplier > 0.0:
             return True
         ids = [block.id for block in course.model.assembly.blocks]
-        step = course.told(self.place, self.control, multiplier, len(touching))
+        step = course.told(self.place, self.control, multiplier, len(np.unique(touching)))
         step = replace(step, met=tuple((ids[one], ids[other]) for one, other in met))
         proved = course.proved(self.place, self.settings, budget)
         self.made.append(step if proved is None else replace(step, lower=proved.lower, upper=proved.upper))
@@ -277,10 +277,10 @@ class _Course(Displaced):
 
     def pencil(self, place: Place) -> tuple[Pencil, Ints]:
         """Loads on the displaced geometry, and the points that touch."""
-        touching = np.flatnonzero((self.gaps(place) <= TOUCHES) & self.bearing(place)[1])
+        system, touching = self.borne(place, TOUCHES)
         p0 = self.wrench(place, self.model.gravity, self.model.assembly.loads)
         p1 = self.wrench(place, self.gravity, self.live)
-        return pencil(replace(self.system(place, touching), p=p0), p1), touching
+        return pencil(replace(system, p=p0), p1), touching
 
     def settled(self, place: Place, budget: Budget, events: int) -> tuple[Place, Pencil, Ints, LimitOutcome]:
         """Solve at a place; where no multiplier holds, let the dead loads have their way first.

@@ -139,15 +139,16 @@ def subsidence(
     if model.contacts.strength.any():
         raise InputError("a settlement and joints that pull do not go together: what has opened pulls no more")
     path = _Path(model, model.settled)
-    walk = _Walk(path, settings)
-    walk.rests(path.start(), 0.0)
-    lost = None
-    for k in range(steps):
+    walk, start = _Walk(path, settings), path.start()
+    lost = None if path.rests(start) else path.told(start, 0.0, "falls")
+    if lost is None:
+        walk.rests(start, 0.0)
+    for k in range(steps) if lost is None else ():
         progress(f"settlement {100.0 * (k + 1) / steps:.3g} %")
         lost = walk.on((k + 1) / steps, 1.0 / steps / 2**HALVINGS)
         if lost is not None:
-            walk.made.append(lost)
             break
+    walk.made += [] if lost is None else [lost]
     made, word = walk.made, "rest" if lost is None else lost.word
     last = None if walk.share == 0.0 else walk.last
     ended = _ended(made, word, last, walk.crossed)
@@ -164,7 +165,10 @@ def _judged(path: "_Path", place: Place, settings: Settings) -> Result | None:
 
 def _ended(made: list[SubsidenceStep], word: Word, last: Result | None, crossed: str) -> str:
     """What became of it, in a sentence."""
-    rest = [step for step in made if step.word == "rest"][-1]
+    rests = [step for step in made if step.word == "rest"]
+    if not rests:
+        return "It does not stand even before the settlement."
+    rest = rests[-1]
     far = f"{rest.settlement:.4g} m ({100 * rest.share:.4g} %)"
     proof = "proved" if last is not None and last.verdict == "stable" else "not proved"
     if word == "rest":
@@ -220,7 +224,7 @@ class _Path(Displaced):
             missed = float(np.max(np.maximum(np.where(shut, off, 0.0).max(axis=1), -gap[:, 0])[bears], initial=0.0))
             ground = max(ground, missed)
             if missed <= SHUT and not CALM * ground < moved < np.inf:
-                return there, "rest" if self._rests(there) else "falls"
+                return there, "rest" if self.rests(there) else "falls"
             size = missed if moved == np.inf else max(missed, moved)
             gap[:, 0] = np.where(bears, np.minimum(gap[:, 0], 2.0 * JUMP * size), 2.0 * JUMP * size)
             found = dry_flow(self._everywhere(there, point), pressure, gap / size)
@@ -244,16 +248,16 @@ class _Path(Displaced):
         found, touching = self._balanced(place)
         pressure = np.zeros(self.base.points)
         if found.f is not None:
-            pressure[touching] = np.maximum(found.f[:, 0], 0.0)
+            np.add.at(pressure, touching, np.maximum(found.f[:, 0], 0.0))
         return pressure
 
     def _balanced(self, place: Place) -> tuple[Outcome, Ints]:
         """Forces that bear on nothing that is open, and the points that they bear on."""
-        touching = np.flatnonzero((self.gaps(place) <= 10.0 * TOUCHES) & self.bearing(place)[1])
+        system, touching = self.borne(place, 10.0 * TOUCHES)
         loads = self.wrench(place, self.model.gravity, self.model.assembly.loads)
-        return solve_rbe(replace(self.system(place, touching), p=loads)), touching
+        return solve_rbe(replace(system, p=loads)), touching
 
-    def _rests(self, place: Place) -> bool:
+    def rests(self, place: Place) -> bool:
         """Whether they balance the loads."""
         return self._balanced(place)[0].word == "balanced"
 
