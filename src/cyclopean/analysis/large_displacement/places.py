@@ -126,7 +126,7 @@ class Displaced:
         return pa, pb, n / np.linalg.norm(n, axis=1)[:, None]
 
     def faced(self, place: Place, near: Bools) -> bool:
-        """Give joints that lean open their normals: an edge on a face has the face's, two edges the mean of both.
+        """Give joints that have opened their normals: an edge on a face has the face's, two edges the mean of both.
 
         `near` (q,) tells which points touch, or will do so; whether anything has changed.
         """
@@ -295,11 +295,11 @@ class Displaced:
             offset = np.vstack([offset, np.zeros((len(more), 3))])
         return place
 
-    def displaced(self, place: Place, settings: Settings) -> tuple[Assembly, Settings]:
+    def displaced(self, place: Place, settings: Settings, points: bool = True) -> tuple[Assembly, Settings]:
         """The blocks as they stand at a place, and the contacts that are left, for `check` and `limit`.
 
-        A joint that has opened about an edge is given as that edge; one that has parted is left out. `settings` are
-        those of the model before.
+        A joint that has opened about an edge is given as that edge, by `points` or as a strip; one that has parted is
+        left out. `settings` are those of the model before.
         """
         model = self.model
         old, origin = model.assembly, model.assembly.mass.centroid
@@ -313,7 +313,13 @@ class Displaced:
         )
         loads = tuple(replace(load, point=self.carried(place, load.block, load.point)) for load in old.loads)
         moved = replace(
-            old, blocks=blocks, contacts=self._left(place), loads=loads, settlements=(), combinations=(), actions=()
+            old,
+            blocks=blocks,
+            contacts=self._left(place, points),
+            loads=loads,
+            settlements=(),
+            combinations=(),
+            actions=(),
         )
         x, y, z = model.gravity.tolist()
         plain = Settings(method="rbe", gravity=(x, y, z), density=model.density, tolerance=settings.tolerance)
@@ -324,11 +330,11 @@ class Displaced:
         away = point - self.model.assembly.mass.centroid[block]
         return np.asarray(place.centre[block] + place.turn[block] @ away)
 
-    def _left(self, place: Place) -> Contacts:
+    def _left(self, place: Place, points: bool) -> Contacts:
         """What still touches: whole joints, and of those that have opened the edges about which they did.
 
-        An edge on a face is given as points with the normal of the face; an edge on an edge as a narrow strip between
-        both faces, within the tolerance of either, of which it is said how far they lean from it.
+        An edge on a face is given as points with the normal of the face, if these are wanted; an edge on an edge as a
+        narrow strip between both faces, within the tolerance of either, of which it is said how far they lean from it.
         """
         contacts, gaps = self.contacts, self.gaps(place)
         point, bears = self.bearing(place)
@@ -337,7 +343,7 @@ class Displaced:
         for k in np.unique(self.patch).tolist():
             here = np.flatnonzero(self.patch == k)
             shut = here[(gaps[here] <= 10.0 * TOUCHES) & bears[here]]
-            if contacts.at_points[k] or (len(shut) < len(here) and self.counts[here[0]].sum() == 1.0):
+            if contacts.at_points[k] or (points and len(shut) < len(here) and self.counts[here[0]].sum() == 1.0):
                 parts += [(k, point[row][None], normal[row], None) for row in shut]
             elif len(shut):
                 parts.append((k, self._strip(here, shut, point, gaps), None, float(lean[here[0]]) or None))

@@ -95,7 +95,8 @@ def pushover(
     Points that press stay in touch: those that stick keep their place, those that slide stay in the plane of the joint,
     so that sliding does not lift blocks as the associated mechanism would, and bear no further than the edges of both
     faces. Points that have opened bear nothing until they close again. Of joints that have opened about an edge the
-    normal is that of the face on which the edge lies, and where two edges meet the mean of both faces'.
+    normal is that of the face on which the edge lies; where two edges meet forces are inside the cones about both
+    faces' normals.
 
     Where stones run into each other the step is cut short: they bear on each other from there on, by what of one lies
     on a face of the other that parts them. The curve ends where no face does: edges that cross, stones not convex.
@@ -250,7 +251,11 @@ class _Walk:
         step = course.told(self.place, self.control, multiplier, len(np.unique(touching)))
         step = replace(step, met=tuple((ids[one], ids[other]) for one, other in met))
         proved = course.proved(self.place, self.settings, budget)
-        self.made.append(step if proved is None else replace(step, lower=proved.lower, upper=proved.upper))
+        if proved is not None:
+            step = replace(step, lower=proved.lower, upper=proved.upper)
+            if proved.word == "limit":  # of the very contacts that the certificate lists
+                step = replace(step, multiplier=proved.value)
+        self.made.append(step)
         self.proofs.append(None if proved is None else proved.certificate)
         if step.multiplier <= 0.0:
             self.ended = "it does not stand without live loads any more"
@@ -277,7 +282,7 @@ class _Course(Displaced):
 
     def pencil(self, place: Place) -> tuple[Pencil, Ints]:
         """Loads on the displaced geometry, and the points that touch."""
-        system, touching = self.borne(place, TOUCHES)
+        system, touching = self.borne(place, 10.0 * TOUCHES)
         p0 = self.wrench(place, self.model.gravity, self.model.assembly.loads)
         p1 = self.wrench(place, self.gravity, self.live)
         return pencil(replace(system, p=p0), p1), touching
@@ -346,11 +351,16 @@ class _Course(Displaced):
             for load in self.live
         )
         grows = replace(self.grows, loads=tuple(at)) if self.grows.loads else self.grows
-        try:
-            model, plain = self.displaced(place, settings)
-            return limit(model, grows, plain, seconds=budget.left if budget.limited else None)
-        except InputError:
-            return None
+        found = None
+        for points in (True, False):  # what the checker does not take as points it may take as strips
+            try:
+                model, plain = self.displaced(place, settings, points)
+                found = limit(model, grows, plain, seconds=budget.left if budget.limited else None)
+            except InputError:
+                continue
+            if found.certificate is not None and found.lower is not None and found.upper is not None:
+                break
+        return found
 
     def told(self, place: Place, control: int, multiplier: float, touching: int) -> PushoverStep:
         """A point of the curve."""

@@ -157,10 +157,15 @@ def subsidence(
 
 def _judged(path: "_Path", place: Place, settings: Settings) -> Result | None:
     """What `check` says of the blocks as they stand; None where a joint gapes too wide for one normal to suit it."""
-    try:
-        return check(*path.displaced(place, settings))
-    except InputError:
-        return None
+    found = None
+    for points in (True, False):  # what the checker does not take as points it may take as strips
+        try:
+            found = check(*path.displaced(place, settings, points))
+        except InputError:
+            continue
+        if found.verdict == "stable":
+            break
+    return found
 
 
 def _ended(made: list[SubsidenceStep], word: Word, last: Result | None, crossed: str) -> str:
