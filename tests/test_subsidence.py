@@ -283,6 +283,19 @@ def test_a_support_that_pushes_a_stone(low):
     assert all(verify(json.loads(json.dumps(proof))).proved for proof in path.proofs)
 
 
+def test_a_support_does_not_jump_through_a_stone():
+    """One step of 3 m, past a slab 0.1 m thick that stands 0.2 m away: it is pushed along, and over the floor's end."""
+    bed = prism("floor", [(-3, -1), (3, -1), (3, 0), (-3, 0)], 0.5, fixed=True)
+    slab = prism("slab", [(0.9, 0.0), (1.0, 0.0), (1.0, 0.3), (0.9, 0.3)], 0.5)
+    ram = prism("ram", [(1.2, 0.02), (1.8, 0.02), (1.8, 0.1), (1.2, 0.1)], 0.5, fixed=True)
+    path = followed(Assembly((bed, slab, ram)), {"ram": (-3.0, 0, 0)}, steps=1, mu=0.3)
+    (met,) = (step for step in path.steps if step.met)
+    assert met.settlement == pytest.approx(0.2, abs=1e-4)
+    assert path.reached
+    assert path.last is not None
+    assert path.last.assembly.mass.centroid[1][0] == pytest.approx(0.95 - 2.8, abs=1e-4)
+
+
 def test_supports_that_run_into_each_other():
     """Nothing is said of what they do to each other: the path ends where they meet, after 0.2 m."""
     ram = prism("ram", [(1.2, 2.0), (1.8, 2.0), (1.8, 2.9), (1.2, 2.9)], 0.5, fixed=True)

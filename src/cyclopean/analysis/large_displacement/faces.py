@@ -213,6 +213,11 @@ class Bodies:
             point=centre[own] + np.einsum("kij,kj->ki", turn[own], middle) - self.origin,
         )
 
+    def furthest(self, before: At, after: At) -> float:
+        """How far (m) a corner has gone at most from one place to another."""
+        went = self._regions(after.centre, after.turn).vertex - self._regions(before.centre, before.turn).vertex
+        return float(np.max(np.linalg.norm(went, axis=1), initial=0.0))
+
     def joined(self, met: Touch) -> None:
         """From now on two stones bear on each other: they lie as deep in each other as they did when they met."""
         self.known[met.pair] = max(self.known.get(met.pair, 0.0), NEAR * self.tolerance)

@@ -46,6 +46,8 @@ ROUNDS = 25  # of one step: each squares what is left to move
 STAYS = 1e-6  # of what a programme has to move: gaps below it are those of a hinge, and stay shut
 CALM = 1e-4  # of what the ground has moved points: a last motion that is no further is none
 SHUT = 1e-9  # of the length unit: what is left to move once a step is done
+THIN = 0.5  # of the thinnest stone's least side: no stone goes further before it is seen whether stones have met
+LOOKS = 100  # in one step, at most
 HALVED = 20  # of a step in which stones run into each other, to find where they meet
 MEETINGS = 12  # in one step: where stones meet more often, the path ends
 
@@ -301,34 +303,53 @@ class _Walk:
         self.proofs: list[Mapping[str, Any] | None] = []
         self.crossed = ""  # stones that met where that cannot be followed
 
-    def rests(self, there: Place, share: float, met: Sequence[tuple[int, int]] = ()) -> None:
-        """Note a place of rest, and what `check` proves of it."""
+    def _goes(self, there: Place, share: float) -> None:
+        """Go on from a place of rest."""
         self.path.faced(there, self.path.gaps(there) <= 10.0 * TOUCHES)
         self.path.anchored(there)
-        self.place, self.share, self.last = there, share, _judged(self.path, there, self.settings)
+        self.place, self.share = there, share
+
+    def rests(self, there: Place, share: float, met: Sequence[tuple[int, int]] = ()) -> None:
+        """Note a place of rest, and what `check` proves of it."""
+        self._goes(there, share)
+        self.last = _judged(self.path, there, self.settings)
         proved = self.last is not None and self.last.verdict == "stable"
         self.made.append(replace(self.path.told(there, share, "rest"), proved=proved, met=self._names(met)))
         self.proofs.append(self.last.certificate if self.last is not None and proved else None)
 
     def on(self, target: float, least: float) -> SubsidenceStep | None:
-        """Go on to a share of the settlement in as few steps as it takes, none below `least`; what was met if not."""
-        aim, meetings = target, 0
+        """Go on to a share of the settlement in as few steps as it takes, none below `least`; what was met if not.
+
+        No block goes further at once than half of the thinnest is thick, so that none passes through another unseen.
+        """
+        aim, meetings, path = target, 0, self.path
+        room, finest = THIN * path.bodies.thinnest, (target - self.share) / LOOKS
         while self.share < target:
-            pressure = self.path.pressure(self.place)
-            there, word = self.path.followed(self.place, aim, pressure)
-            if word == "rest" and self.path.bodies.met(there):
+            pressure = path.pressure(self.place)
+            there, word = path.followed(self.place, aim, pressure)
+            far = path.bodies.furthest(self.place, there)
+            if word == "rest" and far > room and aim - self.share > finest:
+                aim = self.share + max((aim - self.share) * min(0.9 * room / far, 0.5), finest)
+            elif word == "rest" and path.bodies.met(there):
                 meetings += 1
                 if meetings > MEETINGS or not self._meet(aim, there, pressure):
-                    return self.path.told(there, aim, "meet")
+                    return self._lost(there, aim, "meet")
                 aim = target
             elif word == "rest":
-                self.rests(there, aim)
-                aim = target
+                pace = (aim - self.share) / far if far > 0.0 else np.inf
+                (self._goes if aim < target and far > room / 4.0 else self.rests)(there, aim)  # parts are not told
+                aim = min(target, self.share + 0.9 * room * pace)
             elif aim - self.share > least:
                 aim = (self.share + aim) / 2.0
             else:
-                return self.path.told(there, aim, word)
+                return self._lost(there, aim, word)
         return None
+
+    def _lost(self, there: Place, share: float, word: Word) -> SubsidenceStep:
+        """What was met where rest was lost; the last rest is noted before."""
+        if self.share > self.made[-1].share:
+            self.rests(self.place, self.share)
+        return self.path.told(there, share, word)
 
     def _meet(self, aim: float, beyond: Place, pressure: Floats) -> bool:
         """Go on until stones meet that are in each other beyond, and let them bear on each other; False: not followed.
