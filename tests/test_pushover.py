@@ -102,6 +102,18 @@ def test_a_cube_that_meets_a_stop(thick, steps):
     assert "no mechanism exists" in curve.ended
 
 
+def test_a_thin_stone_does_not_jump_through_another():
+    """A slab 0.02 m thick, pushed in one step past another as thin as itself: it takes that along."""
+    slabs = [
+        prism(name, [(x, 0), (x + 0.02, 0), (x + 0.02, 0.1), (x, 0.1)], 0.5) for name, x in (("a", 0), ("b", 0.05))
+    ]
+    ground = prism("ground", [(-1, -1), (1, -1), (1, 0), (-1, 0)], 0.5, fixed=True)
+    live = Live(loads=(LiveLoad("a", (100.0, 0.0, 0.0), (0.0, 0.25, 0.001)),))
+    curve = pushover(Assembly((ground, *slabs)), live, Reach(0.2, steps=1), Settings(mu=0.1))
+    assert [step.met for step in curve.steps if step.met] == [(("a", "b"),)]
+    assert curve.placed[2][0] - curve.placed[1][0] == pytest.approx(0.02, abs=1e-5)
+
+
 def test_a_cube_that_takes_another_along():
     """A force of t W on the first cube: mu W moves it, and 2 mu W both from where they meet."""
     other = prism("other", [(-1.1, 0), (-0.1, 0), (-0.1, 1), (-1.1, 1)], 0.5)

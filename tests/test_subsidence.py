@@ -283,6 +283,24 @@ def test_a_support_that_pushes_a_stone(low):
     assert all(verify(json.loads(json.dumps(proof))).proved for proof in path.proofs)
 
 
+def test_what_slides_from_the_beginning(run, tmp_path):
+    """A support that touches the cube already: a little of its settlement is undecided, all of it stands."""
+    ram = prism("ram", [(1.0, 0.1), (1.8, 0.1), (1.8, 0.9), (1.0, 0.9)], 0.5, fixed=True)
+    write_model(tmp_path / "m.json", floor(ram))
+    said = ("check", "m.json", "--method", "rbe", "--settlement", "ram:-0.3,0,0")
+    assert run(*said)[0] == 3
+    status, out, _ = run(*said, "--steps", "2", "--report", "r.html", "--certificate", "c.json")
+    assert (status, "3 of 3 proved" in out) == (0, True)
+    assert run("verify", "c.json")[0] == 0
+    assert "Where they come to rest" in (tmp_path / "r.html").read_text()
+    far = tmp_path / "far.json"
+    away = prism("ram", [(1.2, 0.1), (1.8, 0.1), (1.8, 0.9), (1.2, 0.9)], 0.5, fixed=True)
+    write_model(far, floor(away))
+    status, out, _ = run("check", "far.json", "--method", "rbe", "--settlement", "ram:-0.3,0,0", "--steps", "2")
+    assert status == 0
+    assert "(cube and ram meet)" in out
+
+
 def test_a_support_does_not_jump_through_a_stone():
     """One step of 3 m, past a slab 0.1 m thick that stands 0.2 m away: it is pushed along, and over the floor's end."""
     bed = prism("floor", [(-3, -1), (3, -1), (3, 0), (-3, 0)], 0.5, fixed=True)
@@ -359,6 +377,13 @@ def test_a_stone_loses_its_support(mu):
     assert path.proved
     assert path.steps[-1].word == "falls"
     assert path.share * 0.8 == pytest.approx(1.0 - (1.0 - mu * mu) / 2.0, abs=2 * 0.1 / 2**HALVINGS)
+
+
+def test_what_does_not_stand_before_it():
+    path = followed(arch(8), {"springer-right": (0.1, 0, 0)}, mu=0.1)
+    assert [step.word for step in path.steps] == ["falls"]
+    assert (path.reached, path.proved, path.share) == (False, False, 0.0)
+    assert "even before" in path.ended
 
 
 def test_what_is_refused():

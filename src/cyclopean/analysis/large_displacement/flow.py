@@ -3,13 +3,13 @@
 In rigid-block equilibrium what slides opens too (associated flow); no real friction does, and finite motions along such
 a flow lift stones. With the bound mu N of each point held still, N the pressure found before, the programme
 
-    min  g.f - j t   s.t.  A f = -(p0 + t q),  fn >= 0,  |f_t| <= mu N      (forces)
+    min  g.f   s.t.  A f = -p,  fn >= 0,  |f_t| <= mu N      (forces)
 
-    min  -p0.d + sum of mu N |dd_t|   s.t.  dd = A'd + g,  dn >= 0,  q.d = j      (its dual: motions)
+    min  -p.d + sum of mu N |dd_t|   s.t.  dd = A'd + g,  dn >= 0      (its dual: motions)
 
 has motions that slide in the plane of a joint: g is how far points are open, and have slipped since the last place of
-rest, and j how far a jack has moved along the loads q that grow. N is taken from its forces, and it is solved again
-until they agree [Gilbert2006]_. They need not: only the motion is used, and what it leads to is judged by itself.
+rest. N is taken from its forces, and it is solved again until they agree [Gilbert2006]_. They need not: only the motion
+is used, and what it leads to is judged by itself.
 
 References
 ----------
@@ -48,13 +48,7 @@ class DryFlow:
     dd: Floats  # (q, 3)
 
 
-def dry_flow(
-    system: EquilibriumSystem,
-    pressure: Floats,
-    gap: Floats,
-    live: Floats | None = None,
-    jack: float = 0.0,
-) -> DryFlow | Stuck:
+def dry_flow(system: EquilibriumSystem, pressure: Floats, gap: Floats) -> DryFlow | Stuck:
     """Solve that programme, or say why not.
 
     "falls": nothing balances within the bounds; "locked": no motion clears all joints; else "undecided".
@@ -62,20 +56,16 @@ def dry_flow(
     Parameters
     ----------
     system : EquilibriumSystem
-        Scaled; its p is p0.
+        Scaled.
     pressure : (q,)
         N to begin with.
     gap : (q, 3)
         g, in each point's frame.
-    live : (6 m,), optional
-        q.
-    jack : float
-        j.
     """
     found: DryFlow | Stuck = "undecided"
     for k in range(ROUNDS):
         bound = system.mu * pressure + FLOOR * float(np.max(pressure, initial=0.0))
-        answer = solve(_program(system, bound, gap, live, jack), max_iter=200, **TOLERANCES)
+        answer = solve(_program(system, bound, gap), max_iter=200, **TOLERANCES)
         if answer.word != "solved":
             if isinstance(found, str):
                 found = "locked" if "DualInfeasible" in answer.status else _STUCK[answer.word]
@@ -94,18 +84,14 @@ def dry_flow(
 _STUCK: dict[str, Stuck] = {"infeasible": "falls", "failed": "undecided"}
 
 
-def _program(system: EquilibriumSystem, bound: Floats, gap: Floats, live: Floats | None, jack: float) -> ConicProgram:
-    q, n, grows = system.points, len(system.p), live is not None
-    cost = np.append(gap.ravel(), [-jack] * grows)
-    column = sp.csc_matrix(np.zeros((n, 0)) if live is None else live[:, None])
+def _program(system: EquilibriumSystem, bound: Floats, gap: Floats) -> ConicProgram:
+    q, n = system.points, len(system.p)
     point = np.arange(q)
     pressing = sp.csr_matrix((-np.ones(q), (point, 3 * point)), shape=(q, 3 * q))
     cone = 3 * np.repeat(point, 2) + np.tile([1, 2], q)
     rubbing = sp.csr_matrix((-np.ones(2 * q), (cone, cone)), shape=(3 * q, 3 * q))
-    blank = sp.csr_matrix((4 * q, int(grows)))
-    A = sp.vstack([sp.hstack([system.A, column]), sp.hstack([sp.vstack([pressing, rubbing]), blank])], format="csc")
     b = np.concatenate([-system.p, np.zeros(4 * q)])
     b[n + q :: 3] = bound
-    size = len(cost)
     cones: tuple[ConeKind, ...] = (("zero", n, 1), ("nonnegative", q, 1), ("second-order", 3, q))
-    return ConicProgram(sp.csc_matrix((size, size)), cost, A, b, cones)
+    A = sp.vstack([system.A, pressing, rubbing], format="csc")
+    return ConicProgram(sp.csc_matrix((3 * q, 3 * q)), gap.ravel(), A, b, cones)

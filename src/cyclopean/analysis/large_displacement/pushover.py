@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.analysis.large_displacement.flow import dry_flow
 from cyclopean.analysis.large_displacement.places import TOUCHES, Displaced, Place, degrees
 from cyclopean.analysis.limit_analysis.budget import UNLIMITED, Budget
 from cyclopean.analysis.limit_analysis.limit import limit
@@ -22,6 +21,7 @@ from cyclopean.errors import InputError
 
 __all__ = ["Pushover", "PushoverStep", "Reach", "pushover"]
 
+CLOSE = 1e-5  # of the multiplier: proved bounds no further apart give it
 HALVINGS = 30  # of a step in which stones run into each other, to find where they meet
 PRESSES = 1e-6  # of the largest normal force: points that press stay in touch during a step
 STICKS = 1e-3  # of the largest relative velocity: points that press and move less stick
@@ -34,7 +34,6 @@ DIVIDED = 6  # halvings of a step that leads to where nothing holds
 JAMS = 0.1  # of a step: where the control block goes no further the stones jam
 MEETINGS = 12  # in one step: where stones meet more often, the curve ends
 THIN = 0.5  # of the thinnest stone's least side: no stone goes further before it is seen whether stones have met
-LOOKS = 100  # in one step, at most
 ROUNDED = 1e-6  # of a step: what is left of it is nothing
 AHEAD = 2.0  # tolerances that stones go on, to see which others meet at the same time
 BLURRED = 0.02  # likewise in motions under dead loads alone
@@ -240,7 +239,7 @@ class _Walk:
             why = _WHY.get(found.word, "neither forces nor a mechanism were found")
             self.ended = f"{', '.join(self._names(pair) for pair in met)} meet at {self._at()}: {why}" if met else why
             return False
-        self.mechanism = course.moving(loads, touching, found.f, found.y)
+        self.mechanism = _Mechanism(touching, found.f, course.world(found.y))
         if self.control < 0:
             speed = np.linalg.norm(self.mechanism.motion[:, :3], axis=1)
             self.control = int(course.base.free[int(np.argmax(speed))])
@@ -253,7 +252,7 @@ class _Walk:
         proved = course.proved(self.place, self.settings, budget)
         if proved is not None:
             step = replace(step, lower=proved.lower, upper=proved.upper)
-            if proved.word == "limit":  # of the very contacts that the certificate lists
+            if proved.gap <= CLOSE:  # of the very contacts that the certificate lists
                 step = replace(step, multiplier=proved.value)
         self.made.append(step)
         self.proofs.append(None if proved is None else proved.certificate)
@@ -332,17 +331,6 @@ class _Course(Displaced):
                 return there, loads, again, found
         return None
 
-    def moving(self, loads: Pencil, touching: Ints, f: Floats, y: Floats) -> _Mechanism:
-        """The mechanism; where joints slide in it one in which they do not open, if there is one."""
-        system, dd = loads.system, loads.system.gap(y)
-        presses = f[:, 0] > PRESSES * float(np.max(f[:, 0], initial=0.0))
-        slides = np.hypot(dd[:, 1], dd[:, 2]) > STICKS * float(np.max(np.abs(y), initial=0.0))
-        if (presses & slides).any():
-            dry = dry_flow(system, np.maximum(f[:, 0], 0.0), np.zeros_like(f), loads.q, 1.0)
-            if not isinstance(dry, str):
-                return _Mechanism(touching, dry.f, self.world(dry.y))
-        return _Mechanism(touching, f, self.world(y))
-
     def proved(self, place: Place, settings: Settings, budget: Budget) -> LimitResult | None:
         """What `limit` proves of the blocks as they stand; None where a joint gapes too wide for one normal."""
         blocks = self.model.assembly.blocks
@@ -379,7 +367,8 @@ class _Course(Displaced):
         goes = float(np.max(np.linalg.norm(along.motion[:, :3], axis=1))) / self.unit
         if not pace > STILL * (self.unit * max(goes, turns) if self.in_metres else np.rad2deg(max(goes, turns))):
             return 0.0
-        return pace * min(FURTHEST / max(goes, 1e-300), TURNS / max(turns, 1e-300))
+        furthest = min(FURTHEST, THIN * self.bodies.thinnest / self.unit)
+        return pace * min(furthest / max(goes, 1e-300), TURNS / max(turns, 1e-300))
 
     def advanced(self, place: Place, along: _Mechanism, control: int, by: float) -> tuple[Place, Place | None]:
         """So many metres or degrees along the mechanism, corrected so that what presses stays in touch.
@@ -414,14 +403,8 @@ class _Course(Displaced):
         self, at: Callable[[float], Place], length: float, end: Place, pace: float
     ) -> tuple[Place, Place | None]:
         """The end of a step, or the last place before stones run into each other and one a little beyond."""
-        bodies, low = self.bodies, 0.0
-        looks = min(LOOKS, max(int(np.ceil(length * pace / (THIN * bodies.thinnest))), 1))
-        for k in range(1, looks + 1):
-            high = length * k / looks
-            if bodies.met(end if k == looks else at(high)):
-                break
-            low = high
-        else:
+        bodies, low, high = self.bodies, 0.0, length
+        if not bodies.met(end):
             return end, None
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
