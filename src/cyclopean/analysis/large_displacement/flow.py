@@ -23,6 +23,7 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse as sp
 
+from cyclopean.analysis.equilibrium.reference import BIG
 from cyclopean.arrays import Floats
 from cyclopean.solvers import Cone as ConeKind
 from cyclopean.solvers import ConicProgram, solve
@@ -65,7 +66,8 @@ def dry_flow(system: EquilibriumSystem, pressure: Floats, gap: Floats) -> DryFlo
     found: DryFlow | Stuck = "undecided"
     for k in range(ROUNDS):
         bound = system.mu * pressure + FLOOR * float(np.max(pressure, initial=0.0))
-        answer = solve(_program(system, bound, gap), max_iter=200, **TOLERANCES)
+        method = "faer" if system.blocks > BIG else "qdldl"
+        answer = solve(_program(system, bound, gap), direct_solve_method=method, max_iter=200, **TOLERANCES)
         if answer.word != "solved":
             if isinstance(found, str):
                 found = "locked" if "DualInfeasible" in answer.status else _STUCK[answer.word]
