@@ -257,6 +257,8 @@ class Places:
 
     def _swept(self, known: _Known, padded: Heights) -> None:
         """Where the map has changed, find out how high the stone rests at least: by few of its cells."""
+        if not known.dirty:
+            return
         (w, d), (n, m) = known.lying.raster.low.shape, known.count
         cells, under = known.lying.cells
         step = math.ceil(len(cells) / FEW)
@@ -267,8 +269,7 @@ class Places:
                 known.rest[a:b, c:e] = swept(padded, cells, under, (b - a, e - c), (a, c))
                 known.loose[a:b, c:e] = True
                 known.vain[a:b, c:e] = False
-        if known.dirty:
-            known.dirty, known.best = [], None
+        known.dirty, known.best = [], None
 
     def _let_down(self, known: _Known, padded: Heights, places: Ints) -> None:
         """Let the stone down at some places (p, 2)."""
