@@ -376,12 +376,18 @@ def test_a_little_dressing_is_told_cut_by_cut_and_the_wall_stands(stones):
     assert check(found.assembly, Settings(method="rbe", mu=FRICTION)).verdict == "stable"
 
 
-def test_a_pin_is_a_stone_of_the_stock_that_bears_another():
-    """With pins at hand the wall stands on all of them, and each bears a stone that was laid right after it."""
-    found = settle(Inventory(quarry(8, 7, detail=1)), replace(QUICK, pins=True))
+def test_a_pin_is_a_small_stone_that_bears_the_one_laid_right_after_it():
+    """Of stones and chips of a thousandth to a thirtieth of their volume; without pins they lie otherwise."""
+    chips = (replace(chip, id=f"chip-{chip.id}") for chip in quarry(12, 103, (3e-4, 6e-3), detail=1))
+    stock = Inventory((*quarry(14, 3, detail=1), *chips))
+    found = settle(stock, replace(QUICK, pins=True))
     contacts = found.assembly.contacts
-    for k, laid in enumerate(found.laid):
-        if laid.role == "pin":
-            touching = {(int(a), int(b)) for a, b in zip(contacts.a, contacts.b, strict=True)}
-            assert (k + 1, k + 2) in touching
+    touching = {(int(a), int(b)) for a, b in zip(contacts.a, contacts.b, strict=True)}
+    pins = [k for k, laid in enumerate(found.laid) if laid.role == "pin"]
+    assert pins
+    for k in pins:
+        assert stock.stones[found.laid[k].stone].id.startswith("chip")
+        assert (k + 1, k + 2) in touching
+        both = found.assembly.mass.centroid[[k + 1, k + 2], 2]
+        assert both[0] < both[1]
     assert check(found.assembly, Settings(method="rbe", mu=FRICTION)).verdict == "stable"
