@@ -21,7 +21,7 @@ from cyclopean.errors import InputError
 
 __all__ = ["Pushover", "PushoverStep", "Reach", "pushover"]
 
-CLOSE = 1e-5  # of the multiplier: proved bounds no further apart give it
+LOST = 0.9  # of a multiplier: an upper bound alone that is lower is of a model that has lost contacts
 HALVINGS = 30  # of a step in which stones run into each other, to find where they meet
 PRESSES = 1e-6  # of the largest normal force: points that press stay in touch during a step
 STICKS = 1e-3  # of the largest relative velocity: points that press and move less stick
@@ -250,10 +250,15 @@ class _Walk:
         step = course.told(self.place, self.control, multiplier, len(np.unique(touching)))
         step = replace(step, met=tuple((ids[one], ids[other]) for one, other in met))
         proved = course.proved(self.place, self.settings, budget)
+        if proved is not None and proved.lower is None and (proved.upper or 0.0) < LOST * multiplier:
+            proved = None  # of less than what touches: strips too narrow to bear are not in it
         if proved is not None:
-            step = replace(step, lower=proved.lower, upper=proved.upper)
-            if proved.gap <= CLOSE:  # of the very contacts that the certificate lists
-                step = replace(step, multiplier=proved.value)
+            low = -np.inf if proved.lower is None else proved.lower
+            high = np.inf if proved.upper is None else proved.upper
+            bears = float(
+                np.clip(step.multiplier, low, high)
+            )  # nothing else than what is proved of the contacts listed
+            step = replace(step, lower=proved.lower, upper=proved.upper, multiplier=bears)
         self.made.append(step)
         self.proofs.append(None if proved is None else proved.certificate)
         if step.multiplier <= 0.0:
@@ -339,16 +344,16 @@ class _Course(Displaced):
             for load in self.live
         )
         grows = replace(self.grows, loads=tuple(at)) if self.grows.loads else self.grows
-        found = None
+        found: list[LimitResult] = []
         for points in (True, False):  # what the checker does not take as points it may take as strips
             try:
                 model, plain = self.displaced(place, settings, points)
-                found = limit(model, grows, plain, seconds=budget.left if budget.limited else None)
+                found.append(limit(model, grows, plain, seconds=budget.left if budget.limited else None))
             except InputError:
                 continue
-            if found.certificate is not None and found.lower is not None and found.upper is not None:
+            if found[-1].lower is not None and found[-1].upper is not None:
                 break
-        return found
+        return max(found, key=lambda one: (one.lower is not None) + (one.upper is not None), default=None)
 
     def told(self, place: Place, control: int, multiplier: float, touching: int) -> PushoverStep:
         """A point of the curve."""
