@@ -63,7 +63,7 @@ class SettleSettings:
         0.0, "Share of the stones that lie with their length into the wall.", "number", metavar="SHARE"
     )
     hearting: bool = option(False, "Small stones are kept for the hollows.", "flag")
-    pins: bool = option(False, "Stones that would rock are steadied with chips that fit under them, laid first.", "flag")
+    pins: bool = option(False, "Stones that would rock are steadied with chips that fit under them.", "flag")
     copes: bool = option(False, "Large stones of one thickness are kept for the top.", "flag")
     inward: float = option(0.0, "Beds slope into the wall by so much.", "number", metavar="DEG")
     dress: float = option(
