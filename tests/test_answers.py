@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Live, LiveLoad, Settings, limit
-from cyclopean.analysis.answers import answer, force, limit_answer, limit_bounds, rounded, towards
+from cyclopean.analysis.answers import answer, force, limit_answer, rounded, towards
 from cyclopean.api.checking import CheckOptions, examined
 from cyclopean.api.inputs import Reading
 from cyclopean.design import arch, stack
@@ -99,7 +99,7 @@ def test_an_arch_needs_a_centring_and_then_does_not():
 )
 def test_both_bounds_in_the_unit_of_what_grows(live, value, unit):
     """A cube of 1 m3, 2400 kg/m3 and mu 0.5 slides under half its weight, 11.76798 kN, and at atan 0.5."""
-    said = limit_bounds(limit(CUBE, live, Settings(mu=0.5, density=2400.0)))
+    said = limit(CUBE, live, Settings(mu=0.5, density=2400.0)).reason
     low, high = (float(said.split(word)[1].split()[0]) for word in ("up to ", "from "))
     assert f"{unit} on; both are proved. Joints slide in the mechanism" in said
     assert (low, high) == pytest.approx((value, value), rel=1e-5)
@@ -108,5 +108,5 @@ def test_both_bounds_in_the_unit_of_what_grows(live, value, unit):
 
 def test_a_mechanism_that_does_not_slide_is_told():
     slim, push = stack(1, size=(0.4, 0.5, 1.0)), Live(push=(1.0, 0.0, 0.0))
-    assert limit_bounds(limit(slim, push, Settings(mu=0.7))).endswith("No joint slides in the mechanism.")
-    assert "It stands as it is" in limit_bounds(limit(slim, push, Settings(mu=0.0)))
+    assert limit(slim, push, Settings(mu=0.7)).reason.endswith("No joint slides in the mechanism.")
+    assert "It stands as it is" in limit(slim, push, Settings(mu=0.0)).reason

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cyclopean.analysis.limit_analysis.result import LimitResult
     from cyclopean.analysis.verdict import Result
 
-__all__ = ["BALANCED", "amount", "answer", "force", "limit_answer", "limit_bounds", "rounded", "towards"]
+__all__ = ["BALANCED", "amount", "answer", "force", "limit_answer", "none_to_spare", "rounded", "towards"]
 
 BALANCED = {  # why a structure stands where nothing else is to be said, by method
     "rbe": "Compression and friction at the contacts can balance every load on every block.",
@@ -23,7 +23,6 @@ WAYS = ("right", "right and back", "back", "left and back", "left", "left and fr
 LATEST = "It falls at the latest"  # the upper bound is proved of every way in which joints may slide
 SURCHARGE = re.compile(r"a surcharge of (\S+) Pa (.*)")  # as a live load names it
 NAMED = 2  # loaded stones that are named one by one
-DIGITS = 6  # of both bounds: they are a millionth apart
 SLIGHT = 1e-3  # degrees; % of the weight: less than anybody measures
 NONE = 1e-3  # of the last digit: no more than solvers and decimals leave
 WORDS = {"stable": "Stands", "unstable": "Falls", "undecided": "Undecided"}
@@ -84,6 +83,13 @@ def amount(live: "Live", multiplier: float, up: bool, digits: int = 3) -> tuple[
     return total, f"{'in all ' * (len(blocks) > 1)}on {named}"
 
 
+def none_to_spare(live: "Live", most: float) -> bool:
+    """Whether the least tilt or push that anybody would measure brings it down."""
+    if live.tilt is not None:
+        return math.degrees(math.atan(most)) < SLIGHT
+    return live.push is not None and 100.0 * most * math.hypot(*live.push) < SLIGHT
+
+
 def answer(result: "Result") -> tuple[str, str]:
     """Whether a structure stands, in a word, and how far it is from falling, or why, in a sentence."""
     word, known = WORDS[result.verdict], result.undecided
@@ -107,28 +113,11 @@ def limit_answer(result: "LimitResult") -> tuple[str, str]:
     live, most = result.live, result.upper
     much, what = amount(live, most, up=True)
     if live.tilt is not None:
-        if math.degrees(math.atan(most)) < SLIGHT:
+        if none_to_spare(live, most):
             return "Nothing to spare", f"It falls at the slightest tilt of the ground {what}."
         return much.replace(" degrees", "°"), f"{LATEST} when the ground tilts by {much} {what}."
     if live.push is not None:
-        if 100.0 * most * math.hypot(*live.push) < SLIGHT:
+        if none_to_spare(live, most):
             return "Nothing to spare", f"It falls at the slightest push {what}."
         return much, f"{LATEST} when it is pushed {what} with {much}."
     return much, f"{LATEST} under {much} {what}."
-
-
-def limit_bounds(result: "LimitResult") -> str:
-    """Both bounds in words, with their unit, and whether the mechanism leaves the answer open for real friction."""
-    from cyclopean.analysis.limit_analysis.joints import moving_joints
-
-    if result.word != "limit" or result.upper is None or result.lower is None:
-        return result.reason
-    low, high = (amount(result.live, one, up, DIGITS)[0] for one, up in ((result.lower, False), (result.upper, True)))
-    said = f"It stands up to {low}, and falls at the latest from {high} on; both are proved."
-    if limit_answer(result)[0] == "Nothing to spare":
-        said = f"It stands as it is, and falls at the latest from {high} on; both are proved."
-    if any(joint.kind == "slide" for joint in moving_joints(result)):
-        return (
-            f"{said} Joints slide in the mechanism, and open as they do: with friction that does not, it may bear less."
-        )
-    return f"{said} No joint slides in the mechanism."

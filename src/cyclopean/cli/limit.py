@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopean.analysis.answers import amount, limit_answer, limit_bounds
+from cyclopean.analysis.answers import amount, limit_answer
 from cyclopean.analysis.settings import Settings
 from cyclopean.api.inputs import Reading
 from cyclopean.api.limiting import LIMITED, LimitOptions, limited
@@ -91,7 +91,7 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
     coupled, polar, curve = result.coupled, result.polar, result.pushover
     title, said = limit_answer(result)
     known = said == result.reason
-    lines = [f"{title}. {said}"] if known else [said, f"  limit    {_head(result)}: {limit_bounds(result)}"]
+    lines = [f"{title}. {said}"] if known else [said, f"  limit    {_head(result)}: {result.reason}"]
     lines.append(
         f"  model    {result.assembly.name}: {len(result.assembly)} blocks, {int((~result.fixed).sum())} of them free,"
         f" {len(result.contacts)} contacts"

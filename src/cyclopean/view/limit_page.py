@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cyclopean.analysis import CoupledBracket, LimitResult, Polar, Pushover, PushoverStep, Travelling, moving_joints
-from cyclopean.analysis.answers import amount, limit_answer, limit_bounds
+from cyclopean.analysis.answers import amount, limit_answer
 from cyclopean.arrays import Floats
 from cyclopean.view.colours import ACCENT, GRAVITY, INK, LINE, LOAD, SOFT
 from cyclopean.view.drawing import Picture, followed, picture_at_limit
@@ -134,7 +134,7 @@ def _head(result: LimitResult, model_file: str | None) -> str:
     n, held = len(result.assembly), int(result.fixed.sum())
     figures = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
     title, said = limit_answer(result)
-    answer = title, said if said == result.reason else f"{said} {limit_bounds(result)}"
+    answer = title, said if said == result.reason else f"{said} {result.reason}"
     return headline(result.assembly.name, figures, "rigid-block limit analysis", answer=answer, model_file=model_file)
 
 

@@ -13,7 +13,7 @@ from cyclopean.analysis.limit_analysis.joints import moving_joints
 from cyclopean.analysis.limit_analysis.live_load import Live
 from cyclopean.analysis.limit_analysis.load_family import Pencil, pencil
 from cyclopean.analysis.limit_analysis.proving import Proved, in_users_units, prove_bounds
-from cyclopean.analysis.limit_analysis.reasons import reason_for_limit
+from cyclopean.analysis.limit_analysis.reasons import of_real_friction, reason_for_limit
 from cyclopean.analysis.limit_analysis.result import LimitResult
 from cyclopean.analysis.limit_analysis.solving import LimitOutcome, solve_limit
 from cyclopean.analysis.limit_analysis.turning import solve_turning
@@ -193,7 +193,9 @@ def proved_limit(model: PreparedModel, live: Live, found: Found, budget: Budget 
     )
     joints = moving_joints(result)
     loaded = [joint for joint in joints if joint.kind != "part"]
-    return replace(result, governing=(loaded or list(joints))[0].contact if joints else None)
+    governing = (loaded or list(joints))[0].contact if joints else None
+    reason = f"{result.reason} {of_real_friction(joints)}" if result.word == "limit" else result.reason
+    return replace(result, governing=governing, reason=reason)
 
 
 def _word(outcome: LimitOutcome, proved: Proved) -> Any:

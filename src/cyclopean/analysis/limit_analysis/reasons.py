@@ -1,13 +1,15 @@
 """One sentence for what limit analysis found."""
 
-import numpy as np
+from collections.abc import Sequence
 
+from cyclopean.analysis.answers import amount, none_to_spare
+from cyclopean.analysis.limit_analysis.joints import MovingJoint
 from cyclopean.analysis.limit_analysis.live_load import Live
 from cyclopean.analysis.limit_analysis.solving import LimitOutcome
 
-__all__ = ["reason_for_limit"]
+__all__ = ["of_real_friction", "reason_for_limit"]
 
-_FLOW = "sliding with the dilatancy that rigid-block equilibrium assumes, which for real friction may be too high"
+DIGITS = 6  # of both bounds: they are a millionth apart
 
 
 def reason_for_limit(
@@ -35,21 +37,24 @@ def reason_for_limit(
     if outcome.word == "unbounded":
         return "No such live loads bring it down, however large: there are forces in balance with them alone (proved)."
     if lower is not None and upper is not None and outcome.word == "limit":
-        low, high = _said(live, lower), _said(live, upper)
-        beyond = "beyond that" if low == high else f"from {high} on"
-        return f"It stands up to {low}; {beyond} a mechanism exists ({_FLOW})."
+        low, high = (amount(live, one, up, DIGITS)[0] for one, up in ((lower, False), (upper, True)))
+        stands = "as it is" if none_to_spare(live, upper) else f"up to {low}"
+        return f"It stands {stands}, and falls at the latest from {high} on; both are proved."
     parts = []
     if lower is not None:
-        parts.append(f"it stands at {_said(live, lower)}")
+        parts.append(f"it stands at {_said(live, lower, up=False)}")
     if upper is not None:
-        parts.append(f"a mechanism exists from {_said(live, upper)} on")
+        parts.append(f"a mechanism exists from {_said(live, upper, up=True)} on")
     why = "Time ran out before the limit was closed in on" if outcome.late else "The limit was not closed in on"
     return f"{why}: {', and '.join(parts) or 'neither bound was proved'}."
 
 
-def _said(live: Live, multiplier: float | None) -> str:
-    if multiplier is None:
-        return "a multiplier that could not be proved"
-    if live.kind == "tilt":
-        return f"{np.rad2deg(np.arctan(multiplier)):.6g} degrees"
-    return f"{multiplier:.7g} times {live.words or ('the push' if live.kind == 'push' else 'the live loads')}"
+def of_real_friction(joints: Sequence[MovingJoint]) -> str:
+    """What joints that move in the mechanism mean for friction without dilatancy."""
+    if any(joint.kind == "slide" for joint in joints):
+        return "Joints slide in the mechanism, and open as they do: with friction that does not, it may bear less."
+    return "No joint slides in the mechanism."
+
+
+def _said(live: Live, multiplier: float, up: bool) -> str:
+    return " ".join(amount(live, multiplier, up, DIGITS))
