@@ -14,6 +14,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from cyclopean.cli import main
 from laws import some
 from processes import argv, cluster, drawn
 
@@ -138,3 +139,22 @@ def test_a_signal_ends_work_on_a_cluster_with_one_line(yard, tmp_path, number):
             process.send_signal(number)
             out, err = process.communicate(timeout=LONG)
     assert (process.returncode, out, err.splitlines(keepends=True)[-1:]) == (128 + number, "", [INTERRUPTED])
+
+
+@pytest.mark.parametrize("interrupted", [True, False])
+def test_an_interrupt_that_a_library_takes_for_its_own_error_is_one(monkeypatch, capsys, interrupted):
+    """What is written in C and interrupted while it is loaded says ImportError."""
+
+    class Program:
+        def main(self, *_, **__):
+            try:
+                raise KeyboardInterrupt if interrupted else ValueError
+            except BaseException as error:
+                raise ImportError("initialization failed") from error
+
+    monkeypatch.setattr("cyclopean.cli.app.program", Program)
+    status, err = main(["info", "x.json"]), capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert (status, "interrupted" in err, "internal error" in err) == (
+        (130, True, False) if interrupted else (70, False, True)
+    )

@@ -186,7 +186,7 @@ def _complete(words: list[str]) -> int:
 def _guarded(arguments: list[str]) -> int:
     """Run one command and put whatever goes wrong into one line and a status."""
     try:
-        status = program().main(arguments, prog_name=CALLED, standalone_mode=False)
+        status = _status(arguments)
         if status == INTERRUPTED:
             complain("interrupted; no result was written")
         return int(status or 0)
@@ -214,6 +214,20 @@ def _guarded(arguments: list[str]) -> int:
     except SystemExit as leaving:  # typer's own answer to a closed pipe
         raise ClosedPipeError from leaving
     return BAD_INPUT
+
+
+def _status(arguments: list[str]) -> int | None:
+    """What a command answers; an interrupt that a library, while it was loaded, took for its own error is one again."""
+    try:
+        status: int | None = program().main(arguments, prog_name=CALLED, standalone_mode=False)
+        return status
+    except Exception as error:
+        cause: BaseException | None = error
+        while cause is not None and not isinstance(cause, KeyboardInterrupt):
+            cause = cause.__cause__ or cause.__context__
+        if cause is None:
+            raise
+        raise KeyboardInterrupt from error
 
 
 def _stop_writing() -> None:
