@@ -103,13 +103,14 @@ def test_a_stone_lies_flat_on_flat_ground_and_the_lower_place_is_chosen():
     ground, label = np.zeros((40, 14)), np.full((40, 14), -1)
     ground[:20] = 0.3
     stones = [bedded(0, quarry(6, 4, detail=1)[1], 4, CELL)]
-    places = Places(0, np.full((40, 14), np.inf), CELL, UNIT, Scores()).best(ground, stones, 2.0)
-    good = chosen(ground, label, places, Looks(CELL, UNIT, Scores()))
+    room = np.full((40, 14), np.inf)
+    places = Places(0, room, CELL, UNIT, Scores()).best(ground, stones, 2.0)
+    good = chosen(ground, label, places, Looks(room, 2, CELL, UNIT, Scores()))
     assert good
     assert good[0].place.cell[0] >= 20
     assert [t.cost for t in good] == sorted(t.cost for t in good)
     assert np.hypot(*good[0].slope) < 0.2
-    assert chosen(ground, label, [], Looks(CELL, UNIT, Scores())) == []
+    assert chosen(ground, label, [], Looks(room, 2, CELL, UNIT, Scores())) == []
 
 
 def test_scores_below_nothing_are_refused():

@@ -11,7 +11,10 @@ centre   how far the centre of mass stands inside the hull of what it touches
 bond     on how many stones it lies
 size     the largest stones first
 upright  how high it stands over its least thickness
-face     how far it stands back from a face, where nothing fits before it any more
+bearing  how much of its plan all but lies on what is below
+level    the slope to which it tips
+face     how much of it is too far behind a face, or an end, to be seen in it, where nothing fits before it any more: so
+         stones show their flat sides, and ends go up as steeply as faces
 """
 
 from collections.abc import Sequence
@@ -32,9 +35,10 @@ DIRECTIONS = 16  # in which the hull of what touches is felt
 STEEP = 0.5  # slope beyond which a stone that tips falls
 TILTED = 0.35  # slope beyond which one that has tipped is left alone: hardly any such stands on the exact meshes
 TOUCHING = 0.2  # cells: gap at which a stone counts as touching
-LEAST, MOST = 0.12, 0.3  # of the stone's size: margin below which it is left alone, and above which more is no better
+LEAST, MOST = 0.12, 0.45  # of the stone's size: margin below which it is left alone, and above which more is no better
 SQUARES = 0.3, 0.7  # of the size of a stone: half the widths of the squares
 LET = 0.15  # of the share that may be knocked off: a flat takes several times what stands in its way
+BEARING = 0.7  # cells: gap at which a stone all but lies on the map
 STANDS_BACK = 1.0  # of the size of a stone: what is farther from a face leaves room before it
 
 
@@ -59,10 +63,12 @@ def closed(ground: Floats, half: int) -> Floats:
     return np.asarray(out)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Looks:
     """How places are looked at."""
 
+    room: Floats  # (n, m) m: height up to which each cell of the whole map is in the wall
+    deep: int  # cells behind a face in which stone is seen as face
     cell: float  # m, of the map
     unit: float  # m, size of a stone
     scores: Scores
@@ -117,7 +123,9 @@ def chosen(ground: Floats, label: Ints, places: Sequence[Place], looks: Looks) -
         - scores.size * np.log(volume / unit**3)
         - scores.bond * np.minimum(under, 3)
         + scores.upright * tall
-        + scores.face * np.array([_back(ground.shape[1], lying[k], at[k], cell) for k in good]) / unit
+        - scores.bearing * np.array([_bearing(gap[k], lying[k], cell) for k in good])
+        + scores.level * steep[good]
+        + scores.face * np.array([_hidden(lying[k], places[k], looks) for k in good.tolist()]) / size[good] ** 2
     )
     if looks.inward:
         behind = np.array([at[k][1] + lying[k].raster.low.shape[1] / 2.0 > ground.shape[1] / 2.0 for k in good])
@@ -201,7 +209,25 @@ def _under(label: Ints, touching: Bools, at: tuple[int, int]) -> Ints:
     return label[i + at[0], j + at[1]]
 
 
-def _back(across: int, lying: Bedded, at: tuple[int, int], cell: float) -> float:
-    """How far (m) it stands back from the nearer face, where no stone fits before it; else 0."""
-    gap = cell * min(at[1], across - at[1] - lying.raster.low.shape[1])
-    return gap if gap < STANDS_BACK * 2.0 * lying.thin else 0.0
+def _bearing(gap: Floats, lying: Bedded, cell: float) -> float:
+    """Share of its plan that all but lies on the map."""
+    return float(np.count_nonzero(gap <= BEARING * cell)) / len(lying.cells[0])
+
+
+def _hidden(lying: Bedded, place: Place, looks: Looks) -> float:
+    """How much (m2) of it is too far behind faces and ends to be seen in them; 0 where another stone fits before it."""
+    hidden, (w, d), (i, j) = 0.0, lying.raster.low.shape, place.cell
+    top = place.rest + lying.top
+    for line, start, size, sides in (
+        (looks.room[:, j + d // 2] >= top, i, w, lying.shown[0]),
+        (looks.room[i + w // 2] >= top, j, d, lying.shown[1]),
+    ):
+        out = np.flatnonzero(~line)
+        k = int(np.searchsorted(out, start))
+        before = start - (int(out[k - 1]) + 1 if k else 0)
+        after = (int(out[k]) if k < len(out) else len(line)) - start - size
+        gap, side = (before, sides[0]) if before <= after else (after, sides[1])
+        if gap * looks.cell < STANDS_BACK * 2.0 * lying.thin:
+            within = min(looks.deep - gap, len(side))
+            hidden += looks.cell * float(side[-1] - (side[within - 1] if within > 0 else 0.0))
+    return hidden

@@ -26,7 +26,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.design.rubble.height_map import rasters
 from cyclopean.errors import InputError
 
-__all__ = ["Faces", "MasonsRules", "Stone", "masons_rules", "seen_front"]
+__all__ = ["NEAR_FACE", "Faces", "MasonsRules", "Stone", "masons_rules", "seen_front"]
 
 CELLS = 80  # through the wall: 0.5 cm where it is 40 cm thick
 FINE = 75  # cells of the elevation to the median height of a stone: a path cuts a corner by 0.8 of one

@@ -44,6 +44,12 @@ class Bedded:
         return inside, self.raster.low[inside[:, 0], inside[:, 1]].astype(np.float32)
 
     @cached_property
+    def shown(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """Of its elevation from either end and either side: m, by a cell, in the first cell, in the first two, ...."""
+        low, high = self.raster.low, self.raster.high
+        return _shown(low.T, high.T), _shown(low, high)
+
+    @cached_property
     def ring(self) -> Ints:
         """Cells (k, 2) right around its plan."""
         inside = np.pad(self.raster.low < np.inf, 1)
@@ -87,6 +93,15 @@ def bedded(number: int, stone: Stone, yaws: int, cell: float, beds: Sequence[int
         made += [_backwards(raster, cell) for raster in made]
         bed_of *= 2
     return [Bedded.of(number, stone, *one) for one in zip(turns, made, bed_of, strict=True)]
+
+
+def _shown(low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """See `Bedded.shown`: of the second axis."""
+    one, two = (
+        (np.maximum.accumulate(high[:, ::way], axis=1) - np.minimum.accumulate(low[:, ::way], axis=1)).clip(0.0)
+        for way in (1, -1)
+    )
+    return one.sum(axis=0), two.sum(axis=0)
 
 
 def _backwards(raster: Raster, cell: float) -> Raster:

@@ -39,7 +39,7 @@ Box = tuple[int, int, int, int]  # first cell along and across, and the ones aft
 
 FULL = 1e6  # m: height of the map where there is no wall
 EACH, APART = 5, 3  # places of one orientation that are looked at, and cells by which they differ
-PER_STONE, TWICE = 6, 2  # places of one stone that are looked at, and of these at about the same spot
+PER_STONE, TWICE = 12, 3  # places of one stone that are looked at, and of these at about the same spot
 FEW = 16  # cells of a stone that tell that it is above the ceiling, at most places
 AROUND = 24  # best places of an orientation among which such are found
 
@@ -53,10 +53,12 @@ class Scores:
     beside: float = 0.5  # share of its sides without a neighbour, at the first look
     size: float = 0.6  # small stones, by the logarithm of their volume
     void: float = 1.0  # volume that it makes unusable (`choosing`)
-    centre: float = 0.6  # centre of mass near the border of what bears it
-    bond: float = 0.1  # stones that bear it: for each of up to three
-    upright: float = 0.15
-    face: float = 1.0  # stands back from a face of the wall that nothing fits before any more
+    centre: float = 1.2  # centre of mass near the border of what bears it
+    bond: float = 0.25  # stones that bear it: for each of up to three
+    upright: float = 0.5
+    bearing: float = 0.75  # share of its plan that lies on what is below
+    level: float = 0.6  # slope to which it tips
+    face: float = 3.0  # stands back from a face of the wall that nothing fits before any more
 
     def __post_init__(self) -> None:
         for name in self.__slots__:

@@ -49,7 +49,7 @@ LIFT = 0.23  # by which it rises
 COURSE = 4  # lifts
 PART, SHARED, WHOLE = 10.0, 2.5, 1.5  # of the unit: parts of a long wall, and what they share; a short one is whole
 MOST = 128  # stones that are tried where none of the largest goes
-LOOKED = 60  # places that are looked at closely at a time
+LOOKED = 150  # places that are looked at closely at a time
 STEADY = 2.5  # weight of `centre` once none of the largest goes: of the steadiest fifth of places most stand
 PATIENCE, LAST = 60, 200  # trials in vain before the ceiling rises, and under the last one
 

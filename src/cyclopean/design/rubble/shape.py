@@ -76,6 +76,17 @@ class Shape:
                 return False
         return max(out, float((z - self.height).max())) <= proud
 
+    def flush(self, points: Floats, near: float, proud: float) -> Floats:
+        """(2,) m that points (n, 3) nearer than `near` to a face have to go to stand out of it by `proud` (m)."""
+        outwards = ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0))  # as `_inwards` has the faces
+        behind = [float((d - slope * points[:, 2]).min()) for d, slope in self._inwards(points[:, 0], points[:, 1])]
+        move = np.zeros(2)
+        for axis in (0, 1):
+            gap, out = min(zip(behind[2 * axis : 2 * axis + 2], outwards[2 * axis : 2 * axis + 2], strict=True))
+            if gap < near:
+                move += (gap + proud) * np.array(out)
+        return move
+
     def _inwards(self, x: Floats, y: Floats) -> list[tuple[Floats, float]]:
         """Distances (m) behind the foot of each face, negative outside, and how much the face leans."""
         rear = self.batter if self.faces == 2 else 0.0

@@ -13,6 +13,7 @@ from cyclopean.design.rubble.as_built import NOTHING, AsBuilt
 from cyclopean.design.rubble.choosing import Looks
 from cyclopean.design.rubble.features import Body, body_of
 from cyclopean.design.rubble.height_map import lying_raster
+from cyclopean.design.rubble.masons_rules import NEAR_FACE
 from cyclopean.design.rubble.orientations import Bedded, bedded
 from cyclopean.design.rubble.places import FULL, Box, Place
 from cyclopean.design.rubble.standing import GRAVITY, Mass, Structure
@@ -47,8 +48,11 @@ class Site:
         self.stones, self.settings, self.shape, self.say = stones, settings, settings.shape(), say
         self.cell, self.unit, self.before = settings.cell, unit_size(before.at_hand(stones), before.volumes), before
         inward = float(np.tan(np.radians(settings.inward)))
-        self.looks = Looks(self.cell, self.unit, settings.scores, settings.dress, inward, settings.wythes)
         self.room = self.shape.room(self.cell)  # (n, m) m: height up to which each cell is in the wall
+        deep = max(round(NEAR_FACE * self.shape.thickness / self.cell), 1)
+        self.looks = Looks(
+            self.room, deep, self.cell, self.unit, settings.scores, settings.dress, inward, settings.wythes
+        )
         if self.shape.opening is not None:
             under = self.shape.opened(self.cell)
             self.room[under] = np.minimum(self.room[under], self.shape.opening.sill)

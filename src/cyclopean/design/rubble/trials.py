@@ -30,6 +30,8 @@ __all__ = ["Seated", "Trial", "put_down", "tried"]
 INSIDE = 0.03  # of the cube root of a stone's volume: margin that is asked for
 REACH = 1.0  # of the unit: what is farther from a stone than that is not looked at
 NEARLY = 0.2  # of its size: a stone that stands so far outside what bears it is not pinned
+NEAR = 1.5  # cells: a stone that is nearer to a face is moved up to it,
+SHOWS = 0.03  # and then stands out of it by so much of its size
 PINNED = 2  # pins that are tried under one stone
 
 SLIDES, ROCKS, INTO, OUT, MORE, FALLS = (
@@ -89,9 +91,8 @@ def seated(
     placed = _placed(site, body, pose, beside)
     if site.settings.dress > 0.0:
         cut = dressed(body, *pose, placed, site.settings.dress)
-        if cut is None:
-            return MORE
-        body, cuts = cut.body, cut.cuts
+        if cut is not None:  # what would need more dressing than is allowed is laid as it is, a little higher
+            body, cuts = cut.body, cut.cuts
     found = seat(body, *pose, placed, give_up=True)
     wanted = site.margin(body)
     if found.slid and not found.margin > 0.0:
@@ -126,7 +127,10 @@ def _pose(site: "Site", tipped: Tipped) -> tuple[Floats, Floats]:
     lying = tipped.place.lying
     turn = leaning(*tipped.slope) @ lying.rotation
     plan = np.array(tipped.place.cell) * site.cell - lying.raster.corner
-    return turn, np.array([*plan, tipped.rest]) - turn @ site.body(lying.stone).centroid
+    body = site.body(lying.stone)
+    shift = np.array([*plan, tipped.rest]) - turn @ body.centroid
+    shift[:2] += site.shape.flush(body.vertices @ turn.T + shift, NEAR * site.cell, SHOWS * float(np.cbrt(body.volume)))
+    return turn, shift
 
 
 def _placed(site: "Site", body: Body, pose: tuple[Floats, Floats], beside: Sequence[Seated] = ()) -> list[Body]:

@@ -72,7 +72,7 @@ class SettleSettings:
     )  # fmt: skip
     all: bool = option(False, "Lay what does not stand as well, and flag it.", "flag")
     cell: float | None = option(None, "Of the height map (m) [2/17 of a stone].", "number", metavar="L")
-    yaws: int = option(8, "Turns about the vertical that are tried.", "whole", metavar="N")
+    yaws: int = option(16, "Turns about the vertical that are tried.", "whole", metavar="N")
     scores: Scores = field(default_factory=Scores)
     look_ahead: int = option(
         16, "Largest stones left that compete for a place; 0: in their order.", "whole", metavar="N"
