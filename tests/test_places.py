@@ -8,11 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cyclopean.design.rubble.choosing import Looks, chosen, closed
+from cyclopean.design.rubble.choosing import Looks, chosen, closed, hidden_area
 from cyclopean.design.rubble.orientations import bedded
-from cyclopean.design.rubble.places import FULL, Places, Scores, let_down, swept
+from cyclopean.design.rubble.places import FULL, Place, Places, Scores, let_down, swept
+from cyclopean.design.rubble.shape import Shape
 from cyclopean.design.stones.quarry import quarry
+from cyclopean.design.stones.stone import stone_of
 from cyclopean.errors import InputError
+from fixtures_stones import box
 from laws import examples
 
 CELL, UNIT = 0.06, 0.4
@@ -111,6 +114,53 @@ def test_a_stone_lies_flat_on_flat_ground_and_the_lower_place_is_chosen():
     assert [t.cost for t in good] == sorted(t.cost for t in good)
     assert np.hypot(*good[0].slope) < 0.2
     assert chosen(ground, label, [], Looks(room, 2, CELL, UNIT, Scores())) == []
+
+
+def boxed(*size):
+    """Orientations of a box (m), the first with its length along the wall."""
+    return bedded(0, stone_of("box", *box(*size)), 8, CELL)
+
+
+def test_a_box_is_seen_where_its_front_is_near_a_face():
+    """By hand: 0.42 x 0.30 x 0.24 m is 7 x 5 cells of 0.06; 2 cells behind a face are seen, of a stone 8 cells behind
+    others fit before it, and of one that stands back by 2 or more and less than that nothing is seen."""
+    lying = boxed(0.42, 0.30, 0.24)[0]
+    looks = Looks(np.full((60, 14), np.inf), 2, CELL, UNIT, Scores())
+    area = [hidden_area(lying, Place(lying, (20, j), 0.12, 0.0), looks) for j in (0, 1, 2, 3, 9)]
+    assert area == pytest.approx([0.0, 0.0, 0.42 * 0.24, 0.42 * 0.24, 0.0], abs=1e-9)
+    assert hidden_area(lying, Place(lying, (2, 0), 0.12, 0.0), looks) == pytest.approx(0.30 * 0.24)  # from the end
+    assert hidden_area(lying, Place(lying, (51, 0), 0.12, 0.0), looks) == pytest.approx(0.30 * 0.24)
+
+
+def test_a_box_that_shows_an_edge_is_seen_less():
+    """By hand: with its edge in the face it is seen as far as both of its sides are within 2 cells of it: 4 cells."""
+    turned = boxed(0.42, 0.30, 0.24)[1]
+    looks = Looks(np.full((60, 14), np.inf), 2, CELL, UNIT, Scores())
+    wide = turned.raster.low.shape[0] * CELL
+    assert hidden_area(turned, Place(turned, (20, 0), 0.12, 0.0), looks) == pytest.approx(
+        (wide - 0.24) * 0.24, abs=0.03
+    )
+
+
+def test_a_face_that_leans_is_followed():
+    """A stone in the foot's face stands back higher up, where the face has not come in yet, and is in it further up."""
+    lying = boxed(0.42, 0.30, 0.24)[0]
+    room = np.where(np.arange(14) < 3, 1.0, np.inf) * np.ones((60, 1))  # up to 1 m the wall is 3 cells thicker
+    looks = Looks(room, 2, CELL, UNIT, Scores())
+    assert hidden_area(lying, Place(lying, (20, 3), 0.5, 0.0), looks) > 0.0
+    assert hidden_area(lying, Place(lying, (20, 3), 1.5, 0.0), looks) == 0.0
+
+
+def test_stones_are_moved_up_to_a_face_that_they_all_but_reach():
+    """By hand: 2 m long, 0.6 thick, front 1:6. At a height of 0.6 m the face is 0.1 behind its foot."""
+    wall, foot = Shape(2.0, 0.6, batter=1 / 6), np.array([[0.5, 0.13, 0.0], [0.8, 0.13, 0.6]])
+    assert wall.flush(foot, 0.05, 0.0) == pytest.approx([0.0, -0.03])
+    assert wall.flush(foot, 0.05, 0.01) == pytest.approx([0.0, -0.04])
+    assert wall.flush(foot, 0.02, 0.01).tolist() == [0.0, 0.0]
+    assert wall.flush(foot + np.array([1.18, 0.455, 0.0]), 0.05, 0.0) == pytest.approx([0.02, 0.015])
+    moved = foot + np.append(wall.flush(foot, 0.05, 0.01), 0.0)
+    assert wall.holds(moved, 0.0101)
+    assert not wall.holds(moved, 0.0099)
 
 
 def test_scores_below_nothing_are_refused():

@@ -29,7 +29,7 @@ from cyclopean.design.rubble.orientations import Bedded
 from cyclopean.design.rubble.places import FULL, Place, Scores
 from cyclopean.design.rubble.tipping import left_under, tipped
 
-__all__ = ["Looks", "Tipped", "chosen", "closed", "leaning"]
+__all__ = ["Looks", "Tipped", "chosen", "closed", "hidden_area", "leaning"]
 
 DIRECTIONS = 16  # in which the hull of what touches is felt
 STEEP = 0.5  # slope beyond which a stone that tips falls
@@ -50,6 +50,7 @@ class Tipped:
     slope: tuple[float, float]  # of what was level, along and across
     rest: float  # m: of its centre of mass
     cost: float
+    down: float = 0.0  # m: of it, what it is let down into the map to be dressed
 
 
 def closed(ground: Floats, half: int) -> Floats:
@@ -125,7 +126,7 @@ def chosen(ground: Floats, label: Ints, places: Sequence[Place], looks: Looks) -
         + scores.upright * tall
         - scores.bearing * np.array([_bearing(gap[k], lying[k], cell) for k in good])
         + scores.level * steep[good]
-        + scores.face * np.array([_hidden(lying[k], places[k], looks) for k in good.tolist()]) / size[good] ** 2
+        + scores.face * np.array([hidden_area(lying[k], places[k], looks) for k in good.tolist()]) / size[good] ** 2
     )
     if looks.inward:
         behind = np.array([at[k][1] + lying[k].raster.low.shape[1] / 2.0 > ground.shape[1] / 2.0 for k in good])
@@ -133,7 +134,7 @@ def chosen(ground: Floats, label: Ints, places: Sequence[Place], looks: Looks) -
         cost = cost + np.abs(motion[good, 2] - wanted)
     order = np.argsort(cost, kind="stable")
     return [
-        Tipped(places[k], (float(motion[k, 1]), float(motion[k, 2])), float(rest[k]), float(cost[o]))
+        Tipped(places[k], (float(motion[k, 1]), float(motion[k, 2])), float(rest[k]), float(cost[o]), float(down[k]))
         for o, k in zip(order.tolist(), good[order].tolist(), strict=True)
     ]
 
@@ -214,8 +215,11 @@ def _bearing(gap: Floats, lying: Bedded, cell: float) -> float:
     return float(np.count_nonzero(gap <= BEARING * cell)) / len(lying.cells[0])
 
 
-def _hidden(lying: Bedded, place: Place, looks: Looks) -> float:
-    """How much (m2) of it is too far behind faces and ends to be seen in them; 0 where another stone fits before it."""
+def hidden_area(lying: Bedded, place: Place, looks: Looks) -> float:
+    """Area (m2) of a stone that is too far behind faces and ends to be seen in them; 0 where another fits before it.
+
+    By hand: a box with its front in a face shows all of it; turned by 45 degrees, or a cell too far back, less or none.
+    """
     hidden, (w, d), (i, j) = 0.0, lying.raster.low.shape, place.cell
     top = place.rest + lying.top
     for line, start, size, sides in (

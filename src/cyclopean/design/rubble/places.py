@@ -38,7 +38,7 @@ Picked = tuple[float, int, int, int, float]  # cost, orientation, cells along an
 Box = tuple[int, int, int, int]  # first cell along and across, and the ones after the last
 
 FULL = 1e6  # m: height of the map where there is no wall
-EACH, APART = 5, 3  # places of one orientation that are looked at, and cells by which they differ
+EACH, APART = 5, 2  # places of one orientation that are looked at, and cells by which they differ
 PER_STONE, TWICE = 12, 3  # places of one stone that are looked at, and of these at about the same spot
 FEW = 16  # cells of a stone that tell that it is above the ceiling, at most places
 AROUND = 24  # best places of an orientation among which such are found

@@ -32,14 +32,14 @@ REACH = 1.0  # of the unit: what is farther from a stone than that is not looked
 NEARLY = 0.2  # of its size: a stone that stands so far outside what bears it is not pinned
 NEAR = 1.5  # cells: a stone that is nearer to a face is moved up to it,
 SHOWS = 0.03  # and then stands out of it by so much of its size
+LIFTED = 0.0, 0.4, 0.7  # of the depth to which a stone is let down to be dressed: where that takes too much, it is less
 PINNED = 2  # pins that are tried under one stone
 
-SLIDES, ROCKS, INTO, OUT, MORE, FALLS = (
+SLIDES, ROCKS, INTO, OUT, FALLS = (
     "slides where it could lie",
     "rocks where it could lie",
     "would stand in other stones",
     "would stand out of the wall",
-    "would need more dressing than is allowed",
     "would fall, or bring others down, with gravity leaning",
 )
 
@@ -69,7 +69,7 @@ class Trial:
 def tried(site: "Site", tipped: Tipped, ceiling: float) -> Trial | str:
     """Seat a stone at a place and see whether the wall stands with it; in words where not."""
     lying, pose = tipped.place.lying, _pose(site, tipped)
-    found = seated(site, lying.stone, pose, ceiling)
+    found = seated(site, lying.stone, pose, ceiling, down=tipped.down)
     stones: tuple[Seated, ...] = ()
     if isinstance(found, Seated):
         stones = (found,)
@@ -80,19 +80,26 @@ def tried(site: "Site", tipped: Tipped, ceiling: float) -> Trial | str:
 
 
 def seated(
-    site: "Site", stone: int, pose: tuple[Floats, Floats], ceiling: float, beside: Sequence[Seated] = ()
+    site: "Site",
+    stone: int,
+    pose: tuple[Floats, Floats],
+    ceiling: float,
+    beside: Sequence[Seated] = (),
+    down: float = 0.0,
 ) -> Seated | str:
     """Adjust a stone on the exact meshes from a pose (rotation, shift in m); in words where it does not sit there.
 
-    `beside` is what is laid with it.
+    `beside` is what is laid with it. The pose is so far `down` (m) in what is below as dressing is thought to allow.
     """
     body = site.body(stone)
     cuts: tuple[Cut, ...] = ()
     placed = _placed(site, body, pose, beside)
-    if site.settings.dress > 0.0:
-        cut = dressed(body, *pose, placed, site.settings.dress)
-        if cut is not None:  # what would need more dressing than is allowed is laid as it is, a little higher
-            body, cuts = cut.body, cut.cuts
+    for lifted in LIFTED if site.settings.dress > 0.0 else ():
+        higher = pose[1] + np.array([0.0, 0.0, lifted * down])
+        cut = dressed(body, pose[0], higher, placed, site.settings.dress)
+        if cut is not None:  # otherwise it is laid as it is
+            body, cuts, pose = cut.body, cut.cuts, (pose[0], higher)
+            break
     found = seat(body, *pose, placed, give_up=True)
     wanted = site.margin(body)
     if found.slid and not found.margin > 0.0:
