@@ -19,8 +19,9 @@ if TYPE_CHECKING:  # only a name here: converting a file must not load the solve
     )
     from cyclopean.analysis.safety_margins import Bracket
     from cyclopean.analysis.undecided import Undecided
+    from cyclopean.design.walls.front import WallInterlock
 
-__all__ = ["limit_dict", "margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
+__all__ = ["interlock_dict", "limit_dict", "margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
 
 SCHEMA, LIMIT = "cyclopean.result/1", "cyclopean.limit/1"
 
@@ -312,3 +313,25 @@ def _pulled(result: "Result", rows: list[dict[str, Any]]) -> list[dict[str, Any]
         if result.tension is not None:
             row["tension"] = result.tension[start[k] : start[k + 1]]
     return rows
+
+
+def interlock_dict(found: "WallInterlock") -> dict[str, Any]:
+    """The score J and the rules of masons, for JSON; None where a wall has nothing to measure."""
+    one = found.interlock
+    rules = plain(one.rules)
+    return {
+        "seen": found.seen,
+        "along": plain(found.along),
+        "size": plain(found.size),
+        "J": one.score,
+        "courses": found.courses,
+        "tolerance": one.tolerance,
+        "head_joints": len(one.head),
+        "head_length": one.head_length,
+        "aligned_length": one.aligned_length,
+        "crossings": len(one.crossings),
+        "running": [{"length": joint.length, "courses": joint.courses} for joint in one.running],
+        "minimum_trace": None if rules["trace"] is None else found.minimum_trace,
+        "rules": rules,
+        "masons": plain(found.masons),
+    }
