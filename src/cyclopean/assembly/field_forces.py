@@ -14,6 +14,7 @@ from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.exposed import Exposed, clipped, exposed, joined_loads, resultants, ring_quadrature
 from cyclopean.assembly.field_loads import STEEP, Earth, FieldLoad, Fill, Water
+from cyclopean.assembly.loading import members
 from cyclopean.assembly.loads import Load
 from cyclopean.errors import InputError
 
@@ -85,12 +86,6 @@ def _forces(assembly: Assembly, row: FieldLoad, contacts: Contacts) -> tuple[tup
         assert isinstance(row, Fill)
         loads, words = _fill(assembly, row)
     return joined_loads(loads), words
-
-
-def members(assembly: Assembly, row: FieldLoad) -> Bools:
-    """(n,) the blocks that it acts on and that hide others from it."""
-    return np.array([row.block in (None, i) and row.group in (None, block.group)
-                     for i, block in enumerate(assembly.blocks)])  # fmt: skip
 
 
 def _free(assembly: Assembly) -> Bools:
