@@ -53,7 +53,7 @@ def result_dict(
         proved at a larger eta.
     """
     ids = [block.id for block in result.assembly.blocks]
-    document = _head(SCHEMA, result, result.method)
+    document: dict[str, Any] = {"schema": SCHEMA, "model": result.assembly.name, "method": result.method}
     document |= {"verdict": result.verdict, "reason": result.reason} | _counts(result) | {"residuals": result.residuals}
     document |= _loading(result)
     if result.partly_held:
@@ -129,7 +129,8 @@ def limit_dict(
     """
     coupled, polar, pushover = result.coupled, result.polar, result.pushover
     ids = [block.id for block in result.assembly.blocks]
-    document = _head(LIMIT, result, "rbe" if coupled is None else "cra")
+    document: dict[str, Any] = {"schema": LIMIT, "model": result.assembly.name}
+    document["method"] = "rbe" if coupled is None else "cra"
     document |= {"word": result.word, "reason": result.reason, "live": _live(result)} | _loading(result)
     document["multiplier"] = picked(result, "lower", "upper", "gap")
     for key, names, pair in (
@@ -171,10 +172,6 @@ def limit_dict(
     if pushover is not None:
         document["pushover"] = picked(pushover, "control", "ended", "steps")
     return {key: plain(value) for key, value in (document | _tail(result, certificate_file)).items()}
-
-
-def _head(schema: str, result: "Result | LimitResult", method: str) -> dict[str, Any]:
-    return {"schema": schema, "model": result.assembly.name, "method": method}
 
 
 def _loading(result: "Result | LimitResult") -> dict[str, Any]:

@@ -227,11 +227,11 @@ def _rings(vertices: Floats, face: Sequence[int]) -> list[tuple[int, ...]]:
     return [(face[a], face[b], face[c]) for a, b, c in ears.tolist()]
 
 
-def polyline_json(points: Floats, units: Units, *, closed: bool = True) -> dict[str, str | int]:
-    """Write a polyline through points (n, 3) in m; `closed` joins the last one to the first."""
+def polyline_json(points: Floats, units: Units) -> dict[str, str | int]:
+    """Write a closed polyline through points (n, 3) in m."""
     rhino = extra("rhino")
     ring = [rhino.Point3d(x, y, z) for x, y, z in _lengths(np.asarray(points, float), units).tolist()]
-    line = rhino.Polyline.CreateFromPoints([*ring, ring[0]] if closed else ring)
+    line = rhino.Polyline.CreateFromPoints([*ring, ring[0]])
     return dict(line.ToPolylineCurve().Encode())
 
 

@@ -199,17 +199,16 @@ def _simple(where: str, name: str, given: list[float]) -> Floats:
 Shape = Iterator[tuple[list[Curve], bool]]  # pieces of each line, and whether it is closed
 
 
-def _number(where: str, element: ElementTree.Element, name: str) -> float:
-    found = LENGTH.fullmatch(element.get(name, "0"))
-    if found is None or found[2] not in ("", "px"):
-        raise InputError(
-            f"{where}: {name} '{one_line(element.get(name, ''), 20)}' is not a number; save it as plain SVG"
-        )
-    return float(found[1])
-
-
 def _numbers(where: str, element: ElementTree.Element, *names: str) -> list[float]:
-    return [_number(where, element, name) for name in names]
+    given = []
+    for name in names:
+        found = LENGTH.fullmatch(element.get(name, "0"))
+        if found is None or found[2] not in ("", "px"):
+            raise InputError(
+                f"{where}: {name} '{one_line(element.get(name, ''), 20)}' is not a number; save it as plain SVG"
+            )
+        given.append(float(found[1]))
+    return given
 
 
 def _line(where: str, element: ElementTree.Element) -> Shape:
