@@ -121,7 +121,7 @@ def coupled_tension(
 
 def _searched(system: EquilibriumSystem, bounds: Bounds, deadline: float) -> Attempt:
     """By the continuation, then by alternation."""
-    found = continuation(system, bounds, deadline=deadline).attempt
+    found = continuation(system, bounds, deadline=deadline)
     return found if found.found else better(found, alternation(system, bounds, deadline=deadline))
 
 

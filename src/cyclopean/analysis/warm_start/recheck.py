@@ -203,7 +203,7 @@ def _seat(
 
 def _claim(f: Floats, dq: Floats, rounds: int) -> Claim:
     provenance = {"route": CONTINUED, "solver": "newton", "iterations": rounds, "factorisations": 0, "tried": []}
-    return coupled_claim(CoupledOutcome("coupled", f, dq, merit=0.0, route=CONTINUED, provenance=provenance))
+    return coupled_claim(CoupledOutcome("coupled", f, dq, merit=0.0, provenance=provenance))
 
 
 def _placed(model: PreparedModel, system: EquilibriumSystem, known: Known) -> tuple[Floats, Floats, Bools, Bools]:
