@@ -31,13 +31,13 @@ import scipy.sparse as sp
 
 from cyclopean.analysis.equilibrium.newton import newton
 from cyclopean.analysis.equilibrium.rbe import BALANCE, balanced, solve_rbe
-from cyclopean.analysis.equilibrium.reference import BIG, Cone, rbe_program
+from cyclopean.analysis.equilibrium.reference import Cone, conic_options, rbe_program
 from cyclopean.arrays import Bools, Floats
 from cyclopean.errors import SolverError
 from cyclopean.solvers import ConicProgram, solve
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
 
-__all__ = ["SettledOutcome", "follow", "settle", "support_gap"]
+__all__ = ["SettledOutcome", "settle", "support_gap"]
 
 SHUT = 1e-6  # of the largest settlement: gaps below it are those of a hinge
 TOLERANCES = (1e-10, 1e-8)  # of the conic solver, one after the other
@@ -82,28 +82,13 @@ def settle(system: EquilibriumSystem, gap: Floats) -> SettledOutcome:
     if rigid.word != "balanced" or rigid.f is None:
         word: Literal["collapse", "undecided"] = "collapse" if rigid.word == "collapse" else "undecided"
         return SettledOutcome(word, None, rigid.y, None, rigid.balance, rigid.bound, np.inf, rigid.provenance)
-    return follow(system, gap)
-
-
-def follow(system: EquilibriumSystem, gap: Floats) -> SettledOutcome:
-    """Do the same for a model of which nothing is known; "collapse" then is what the conic solver says, unproved.
-
-    Parameters
-    ----------
-    system : EquilibriumSystem
-        Scaled.
-    gap : (q, 3)
-        dd0 of each point: what the ground does to it, and how far it is open already.
-    """
     tried: list[dict[str, Any]] = []
     slides: SettledOutcome | None = None
     for tolerance in TOLERANCES:
-        answer = solve(_program(system, gap), **_options(system, tolerance))
+        answer = solve(_program(system, gap), **conic_options(system.blocks, tolerance))
         tried.append({"solver": "clarabel", "word": answer.status, "factorisations": answer.iterations})
         if _locked(system, gap, answer.x):
             return SettledOutcome("locked", provenance=_told(tried))
-        if answer.word == "infeasible":
-            return SettledOutcome("collapse", provenance=_told(tried))
         if answer.word != "solved":
             continue
         y = system.still(answer.z[: len(system.p)])
@@ -173,16 +158,6 @@ def _program(system: EquilibriumSystem, gap: Floats) -> ConicProgram:
     base = rbe_program(system, Cone())
     q = 3 * system.points
     return ConicProgram(sp.csc_matrix((q, q)), gap.ravel().copy(), base.A, base.b, base.cones)
-
-
-def _options(system: EquilibriumSystem, tolerance: float) -> dict[str, Any]:
-    return {
-        "direct_solve_method": "faer" if system.blocks > BIG else "qdldl",
-        "max_iter": 200,
-        "tol_gap_abs": tolerance,
-        "tol_gap_rel": tolerance,
-        "tol_feas": tolerance,
-    }
 
 
 def _told(tried: list[dict[str, Any]]) -> dict[str, Any]:
