@@ -130,6 +130,6 @@ def longest(x: Floats, d: Floats) -> float:
 
 
 def reach(x: Floats, d: Floats) -> float:
-    """Largest t with x + t d >= 0 (may be infinite)."""
+    """Largest t with x + t d >= 0, (q,) each (may be infinite)."""
     down = d < 0.0
     return float(np.min(-x[down] / d[down], initial=np.inf))

@@ -172,6 +172,8 @@ def _polished(system: EquilibriumSystem, gap: Floats, y: Floats) -> tuple[Floats
     What is shut gives three equations, dd = 0; what slides one, dn = mu e.dd_t with e its own direction. They are
     solved for the smallest change of y.
     """
+    from scipy.sparse.linalg import lsqr
+
     shut, slides = _sorted(system, system.gap(y) + gap)
     for _ in range(ROUNDS):
         dd = system.gap(y) + gap
@@ -180,28 +182,19 @@ def _polished(system: EquilibriumSystem, gap: Floats, y: Floats) -> tuple[Floats
         lean[:, 0] = 1.0
         lean[:, 1:] = -system.mu[:, None] * dd[:, 1:] / np.maximum(tangent, 1e-300)[:, None]
         rows = np.flatnonzero(np.repeat(shut, 3))
+        column = 3 * np.flatnonzero(slides)[:, None] + np.arange(3)
         along = sp.csr_matrix(
-            (lean[slides].ravel(), (3 * np.flatnonzero(slides)[:, None] + np.arange(3)).ravel(), _starts(slides)),
-            shape=(int(slides.sum()), 3 * system.points),
+            (lean[slides].ravel(), column.ravel(), 3 * np.arange(len(column) + 1)),
+            shape=(len(column), 3 * system.points),
         )
         gaps = system.A.T.tocsr()
         matrix = sp.vstack([gaps[rows], along @ gaps], format="csr")
         off = np.concatenate([dd.ravel()[rows], along @ dd.ravel()])
         if not len(off) or not (np.abs(off).max() > 1e-15):
             break
-        y = y - system.still(_least_change(matrix, off))
+        least = lsqr(matrix, off, atol=1e-16, btol=1e-16, iter_lim=20 * sum(matrix.shape))[0]
+        y = y - system.still(least)
     return y, shut, slides
-
-
-def _starts(rows: Bools) -> Any:
-    return 3 * np.arange(int(rows.sum()) + 1)
-
-
-def _least_change(matrix: Any, off: Floats) -> Floats:
-    """The least d with matrix d = off."""
-    from scipy.sparse.linalg import lsqr
-
-    return np.asarray(lsqr(matrix, off, atol=1e-16, btol=1e-16, iter_lim=20 * sum(matrix.shape))[0])
 
 
 def _sorted(system: EquilibriumSystem, dd: Floats) -> tuple[Bools, Bools]:

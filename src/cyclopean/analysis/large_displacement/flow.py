@@ -69,7 +69,8 @@ def dry_flow(system: EquilibriumSystem, pressure: Floats, gap: Floats) -> DryFlo
         answer = solve(_program(system, bound, gap), **conic_options(system.blocks, TOLERANCE))
         if answer.word != "solved":
             if isinstance(found, str):
-                found = "locked" if "DualInfeasible" in answer.status else _STUCK[answer.word]
+                falls = "falls" if answer.word == "infeasible" else "undecided"
+                found = "locked" if "DualInfeasible" in answer.status else falls
             break
         y = system.still(answer.z[: len(system.p)])
         found = DryFlow(answer.x[: 3 * system.points].reshape(-1, 3), y, system.gap(y) + gap)
@@ -80,9 +81,6 @@ def dry_flow(system: EquilibriumSystem, pressure: Floats, gap: Floats) -> DryFlo
             break
         pressure = now if k < SETTLES else (now + pressure) / 2.0
     return found
-
-
-_STUCK: dict[str, Stuck] = {"infeasible": "falls", "failed": "undecided"}
 
 
 def _program(system: EquilibriumSystem, bound: Floats, gap: Floats) -> ConicProgram:

@@ -147,7 +147,8 @@ def _continued(model: PreparedModel, settings: Settings, system: EquilibriumSyst
             lost = coupled_claim(replace(found, f=None, dq=None, part=own, folds=folds))
             return None if found.word == "collapse" else lost
         f[k], dq[b] = found.f * force, found.dq.reshape(-1, 6) / np.repeat([1.0, length], 3)
-    return _claim(f, dq.ravel(), rounds)
+    provenance = {"route": CONTINUED, "solver": "newton", "iterations": rounds, "factorisations": 0, "tried": []}
+    return coupled_claim(CoupledOutcome("coupled", f, dq.ravel(), merit=0.0, provenance=provenance))
 
 
 def _near(
@@ -193,11 +194,6 @@ def _seat(
         return seated(system, bounds, blocks, old, f, dq) if len(blocks) else (f, dq)
     except SolverError:
         return None
-
-
-def _claim(f: Floats, dq: Floats, rounds: int) -> Claim:
-    provenance = {"route": CONTINUED, "solver": "newton", "iterations": rounds, "factorisations": 0, "tried": []}
-    return coupled_claim(CoupledOutcome("coupled", f, dq, merit=0.0, provenance=provenance))
 
 
 def _placed(model: PreparedModel, system: EquilibriumSystem, known: Known) -> tuple[Floats, Floats, Bools, Bools]:
