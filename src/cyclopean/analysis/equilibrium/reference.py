@@ -111,7 +111,7 @@ def solve_program(program: ConicProgram, blocks: int) -> ConicAnswer:
     like everything else.
     """
     for optimal, infeasible in TOLERANCES:
-        loose = {"tol_infeas_abs": infeasible, "tol_infeas_rel": infeasible}
+        loose: dict[str, Any] = dict.fromkeys(("tol_infeas_abs", "tol_infeas_rel"), infeasible)
         answer = solve(program, **conic_options(blocks, optimal), **loose)
         if answer.word != "failed":
             break

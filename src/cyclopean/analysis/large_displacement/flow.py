@@ -69,8 +69,9 @@ def dry_flow(system: EquilibriumSystem, pressure: Floats, gap: Floats) -> DryFlo
         answer = solve(_program(system, bound, gap), **conic_options(system.blocks, TOLERANCE))
         if answer.word != "solved":
             if isinstance(found, str):
-                falls = "falls" if answer.word == "infeasible" else "undecided"
-                found = "locked" if "DualInfeasible" in answer.status else falls
+                found = "falls" if answer.word == "infeasible" else "undecided"
+                if "DualInfeasible" in answer.status:
+                    found = "locked"
             break
         y = system.still(answer.z[: len(system.p)])
         found = DryFlow(answer.x[: 3 * system.points].reshape(-1, 3), y, system.gap(y) + gap)
