@@ -160,7 +160,7 @@ def test_every_option_is_an_input() -> None:
                     assert names[input_name(name)].access == ("list" if option.repeated else "item")
 
 
-def test_margins_are_found_when_they_are_asked_for(model, monkeypatch) -> None:
+def test_margins_are_found_when_they_are_asked_for(model, monkeypatch, unasked) -> None:
     from cyclopean import analysis
 
     asked = []
