@@ -19,7 +19,7 @@ from cyclopean.analysis import Result, Settings, check
 from cyclopean.assembly import Assembly, Contacts, Load
 from cyclopean.design import arch, stack, wall
 from cyclopean.proof import seal, verify
-from laws import examples
+from laws import examples, nightly
 from near_limit import G
 from second_opinion import conditions
 from test_laws import cut, mapped, rotation
@@ -183,30 +183,35 @@ def test_the_word_by_hand(question: Question) -> None:
     asked(question)
 
 
+@nightly
 @LAWS
 @given(questions, st.sampled_from([1e-3, 0.037, 12.5, 1e3]))
 def test_size(question: Question, size: float) -> None:
     asked(scaled(question, size))
 
 
+@nightly
 @LAWS
 @given(questions, st.tuples(*[between(-1e4, 1e4)] * 3))
 def test_place(question: Question, away: tuple[float, float, float]) -> None:
     asked(moved(question, away))
 
 
+@nightly
 @LAWS
 @given(questions, st.integers(0, 10**6))
 def test_direction(question: Question, seed: int) -> None:
     asked(rotated(question, seed))
 
 
+@nightly
 @LAWS
 @given(questions, st.sampled_from([1e-3, 0.01, 4.0, 1e3]))
 def test_density(question: Question, factor: float) -> None:
     asked(denser(question, factor))
 
 
+@nightly
 @LAWS
 @given(questions, st.integers(0, 10**6), st.booleans())
 def test_order_names_and_sides(question: Question, seed: int, half_turned: bool) -> None:
@@ -219,7 +224,7 @@ def test_triangulation_and_detection(question: Question, seed: int) -> None:
     asked(triangulated(question, seed))
 
 
-@LAWS
+@settings(LAWS, max_examples=examples(40, 4))
 @given(questions, st.integers(0, 10**6), between(0.1, 50.0), st.tuples(*[between(-1e4, 1e4)] * 3))
 def test_all_at_once(question: Question, seed: int, size: float, away: tuple[float, float, float]) -> None:
     """Ten kilometres away and turned, lengths of metres are known to 1e-12 m: the word does not hang on that."""
