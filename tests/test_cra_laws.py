@@ -291,18 +291,6 @@ def test_a_frame_that_may_not_pitch_far_enough_falls(case: tuple[Question, float
         assert not verify(changed).proved
 
 
-def test_only_eta_over_eps_matters_of_the_frame() -> None:
-    """a = 3 h: it slides by 12.01 eps."""
-    question = Question(beams(0.3, 0.1, 0.4), DOWN, {"mu": 0.35}, "stable")
-    for eps, eta, word in (
-        (1.0, 10.0, "unstable"),
-        (1.0, 12.2, "stable"),
-        (0.5, 6.1, "stable"),
-        (2.0, 12.2, "unstable"),
-    ):
-        asked(replace(question, word=word), eps=eps, eta=eta)
-
-
 @FEW
 @given(between(0.02, 0.2), between(0.2, 0.9))
 def test_a_slender_keystone_needs_eta(lean: float, friction: float) -> None:

@@ -113,7 +113,7 @@ def served(component, inputs):
 
 
 @pytest.mark.parametrize(("options", "said"), CASES, ids=lambda case: ",".join(case) or "nothing")
-def test_a_check_is_the_same_from_everywhere(run, model, options, said) -> None:
+def test_a_check_is_the_same_from_everywhere(run, model, options, said, unasked) -> None:
     if options and "margins" not in options:  # they have cases of their own, and take as long as all the rest
         options, said = options | {"margins": False}, said | {"margins": False}
     status, out, _ = run("check", model, *typed(options), "--json", "-")
