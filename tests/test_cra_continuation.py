@@ -41,7 +41,7 @@ from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
-from laws import examples
+from laws import examples, some
 from near_limit import G, posed, random_case
 from test_cra_search import ROUND, h_frame, on_ground
 
@@ -422,7 +422,7 @@ def test_models_that_stand_have_states(name: str, tilt: float) -> None:
     assert found.iterations > 0
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", some(range(16), 3))
 def test_what_is_claimed_is_true(seed: int) -> None:
     """Random models, half of them at their limit: a state is claimed only where the residuals allow it."""
     case = random_case(seed)
