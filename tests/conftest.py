@@ -6,6 +6,7 @@ import pytest
 from hypothesis import settings
 
 import laws
+from cyclopean.analysis import safety_margins
 from cyclopean.cli import main
 
 # The same examples in every run, however busy the machine is; --hypothesis-profile=default draws new ones.
@@ -31,6 +32,18 @@ def own_cache(tmp_path_factory, monkeypatch):
 
 
 @pytest.fixture
+def unasked():
+    """Margins are found without being asked for, as users have them."""
+
+
+@pytest.fixture(autouse=True)
+def margins_only_where_asked(request, monkeypatch):
+    """They take most of the time of a check; tests of what is told without being asked use `unasked`."""
+    if "unasked" not in request.fixturenames:
+        monkeypatch.setattr(safety_margins, "POINTS", -1)
+
+
+@pytest.fixture
 def run(capsys, tmp_path, monkeypatch):
     """Run a command in an empty folder: status, stdout, stderr."""
     monkeypatch.chdir(tmp_path)
@@ -40,6 +53,26 @@ def run(capsys, tmp_path, monkeypatch):
         return (status, *capsys.readouterr())
 
     return command
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """One browser for all tests of pages."""
+    from chromium import FOUND, Chromium
+
+    if FOUND is None:
+        pytest.skip("no Chromium on PATH")
+    with Chromium("about:blank") as window:
+        yield window
+
+
+@pytest.fixture
+def browser(chromium):
+    """The browser, with nothing of other tests."""
+    yield chromium
+    chromium("Page.navigate", url="about:blank")
+    chromium("Emulation.clearDeviceMetricsOverride")
+    chromium("Emulation.setEmulatedMedia", features=[])
 
 
 def pytest_xdist_auto_num_workers(config):

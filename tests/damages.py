@@ -575,11 +575,15 @@ def at(value, path):
 
 
 def changed(certificate, path, new):
-    result = copy.deepcopy(certificate)
-    if new is REMOVE:
-        del at(result, path[:-1])[path[-1]]
+    """A copy with another value at a path; what is beside the path is shared."""
+    key, *rest = path
+    result = certificate.copy()
+    if rest:
+        result[key] = changed(result[key], rest, new)
+    elif new is REMOVE:
+        del result[key]
     else:
-        at(result, path[:-1])[path[-1]] = new
+        result[key] = new
     return result
 
 

@@ -34,9 +34,9 @@ def cases(variable: str, thorough: int, share: int = SHARE) -> int:
     return int(os.environ.get(variable) or examples(thorough, share))
 
 
-def some(thorough: Sequence[Case]) -> list[Case]:
-    """Cases that are alike but for a word: the first of every eight, or all at night."""
-    return list(thorough[:: SHARE if quick() else 1])
+def some(thorough: Sequence[Case], share: int = SHARE) -> list[Case]:
+    """Cases that are alike but for a word or a seed: the first of every eight, or all at night."""
+    return list(thorough[:: share if quick() else 1])
 
 
 def nightly(test: object) -> object:

@@ -1,5 +1,6 @@
 """Random assemblies, many of them within 2 % of the tilt at which they fall."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +65,7 @@ def limit_multiplier(base: EquilibriumSystem, push: np.ndarray) -> float:
     return float(answer.x[-1]) if answer.word == "solved" else np.nan
 
 
+@functools.cache  # both tests read all of them
 def random_case(seed: int) -> Case:
     """Case number `seed`: half of them close to their limit, evenly on both sides, the others anywhere."""
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Commands as processes of their own, for tests of what ends them, kills them or leaves them no room."""
+"""Commands as processes of their own, for tests of what ends them or kills them."""
 
 import json
 import subprocess
@@ -32,17 +32,10 @@ def drawn(place, lines, patch):
     return place
 
 
-def called(line, place, seconds=LONG, largest=None):
-    """Status and words of a command; it is killed after so many seconds, and may write files of so many bytes."""
-
-    def limit():
-        import resource
-
-        if largest is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
-
+def called(line, place, seconds=LONG):
+    """Status and words of a command; it is killed after so many seconds."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(argv(line), cwd=place, preexec_fn=limit, **pipes) as process:
+    with subprocess.Popen(argv(line), cwd=place, **pipes) as process:
         try:
             out, err = process.communicate(timeout=seconds)
         except subprocess.TimeoutExpired:

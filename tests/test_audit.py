@@ -14,7 +14,7 @@ from laws import quick
 from oracle import LimitAnswer
 from oracle_models import SHARES, drawn
 
-COUNTS = {"rbe": 8, "cra": 2, "limit": 3} if quick() else {"rbe": 15, "cra": 3, "limit": 6}  # seeds of each family
+COUNTS = {"rbe": 4, "cra": 2, "limit": 2} if quick() else {"rbe": 15, "cra": 3, "limit": 6}  # seeds of each family
 QUICK = {("cra", "wedge"): (2, 4, 6), ("cra", "squeezed"): (0, 1, 3)}  # ... where others take seconds
 # How many of them the program may leave open; every family that is not named: none.
 MOST_UNDECIDED = {

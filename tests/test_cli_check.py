@@ -18,7 +18,7 @@ def cube(run):
     return "cube.json"
 
 
-def test_stable_in_words(run, cube):
+def test_stable_in_words(run, cube, unasked):
     status, out, err = run("check", cube)
     assert (status, err) == (0, "")
     assert out.startswith("Stands. ")
@@ -87,7 +87,7 @@ def test_json_on_stdout_and_nothing_else(run, cube):
     assert sorted(os.listdir()) == ["cube.json", "proof.json"]
 
 
-def test_all_files_and_a_page_that_needs_nothing_else(run, cube):
+def test_all_files_and_a_page_that_needs_nothing_else(run, cube, unasked):
     run("check", cube, "--json", "r.json", "--certificate", "c.json", "--report", "r.html")
     with open("r.json") as result, open("r.html") as page:
         assert json.load(result)["verdict"] == "stable"

@@ -41,7 +41,7 @@ from cyclopean.design.walls.polygonal import polygonal_wall
 from cyclopean.design.walls.surfaces import Cylinder
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
-from laws import examples
+from laws import examples, some
 from near_limit import G, posed, random_case
 from test_cra_search import ROUND, h_frame, on_ground
 
@@ -159,7 +159,7 @@ def test_no_friction_is_refused_by_the_interior_point() -> None:
 
 def test_newton_recovers_a_disturbed_state() -> None:
     system = system_of(MODELS["vault"], 3.0)
-    state = continuation(system, BOUNDS).attempt
+    state = continuation(system, BOUNDS)
     rng = np.random.default_rng(0)
     f = state.f * (1 + 1e-4 * rng.normal(size=state.f.shape))
     dq = state.dq * (1 + 1e-4 * rng.normal(size=state.dq.shape))
@@ -179,7 +179,7 @@ def test_newton_recovers_a_disturbed_state() -> None:
 def test_newton_puts_friction_on_its_bound_and_sliding_on_beta() -> None:
     """A cube pulled downhill: friction asked to be mu fn somewhere and sliding 0.02 elsewhere, both to rounding."""
     system = system_of(stack(1), 10.0)
-    state = continuation(system, BOUNDS).attempt
+    state = continuation(system, BOUNDS)
     pressed, rubbing = state.f[:, 0] > 1e-9, np.hypot(state.f[:, 1], state.f[:, 2]) > 1e-9
     edge, slow = np.zeros_like(pressed), np.zeros_like(pressed)
     edge[0], slow[1] = True, True
@@ -374,28 +374,16 @@ def test_a_family_without_friction_keeps_none() -> None:
 # Ends
 
 
-def test_a_joint_that_is_not_quite_plane_is_repaired() -> None:
-    """Normals of 24 points lean by 1e-4: they cannot all be pressed in by eps, and a polish misses by 1e-8 for ever."""
+def test_a_joint_that_is_not_quite_plane_has_a_state() -> None:
+    """Normals of 24 points lean by 1e-4."""
     flat = posed(on_ground(ROUND), 0.7, np.array([0.0, 0.0, -G]))
     lean = 1e-4 * np.random.default_rng(0).normal(size=(flat.points, 2))
     turns = [Rotation.from_rotvec([0.0, *x]).as_matrix() for x in lean]
     frame = np.array([turn.T @ rows for turn, rows in zip(turns, flat.frame, strict=True)])
     system = replace(flat, frame=frame, A=sp.csr_matrix(flat.A @ sp.block_diag(turns)))
-    f, dq = np.zeros((system.points, 3)), -flat.frame[0, 0] @ np.eye(3, 6)
-    f[:, 0] = 1.0 / system.points
-    _, near, _ = BlockNewton(system, BOUNDS).solve(Sets.of(f[:, 0] > 0.0, np.zeros(len(f), bool)), f, dq)
-    assert 1e-9 < measure(system, BOUNDS, f, near).gap < 1e-6
-    ends = Ends(system, BOUNDS, Schur(system))
-    assert ends.repaired(f, near)
-    assert (ends.best.f[:, 0] > 0.0).sum() <= 6
-    assert measure(system, BOUNDS, ends.best.f, ends.best.dq).accepted
-
-
-def test_a_repair_claims_nothing_far_from_a_state() -> None:
-    system = system_of(stack(2), 5.0)
-    ends = Ends(system, BOUNDS, Schur(system))
-    assert not ends.repaired(np.ones((system.points, 3)), np.zeros(12))
-    assert not ends.best.found
+    found = continuation(system, BOUNDS)
+    assert found.found
+    assert measure(system, BOUNDS, found.f, found.dq).accepted
 
 
 # The route
@@ -404,14 +392,14 @@ def test_a_repair_claims_nothing_far_from_a_state() -> None:
 def test_a_curved_wall_of_three_hundred_stones() -> None:
     """827 of its 849 joints are not quite plane, so that sets are nearly degenerate."""
     found = continuation(polygonal(25, 12, 0.4, 0, curved=True), BOUNDS)
-    assert found.attempt.found
-    assert found.attempt.iterations < 400
+    assert found.found
+    assert found.iterations < 400
     assert found.folds == ()
 
 
 @pytest.mark.parametrize("tilt", [0.0, 10.0, 20.0, 34.0])
 def test_a_cube_on_a_slope_by_hand(tilt: float) -> None:
-    found = continuation(system := system_of(stack(1), tilt), BOUNDS).attempt
+    found = continuation(system := system_of(stack(1), tilt), BOUNDS)
     assert found.found
     angle = np.deg2rad(tilt)
     assert found.f[:, 0].sum() == pytest.approx(np.cos(angle), abs=1e-9)
@@ -428,18 +416,18 @@ def test_a_cube_on_a_slope_by_hand(tilt: float) -> None:
 @pytest.mark.parametrize("tilt", [0.0, 2.0, 5.0])
 def test_models_that_stand_have_states(name: str, tilt: float) -> None:
     system = system_of(MODELS[name], tilt)
-    found = continuation(system, BOUNDS).attempt
+    found = continuation(system, BOUNDS)
     assert found.found
     assert measure(system, BOUNDS, found.f, found.dq).accepted
     assert found.iterations > 0
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", some(range(16), 3))
 def test_what_is_claimed_is_true(seed: int) -> None:
     """Random models, half of them at their limit: a state is claimed only where the residuals allow it."""
     case = random_case(seed)
     system = posed(case.assembly, case.mu, np.array(case.gravity))
-    found = continuation(system, BOUNDS).attempt
+    found = continuation(system, BOUNDS)
     residuals = measure(system, BOUNDS, found.f, found.dq)
     assert found.found == residuals.accepted
     assert residuals == found.residuals
@@ -458,19 +446,19 @@ def test_small_and_large_stones_agree_with_conic_programmes(seed: int, size: flo
     top = model.blocks[-1]
     model = replace(model, blocks=(*model.blocks[:-1], replace(top, density=2400.0 * size)))
     system = system_of(model, tilt)
-    found = continuation(system, BOUNDS).attempt
+    found = continuation(system, BOUNDS)
     assert found.found or not alternation(system, BOUNDS).found
 
 
 def test_a_model_that_falls_has_no_state() -> None:
     found = continuation(system_of(wall(3, 4), 60.0), BOUNDS)
-    assert not found.attempt.found
+    assert not found.found
 
 
 def test_a_beam_held_by_friction_alone_folds() -> None:
     """Forces balance the loads, but dilation does work at the ends that no motion replaces: the fold names them."""
     found = continuation(posed(h_frame(), 0.84, np.array([0.0, 0.0, -G])), BOUNDS)
-    assert not found.attempt.found
+    assert not found.found
     assert 0 < len(found.folds) <= 8
     assert set(found.folds) <= set(range(8))
 
@@ -478,7 +466,7 @@ def test_a_beam_held_by_friction_alone_folds() -> None:
 def test_friction_is_softened_until_sliding_is_within_eta() -> None:
     """Sliding goes with alpha times friction: a tall wall slides by 0.27 eps with alpha = 1, and need not."""
     system = system_of(wall(2, 30), 1.5)
-    wide, narrow = (continuation(system, Bounds(eta=eta)).attempt for eta in (50.0, 0.2))
+    wide, narrow = (continuation(system, Bounds(eta=eta)) for eta in (50.0, 0.2))
     assert wide.found
     assert narrow.found
     assert np.hypot(*system.gap(narrow.dq)[:, 1:].T).max() <= 0.2 * (1 + 1e-9)
@@ -486,15 +474,15 @@ def test_friction_is_softened_until_sliding_is_within_eta() -> None:
 
 def test_budget_and_time_stop_the_route() -> None:
     system = posed(h_frame(), 0.84, np.array([0.0, 0.0, -G]))
-    whole, brief = (continuation(system, BOUNDS, budget=budget).attempt for budget in (10_000, 20))
+    whole, brief = (continuation(system, BOUNDS, budget=budget) for budget in (10_000, 20))
     assert brief.iterations < 80 < whole.iterations
-    assert continuation(system, BOUNDS, deadline=0.0).attempt.solves <= 1
+    assert continuation(system, BOUNDS, deadline=0.0).solves <= 1
 
 
 def test_units_do_not_matter() -> None:
     """eta and beta-min count against eps alone; the caller scales them."""
     system = system_of(arch(11), 2.0)
-    one, ten = (continuation(system, Bounds(k, 10.0 * k, 0.01 * k).unit()).attempt for k in (1.0, 10.0))
+    one, ten = (continuation(system, Bounds(k, 10.0 * k, 0.01 * k).unit()) for k in (1.0, 10.0))
     assert np.array_equal(one.dq, ten.dq)
     assert one.residuals == ten.residuals
 
@@ -509,7 +497,7 @@ def test_the_same_question_has_the_same_answer_beside_a_busy_loop() -> None:
             solve_cra(posed(h_frame(), 0.84, np.array([0.0, 0.0, -G])), settings=Settings(nodes=12)),
         ]
         keys = ("solves", "rounds", "factorisations", "nodes")
-        return [(o.word, o.route, *(o.provenance[key] for key in keys)) for o in outcomes]
+        return [(o.word, *(o.provenance[key] for key in keys)) for o in outcomes]
 
     quiet = answers()
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]

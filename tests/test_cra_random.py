@@ -46,9 +46,9 @@ def continued(case: CoupledCase) -> Result:
     settings = asked(case)
     model = prepare(case.assembly, settings)
     system = model.system()
-    found = continuation(system, settings.bounds().unit()).attempt
+    found = continuation(system, settings.bounds().unit())
     word = "coupled" if found.found else "undecided"
-    return prove(model, settings, system, coupled_claim(CoupledOutcome(word, found.f, found.dq, route="continuation")))
+    return prove(model, settings, system, coupled_claim(CoupledOutcome(word, found.f, found.dq)))
 
 
 def ways(case: CoupledCase, seed: int) -> Mapping[str, Result]:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from cyclopean.analysis import safety_margins
 from cyclopean.cli import main
 
 ROOT = Path(__file__).parents[1]
@@ -19,6 +20,7 @@ PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 SHOWN = {name for page in PAGES for name in re.findall(r"^\$ python examples/(\S+)", page.read_text(), re.MULTILINE)}
 RUNNABLE = [page for page in PAGES if "```python\n" in page.read_text() or "```console\n" in page.read_text()]
+MARGINED = safety_margins.POINTS  # contact points up to which margins are told without being asked for
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -69,7 +71,7 @@ def agrees(shown: str, output: str) -> bool:
 
 
 @pytest.mark.parametrize("page", RUNNABLE, ids=name)
-def test_page_runs(page: Path) -> None:
+def test_page_runs(page: Path, monkeypatch) -> None:
     """Console and Python blocks in the order of the page; the Python of one page is one program."""
     program: dict[str, object] = {"__name__": "__main__"}
     status = 0
@@ -79,6 +81,8 @@ def test_page_runs(page: Path) -> None:
                 exec(compile(block, f"{page.name} (python block)", "exec"), program)
         elif language == "console":
             for command, shown in commands(block):
+                told = "margins" in shown or "would fall" in shown
+                monkeypatch.setattr(safety_margins, "POINTS", MARGINED if told else -1)
                 status, output = ran(command, status)
                 assert agrees(shown, output), f"{page.name}: {command}\n--- shown\n{shown}--- but it says\n{output}"
 

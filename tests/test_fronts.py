@@ -19,6 +19,7 @@ from cyclopean.service.inputs import input_name  # noqa: E402
 from cyclopean.service.parameters import Context  # noqa: E402
 from cyclopean.service.solving import solved  # noqa: E402
 from hops_cases import one, request, vector  # noqa: E402
+from laws import quick  # noqa: E402
 
 RAISED = Context(seconds=75.0)  # of which 0.8 are for the search: 60 s, as elsewhere
 LOADED = {
@@ -35,6 +36,7 @@ CASES = [
     ({"mu": "0.3"}, {"mu": 0.3}),  # too little: it slides
     ({"density": "2000", "method": "rbe"}, {"density": 2000.0, "method": "rbe"}),
     ({"margins": False}, {"margins": False}),
+    *([] if quick() else [({"margins": True}, {"margins": True})]),  # takes as long as all the rest
     ({"supports": "ids=springer-left,springer-right"}, {"supports": "ids=springer-left,springer-right"}),
     ({"gravity": "0.5,0,-9.8"}, {"gravity": (0.5, 0.0, -9.8)}),
     ({"tilt": "5,180"}, {"tilt": (5.0, 180.0)}),
@@ -114,7 +116,7 @@ def served(component, inputs):
 
 @pytest.mark.parametrize(("options", "said"), CASES, ids=lambda case: ",".join(case) or "nothing")
 def test_a_check_is_the_same_from_everywhere(run, model, options, said) -> None:
-    if options and "margins" not in options:  # they have cases of their own, and take as long as all the rest
+    if options and "margins" not in options:  # they have cases of their own
         options, said = options | {"margins": False}, said | {"margins": False}
     status, out, _ = run("check", model, *typed(options), "--json", "-")
     by_command = json.loads(out)
@@ -160,7 +162,7 @@ def test_every_option_is_an_input() -> None:
                     assert names[input_name(name)].access == ("list" if option.repeated else "item")
 
 
-def test_margins_are_found_when_they_are_asked_for(model, monkeypatch) -> None:
+def test_margins_are_found_when_they_are_asked_for(model, monkeypatch, unasked) -> None:
     from cyclopean import analysis
 
     asked = []

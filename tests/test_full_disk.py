@@ -4,10 +4,12 @@ A limit on the size of files stands for the full disk: the first files fit, a la
 """
 
 import os
+from contextlib import contextmanager
 
 import pytest
 
-from processes import SMALL, called, drawn
+from cyclopean.cli import main
+from processes import SMALL, drawn
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs limits as Unix has them")
 
@@ -32,8 +34,22 @@ def held(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "match.parts"}  # kept to go on
 
 
+@contextmanager
+def full(largest):
+    """No file may grow beyond so many bytes."""
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_full_disk_leaves_what_was_there(yard, command, monkeypatch):
+def test_a_full_disk_leaves_what_was_there(yard, command, monkeypatch, capsys):
+    monkeypatch.chdir(yard)
     place, line = yard / f"to-{command}", COMMANDS[command].replace(" out", f" to-{command}")
     place.mkdir()
     drawn(yard, [line], monkeypatch)
@@ -43,8 +59,11 @@ def test_a_full_disk_leaves_what_was_there(yard, command, monkeypatch):
     theirs = dict.fromkeys((*fresh, "notes.txt"), b"of an earlier day")
     for name, data in theirs.items():
         (place / name).write_bytes(data)
-    status, out, err = called(line, yard, largest=sizes[-1] - 1)
-    assert (status, out) == (2, "")
+    capsys.readouterr()
+    with full(sizes[-1] - 1):
+        assert main(line.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
     assert err.splitlines()[-1].endswith("cannot be written (File too large)")
     assert held(place) == theirs
     drawn(yard, [line], monkeypatch)

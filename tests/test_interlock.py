@@ -248,20 +248,16 @@ def test_a_wall_of_another_size_has_the_same_score(factor: float, seed: int) -> 
 
 
 @given(seed=st.integers(0, 10**6), coursing=st.sampled_from([0.0, 0.4, 1.0]))
-@settings(max_examples=examples(6), deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 def test_the_search_never_makes_a_wall_worse(seed: int, coursing: float) -> None:
+    """Nor does one round of it, whose trial may be worse: that is not handed back."""
     pattern = draw_pattern(PatternSettings(seed=seed, coursing=coursing))
+    assert interlock(improve_interlock(pattern, rounds=1)).score >= interlock(pattern).score
     better = improve_interlock(pattern, rounds=25)
     assert interlock(better).score >= interlock(pattern).score
     assert faults(better.subdivision, 5.4) == []
     assert better.readout.cells >= pattern.readout.cells
     assert better.subdivision.inradii().min() >= 0.9 * pattern.subdivision.inradii().min()
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_a_trial_that_is_worse_is_not_handed_back(seed: int) -> None:
-    pattern = draw_pattern(PatternSettings(seed=seed))
-    assert interlock(improve_interlock(pattern, rounds=1)).score >= interlock(pattern).score
 
 
 def test_the_same_search_finds_the_same_wall_to_the_bit() -> None:

@@ -202,10 +202,16 @@ def test_dump_by_hand(read):
     [
         (dump(mu=-1), "mu -1 must not be negative"),
         (dump(blocks=[]), "has no blocks; a model needs at least one"),
-        (dump(blocks=dump()["blocks"][:1]), "interface 0: names block '2', which is not in the file"),
-        (dump(blocks=dump()["blocks"][:1] * 2), "block '4': the id stands twice; ids must be unique"),
+        (dump(blocks=dump()["blocks"][:1]), "contact 0: b names block '2', which is not in the model"),
+        (
+            dump(blocks=dump()["blocks"][:1] * 2),
+            "block '4': the id stands twice, in blocks[0] and blocks[1]; make it unique",
+        ),
         (dump(blocks=[{"id": True}]), "blocks[0].id must be text in quotes, found true"),
-        (dump(interfaces=[{"a": 4, "b": 4}]), "interface 0: joins block '4' to itself; name two blocks"),
+        (
+            dump(interfaces=[dump()["interfaces"][0] | {"a": 4, "b": 4}]),
+            "contact 0 ('4' to '4'): joins a block to itself; name two blocks",
+        ),
         (dump(interfaces=[{"a": 4, "b": 2}]), "interface 0: polygon must be a list, found null"),
     ],
 )

@@ -5,7 +5,6 @@ share, with every kind in it, and the pages themselves: the button in a report, 
 """
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +13,16 @@ import pytest
 
 import cyclopean
 from checker_cases import any_certificate, as_points, damaged
-from chromium import FOUND, Chromium
+from chromium import Chromium
 from coupled_cases import beams
 from cyclopean import Settings
 from cyclopean.io import write_text
 from cyclopean.proof import NotACertificateError, seal, verify_file
 from cyclopean.view.proof_here import proof_page
 
-pytestmark = pytest.mark.skipif(FOUND is None, reason="no chromium on this machine")
 CHECKER = Path(cyclopean.__file__).parent / "view" / "checker.js"
 Answer = dict[str, Any]
 RBE = Settings(method="rbe")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Chromium]:
-    with Chromium("about:blank") as page:
-        yield page
 
 
 @pytest.fixture(scope="module")

@@ -22,6 +22,7 @@ from cyclopean.design import arch, dome, stack, vault, wall
 from cyclopean.errors import InputError
 from cyclopean.proof import verify
 from cyclopean.statics import Schur
+from laws import some
 from limit_cases import pushed, random_push, rotated, rotation, scaled, shuffled
 from near_limit import G, posed
 
@@ -228,7 +229,7 @@ def test_nothing_free():
     assert "support" in pushed(held, (1, 0, 0), 0.84).reason
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", some(range(25), 3))
 def test_bounds_of_random_models_meet(seed):
     model, push, mu = random_push(seed)
     found = pushed(model, push, mu)
@@ -246,7 +247,7 @@ def loaded(seed):
     return pencil(upright, also.p * (also.force_unit / upright.force_unit) - upright.p)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", some(range(10), 3))
 def test_the_interior_point_agrees_with_clarabel(seed):
     loads = loaded(seed)
     ours, reference = solve_limit(loads, "interior"), solve_limit(loads, "clarabel")

@@ -112,7 +112,7 @@ def spaced(gap: float, courses: int = 8) -> list[Block]:
     return [block((x, 0, z), (x + 0.24, 0.4, z + 0.15)) for x, z in places]
 
 
-@pytest.mark.parametrize("gap", [0.02, 0.06, 0.1])
+@pytest.mark.parametrize("gap", [0.02, 0.1])
 def test_open_joints_are_covered_from_their_edges_and_crossed_by_traces(gap: float) -> None:
     """By hand: a unit runs past either side of the gap below its middle by half of what is not gap."""
     found = masons_rules(spaced(gap), Faces(6.5 * (0.24 + gap), 0.4))

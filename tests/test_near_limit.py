@@ -11,7 +11,7 @@ from cyclopean.analysis import Settings, check
 from laws import cases
 from near_limit import random_case
 
-CASES = cases("CYCLOPEAN_CASES", 2000, 20)
+CASES = cases("CYCLOPEAN_CASES", 2000, 50)
 BATCH = 50
 
 

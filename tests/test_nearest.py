@@ -22,6 +22,7 @@ from cyclopean.analysis.proving import polished
 from cyclopean.assembly import Assembly
 from cyclopean.design import wall
 from cyclopean.statics import EquilibriumSystem, Schur
+from laws import some
 from oracle_models import drawn
 
 
@@ -38,7 +39,7 @@ def mixed_wall(rng: np.random.Generator) -> Assembly:
     return replace(plain, blocks=tuple(blocks))
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", some(range(12), 3))
 def test_mixed_walls_balance_to_the_lightest_weight(seed: int) -> None:
     rng = np.random.default_rng(seed)
     lean = (float(rng.uniform(-0.5, 0.5)), 0.0, -9.80665)

@@ -24,6 +24,7 @@ from cyclopean.design import arch, dome, stack, vault, wall
 from cyclopean.io import read_model
 from cyclopean.statics import EquilibriumSystem, Schur
 from fixtures_compas_cra import FOLDER
+from laws import some
 from own_scale_cases import box, mixed, tip
 from own_scale_rules import Rules
 
@@ -90,7 +91,7 @@ def test_residuals_are_those_of_fractions(mu: float) -> None:
     )
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", some(range(12), 3))
 def test_small_stones_are_decided_right(seed: int) -> None:
     for name, assembly, mu, gravity, stands in mixed(seed):
         word, found = judged(posed(assembly, mu=mu, gravity=tuple(gravity)))

@@ -8,10 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from chromium import FOUND, Chromium
+from chromium import Chromium
 from cyclopean.cli import main as cyclopean
-
-pytestmark = pytest.mark.skipif(FOUND is None, reason="no Chromium on PATH")
 
 COMMANDS = """
 make arch 7 --span 3 --thickness 0.5 --out arch.json
@@ -70,19 +68,20 @@ def pages(tmp_path_factory):
 
 
 @pytest.mark.parametrize(("look", "width"), [("dark", 1100), ("light", 390)])
-def test_pages_are_whole(pages: list[Path], look: str, width: int) -> None:
+def test_pages_are_whole(browser: Chromium, pages: list[Path], look: str, width: int) -> None:
     found = {}
-    with Chromium("about:blank", width, 900) as window:
-        window("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": look}])
-        watch = "window.wrong=[];addEventListener('error',e=>wrong.push(e.message));"
-        watch += "for(const k of ['error','warn'])console[k]=(...a)=>wrong.push(a.join(' '))"
-        window("Page.enable")
-        window("Page.addScriptToEvaluateOnNewDocument", source=watch)
-        for page in pages:
-            window("Page.navigate", url=page.as_uri())
-            window.wait(f"document.readyState==='complete'&&location.href.endsWith('{page.name}')")
-            found[page.stem] = [*json.loads(window.js(FAULTS)), *window.js("window.wrong")]
-            dark = window.js("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)"
-            assert dark == (look == "dark")
+    browser("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
+    browser("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": look}])
+    watch = "window.wrong=[];addEventListener('error',e=>wrong.push(e.message));"
+    watch += "for(const k of ['error','warn'])console[k]=(...a)=>wrong.push(a.join(' '))"
+    browser("Page.enable")
+    script = browser("Page.addScriptToEvaluateOnNewDocument", source=watch)
+    for page in pages:
+        browser("Page.navigate", url=page.as_uri())
+        browser.wait(f"document.readyState==='complete'&&location.href.endsWith('{page.name}')")
+        found[page.stem] = [*json.loads(browser.js(FAULTS)), *browser.js("window.wrong")]
+        dark = browser.js("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)"
+        assert dark == (look == "dark")
+    browser("Page.removeScriptToEvaluateOnNewDocument", **script)
     assert len(found) == 12
     assert {name: faults for name, faults in found.items() if faults} == {}

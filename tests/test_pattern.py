@@ -26,7 +26,7 @@ from cyclopean.design.walls.pattern import Pattern, PatternSettings, draw_patter
 from cyclopean.errors import InputError
 from cyclopean.geometry import power_diagram, subdivide
 from geometry_rules import faults
-from laws import examples
+from laws import examples, quick
 
 DOOR = Opening(0.9, 0.7, 1.0)
 WINDOW = Opening(2.6, 0.8, 0.95, 0.55, "arch")
@@ -342,8 +342,10 @@ def test_dressed_stones_keep_their_shape_and_openings_stay_clear() -> None:
 
 
 def test_ten_thousand_stones() -> None:
-    pattern = draw_pattern(PatternSettings(width=30, height=12, columns=125, rows=80, courses=80, coursing=1.0))
-    assert 9_900 <= pattern.readout.cells <= 10_000
+    """Or, for every change, two thousand."""
+    columns, rows = (50, 40) if quick() else (125, 80)
+    pattern = draw_pattern(PatternSettings(width=30, height=12, columns=columns, rows=rows, courses=rows, coursing=1.0))
+    assert 0.99 * columns * rows <= pattern.readout.cells <= columns * rows
     assert faults(pattern.subdivision, 360.0) == []
     assert pattern.readout.crossings <= 10
 

@@ -28,10 +28,10 @@ PUSH = Live(push=(1, 0, 0))
 def test_the_rocking_block(base, height):
     alpha = np.arctan(base / height)
     curve = pushover(
-        stack(1, size=(base, 0.5, height)), PUSH, Reach(1.2 * np.rad2deg(alpha), "deg", 12), Settings(mu=2.0)
+        stack(1, size=(base, 0.5, height)), PUSH, Reach(1.2 * np.rad2deg(alpha), "deg", 6), Settings(mu=2.0)
     )
     turn = np.deg2rad([step.rotation for step in curve.steps])
-    assert turn[1:-1] == pytest.approx(np.arange(1, len(turn) - 1) * 0.1 * alpha, rel=1e-4)
+    assert turn[1:-1] == pytest.approx(np.arange(1, len(turn) - 1) * 0.2 * alpha, rel=1e-4)
     assert [s.multiplier for s in curve.steps] == pytest.approx(np.tan(alpha - turn), abs=1e-7)
     assert [s.touching for s in curve.steps] == [4] + [2] * (len(turn) - 1)
     assert curve.steps[-1].multiplier <= 0
@@ -57,10 +57,9 @@ def on(*others):
     return Assembly((ledge, prism("cube", [(0, 0), (1, 0), (1, 1), (0, 1)], 0.5), *others))
 
 
-@pytest.mark.parametrize("turn", [0.0, 40.0])
-def test_a_cube_that_is_pushed_over_an_edge_tips(turn):
+def test_a_cube_that_is_pushed_over_an_edge_tips():
     """The bed is 3 m long, the cube 1: pushed out by s it bears min(mu, 1 - 2 s), pushed in always mu."""
-    model, way = turned(on(), turn), Rotation.from_euler("z", turn, degrees=True).apply([1.0, 0.0, 0.0])
+    model, way = turned(on(), 40.0), Rotation.from_euler("z", 40.0, degrees=True).apply([1.0, 0.0, 0.0])
     out = pushover(model, Live(push=tuple(way)), Reach(0.45, steps=9), Settings(mu=0.3))
     gone = np.array([step.displacement for step in out.steps])
     assert [s.multiplier for s in out.steps] == pytest.approx(np.minimum(0.3, 1.0 - 2.0 * gone), abs=5e-3)

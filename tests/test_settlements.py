@@ -250,7 +250,7 @@ def test_forces_across_a_gap_are_refused() -> None:
     patch = model.contacts.patch[system.used]
     gap = settlement.support_gap(system, scaled[model.contacts.a[patch]], scaled[model.contacts.b[patch]])
     size = float(np.linalg.norm(gap, axis=1).max())
-    answer = settlement.solve(settlement._program(system, gap / size), **settlement._options(system, 1e-10))
+    answer = settlement.solve(settlement._program(system, gap / size), **settlement.conic_options(system.blocks, 1e-10))
     state = next(settlement._candidates(system, gap / size, answer.x, answer.z[: len(system.p)], []))
     assert state.f is not None
     assert state.y is not None

@@ -15,17 +15,17 @@ from contextlib import contextmanager
 import pytest
 
 from cyclopean.cli import main
-from laws import some
+from laws import nightly, some
 from processes import argv, cluster, drawn
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs what Unix has")
 
 LONG = 60.0  # s: that a busy machine may take to begin or to end
 ENDLESS = {
-    "match": "match stones.glb wall.json --out out --workers 3 --negotiate 1 --rounds 100",
+    "match": "match stones.glb wall.json --out out --workers 2 --negotiate 1 --rounds 100",
     "settle": "settle stones.glb --out laid.json --workers 2 --ways 6 --yaws 64",
-    "sequence": "sequence wall.json --out order.json --workers 3 --method rbe",
-    "vary": "check wall.json --method rbe --vary mu=0.6:0.9 --samples 1000000 --workers 3",
+    "sequence": "sequence wall.json --out order.json --workers 2 --method rbe",
+    "vary": "check wall.json --method rbe --vary mu=0.6:0.9 --samples 1000000 --workers 2",
 }
 
 INTERRUPTED = "cyclopean: error: interrupted; no result was written\n"
@@ -130,7 +130,8 @@ def test_a_terminal_that_is_closed_leaves_nobody_to_be_told(yard):
         assert process.wait(timeout=LONG) == 128 + signal.SIGHUP
 
 
-@pytest.mark.parametrize("number", some([signal.SIGTERM, signal.SIGHUP]))
+@nightly
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_work_on_a_cluster_with_one_line(yard, tmp_path, number):
     (yard / f"cluster-{number}").mkdir()
     with cluster(tmp_path, 1) as (address, _):

@@ -25,6 +25,7 @@ from cyclopean.errors import InputError
 from cyclopean.geometry import rotations
 from cyclopean.io import write_model
 from cyclopean.proof import verify
+from laws import some
 
 INNER = 5.0
 
@@ -102,13 +103,16 @@ def area_and_centre(quad):
 
 @pytest.mark.parametrize(
     ("voussoirs", "thickness", "haunch", "mu", "far"),
-    [
-        (12, 0.8, 2, 0.84, 1.0),  # joint 1 opens at its intrados
-        (16, 0.8, 3, 0.84, 0.8),
-        (4, 0.8, 1, 0.84, 0.7),  # slides at the springers
-        (2, 0.8, 0, 0.84, 6.0),  # slides at the springers, nearly flat
-        (2, 0.8, 0, 0.6, 4.0),
-    ],
+    some(
+        [
+            (12, 0.8, 2, 0.84, 1.0),  # joint 1 opens at its intrados
+            (16, 0.8, 3, 0.84, 0.8),
+            (4, 0.8, 1, 0.84, 0.7),  # slides at the springers
+            (2, 0.8, 0, 0.6, 4.0),
+            (2, 0.8, 0, 0.84, 6.0),  # slides at the springers, nearly flat
+        ],
+        2,
+    ),
 )
 def test_springers_that_part_until_the_arch_falls(voussoirs, thickness, haunch, mu, far):
     by_hand = parting(voussoirs, thickness, haunch, mu)

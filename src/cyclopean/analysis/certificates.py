@@ -12,7 +12,7 @@ from cyclopean.errors import InputError
 from cyclopean.proof import seal
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["certify", "force_rows", "inner_forces", "inner_slope"]
+__all__ = ["certify", "flushed", "force_rows", "inner_forces", "inner_slope"]
 
 FINAL = (
     "tree",
@@ -49,7 +49,7 @@ def inner_slope(mu: Floats, blur: Floats) -> Floats:
     return np.maximum(mu * (1.0 - 2e-12 - 1e-15 * mu) - (1.0 + mu * mu) * blur, 0.0)
 
 
-def _flushed(values: Floats) -> list[list[float]]:
+def flushed(values: Floats) -> list[list[float]]:
     """Rows as lists, with noise below 1e-60 of the largest entry set to zero: it only makes exact numbers long."""
     rows: list[list[float]] = np.where(
         np.abs(values) > 1e-60 * np.max(np.abs(values), initial=0.0), values, 0.0
@@ -64,7 +64,7 @@ def force_rows(system: EquilibriumSystem, contacts: Contacts, parts: Parts) -> l
     """
     high, low = parts
     smooth = contacts.mu[contacts.patch[system.used]] == 0.0 if len(contacts) else np.zeros(len(high), bool)
-    rows = _flushed(high)
+    rows = flushed(high)
     for k in np.flatnonzero(smooth).tolist():
         rows[k] = rows[k][:1]
     if low is not None:
@@ -104,7 +104,7 @@ def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: M
     certificate: dict[str, Any] = {
         "schema": "cyclopean.certificate/2",
         "kind": kind,
-        "gravity": _flushed(np.asarray(model.gravity, float)[None])[0],
+        "gravity": flushed(np.asarray(model.gravity, float)[None])[0],
         "tolerance": float(model.tolerance),
         "blocks": [
             {
@@ -131,8 +131,8 @@ def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: M
         "loads": [
             {
                 "block": names[load.block],
-                "force": _flushed(load.force[None])[0],
-                "point": _flushed(load.point[None])[0],
+                "force": flushed(load.force[None])[0],
+                "point": flushed(load.point[None])[0],
             }
             for load in assembly.loads
         ],
@@ -140,7 +140,7 @@ def certify(model: PreparedModel, system: EquilibriumSystem, kind: str, proof: M
     if "world_force" in proof:
         certificate["forces"] = force_rows(system, contacts, proof["world_force"])
     if "motion" in proof:
-        rows = _flushed(system.still(np.ravel(proof["motion"])).reshape(-1, 6))
+        rows = flushed(system.still(np.ravel(proof["motion"])).reshape(-1, 6))
         certificate["mechanism"] = {names[i]: row for i, row in zip(system.free, rows, strict=True)}
     if "settlements" in proof:
         moved = np.asarray(proof["settlements"])

@@ -386,8 +386,8 @@ def _glued(model: PreparedModel, settings: Settings, claim: Claim, result: Resul
         else:
             known = (claim.f, claim.motion) if claim.f is not None and claim.motion is not None else None
             state = known if claim.kind == "cra-state" else None
-            _, pull, _, figures = coupled_tension(system, settings.bounds().unit(), state, settings.seconds)
-            exact = figures.exact
+            pull, found = coupled_tension(system, settings.bounds().unit(), state, settings.seconds)
+            exact = found.found
     except SolverError:
         return replace(result, warnings=(*result.warnings, "`penalty`: the tension could not be measured"))
     told = () if exact else ("`penalty`: not even glue makes a coupled state; the tension shown would merely balance",)

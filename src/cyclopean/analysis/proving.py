@@ -137,7 +137,7 @@ def prove(
         settled=None if rows is None or word != "stable" else _settled(model, rows),
         certificate=certificate if proved else None,
         provenance={**claim.provenance, "settings": _said(settings)}
-        | ({} if proved or not report else _refused(report)),
+        | ({} if proved or not report else {"refused": report.reason}),
         warnings=model.warnings,
         loading=model.loading,
         drawing=model.drawing,
@@ -286,11 +286,6 @@ def _said(settings: Settings) -> dict[str, Any]:
         "seconds": settings.seconds,
         "nodes": settings.nodes,
     }
-
-
-def _refused(report: Report) -> dict[str, str]:
-    """What the checker said of an answer that it did not accept."""
-    return {"refused": report.reason}
 
 
 def _reason(

@@ -28,6 +28,7 @@ __all__ = [
     "nesterov_todd",
     "product",
     "quotient",
+    "reach",
     "scaled",
 ]
 
@@ -126,3 +127,9 @@ def longest(x: Floats, d: Floats) -> float:
             reach = np.minimum(reach, np.where((t > 0.0) & (square >= 0.0), t, np.inf))
         apex = np.where(d[:, 0] < 0.0, -x[:, 0] / d[:, 0], np.inf)
     return float(np.min(np.minimum(reach, apex), initial=np.inf))
+
+
+def reach(x: Floats, d: Floats) -> float:
+    """Largest t with x + t d >= 0, (q,) each (may be infinite)."""
+    down = d < 0.0
+    return float(np.min(-x[down] / d[down], initial=np.inf))

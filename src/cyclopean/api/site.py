@@ -179,8 +179,8 @@ def site_files(
     """
     from cyclopean import io
     from cyclopean.design.construction.laying import laid_stones
-    from cyclopean.io.frames import compas_frames, frames_dict
     from cyclopean.io.pdf import pdf_bytes, unwritable
+    from cyclopean.io.sequences import compas_frames, frames_dict
     from cyclopean.view.site.paper import Form, Title
     from cyclopean.view.site.site_set import Layout
     from cyclopean.view.site.site_set import site_set as sheets_of

@@ -213,8 +213,7 @@ def supports(assembly: Assembly, rule: str = "") -> tuple[Bools, str]:
     """
     n = len(assembly)
     tol = 1e-6 * assembly.size  # the precision of its numbers
-    lowest = np.full(n, np.inf)
-    np.minimum.at(lowest, assembly.mesh.vertex_body, assembly.mesh.vertex[:, 2])
+    lowest = assembly.mesh.boxes()[0][:, 2]
     whole = np.array([len(b.held) == len(DIRECTIONS) for b in assembly.blocks], bool)
     if rule == "":
         if any(b.fixed is True or b.held for b in assembly.blocks):

@@ -75,13 +75,7 @@ def check_contacts(
     distance = on.sides.max(axis=1)
     if not (distance <= on.limit).all():
         raise InputError(_floating(assembly, names, on))
-    said = ~np.isnan(contacts.leaning)
-    warnings = (
-        *_turned_line(names, np.flatnonzero(on.turned)),
-        *_distant_line(names, distance, tol),
-        *_leaning_line(names, np.where(on.bent & ~said, on.lean, 0.0)),
-    )
-    return on.labelled(), float(distance.max()), warnings
+    return on.labelled(), float(distance.max()), tuple(_warnings(names, on, distance, tol))
 
 
 def seated(assembly: Assembly, contacts: Contacts) -> tuple[Contacts, float, Ints]:
@@ -396,36 +390,24 @@ def _floating(assembly: Assembly, names: Sequence[str], on: _Seats) -> str:
     )
 
 
-def _turned_line(names: Sequence[str], which: Ints) -> list[str]:
-    """One line that says which polygons were turned."""
-    if not len(which):
-        return []
-    listed = ", ".join(f"{k} ({names[k]})" for k in which[:LISTED]) + (", ..." if len(which) > LISTED else "")
-    return [f"{len(which)} contact polygon(s) wound the wrong way and were turned: {listed}"]
-
-
-def _distant_line(names: Sequence[str], distance: Floats, tolerance: float) -> list[str]:
-    """One line on contacts that lie near their blocks, but not on them."""
-    count = int(np.count_nonzero(~(distance <= tolerance)))
-    if not count:
-        return []
-    k = int(np.argmax(distance))
-    return [
-        f"{count} contact(s) lie further than the tolerance of {tolerance:.2g} m from the faces of their blocks,"
-        f" at most {distance[k]:.2g} m (contact {k}, {names[k]}); curved joints drawn as facets do that"
-    ]
-
-
-def _leaning_line(names: Sequence[str], lean: Floats) -> list[str]:
-    """One line on contacts that lean from the faces of their blocks, though the model does not say so."""
-    count = int(np.count_nonzero(lean))
-    if not count:
-        return []
-    k = int(np.argmax(lean))
-    return [
-        f"{count} contact(s) lean from the faces of their blocks, by up to {np.degrees(lean[k]):.2g} degrees (contact"
-        f" {k}, {names[k]}): taken as joints between rough or curved surfaces, with less friction"
-    ]
+def _warnings(names: Sequence[str], on: _Seats, distance: Floats, tolerance: float) -> Iterator[str]:
+    """Lines on polygons that were turned, contacts near their blocks but not on them, and those that lean unsaid."""
+    if len(which := np.flatnonzero(on.turned)):
+        listed = ", ".join(f"{k} ({names[k]})" for k in which[:LISTED]) + (", ..." if len(which) > LISTED else "")
+        yield f"{len(which)} contact polygon(s) wound the wrong way and were turned: {listed}"
+    if count := np.count_nonzero(~(distance <= tolerance)):
+        k = int(np.argmax(distance))
+        yield (
+            f"{count} contact(s) lie further than the tolerance of {tolerance:.2g} m from the faces of their blocks,"
+            f" at most {distance[k]:.2g} m (contact {k}, {names[k]}); curved joints drawn as facets do that"
+        )
+    lean = np.where(on.bent & np.isnan(on.contacts.leaning), on.lean, 0.0)
+    if count := np.count_nonzero(lean):
+        k = int(np.argmax(lean))
+        yield (
+            f"{count} contact(s) lean from the faces of their blocks, by up to {np.degrees(lean[k]):.2g} degrees"
+            f" (contact {k}, {names[k]}): taken as joints between rough or curved surfaces, with less friction"
+        )
 
 
 def _reversed(contacts: Contacts, turned: Bools) -> Contacts:

@@ -11,12 +11,13 @@ projection) has one sparse symmetric matrix, in which two planes meet where they
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array, diags_array
 
 from cyclopean.arrays import Bools, Floats, Ints
-from cyclopean.geometry import frames_from_normals, offsets
-from cyclopean.solvers.sparse import Symbolic, analyse
+from cyclopean.geometry import frames_from_normals
 
 __all__ = ["Planes", "largest", "moved_into_planes"]
 
@@ -78,21 +79,43 @@ class Planes:
 
 def moved_into_planes(point: Floats, planes: Planes) -> tuple[Floats, Planes]:
     """(V, 3) m: where the points (V, 3) go; and the planes in which they are then."""
-    pattern, count = _Pattern.of(planes), len(planes.vertex)
+    from scipy.sparse.linalg import spsolve
+
+    count, total = len(planes.vertex), len(planes.level)
+    column = (3 * planes.plane[:, None] + np.arange(3)).ravel()
     still = STILL * float(np.abs(point).max())
-    now, force, last, weight = point, np.zeros(count), np.inf, pattern.weights(planes)
+    now, force, last, weight = point, np.zeros(count), np.inf, _weights(planes)
     for k in range(ROUNDS):
         given = SOFT * force
-        step = pattern.step(planes, weight, planes.off(point) - given, now)
+        slope = csr_array((planes.slope(now).ravel(), column, 3 * np.arange(count + 1)), shape=(count, 3 * total))
+        square = slope.T @ weight @ slope
+        firm = square + diags_array(np.where(square.diagonal() > 0.0, FIRM, 1.0))
+        step = spsolve(firm.tocsc(), -slope.T @ (weight @ (planes.off(point) - given))).reshape(-1, 3)
         planes = planes.after(step)
-        weight = pattern.weights(planes)
-        force = np.negative(np.bincount(pattern.one, weight * (planes.off(point) - given)[pattern.two], count))
+        weight = _weights(planes)
+        force = -(weight @ (planes.off(point) - given))
         now = point + _summed(planes.vertex, force[:, None] * planes.frame[planes.plane, 0], len(point))
         furthest = max(float(np.abs(step).max()), float(np.abs(SOFT * force - given).max()))
         if furthest <= still or (k >= FEWEST and furthest > last / 2.0):
             break
         last = furthest
     return now, planes
+
+
+def _weights(planes: Planes) -> Any:
+    """(A A')^-1 as a sparse (k, k) matrix: a block for each vertex."""
+    normal = planes.frame[planes.plane, 0]
+    start = np.flatnonzero(np.diff(planes.vertex, prepend=-1))
+    count = np.diff(np.append(start, len(planes.vertex)))
+    data, row, column = [], [], []
+    for q in np.unique(count):
+        group = start[count == q][:, None] + np.arange(q)
+        gram = np.einsum("gqi,gri->gqr", normal[group], normal[group])
+        data.append(np.linalg.inv(gram + SOFT * np.eye(q)).ravel())
+        row.append(np.repeat(group, q, axis=1).ravel())
+        column.append(np.tile(group, q).ravel())
+    place = np.concatenate(row), np.concatenate(column)
+    return csr_array((np.concatenate(data), place), shape=(len(normal), len(normal)))
 
 
 def largest(index: Ints, value: Floats, total: int) -> Floats:
@@ -105,56 +128,3 @@ def largest(index: Ints, value: Floats, total: int) -> Floats:
 def _summed(index: Ints, rows: Floats, total: int) -> Floats:
     """(total, c) sums of rows (k, c) that have the same index (k,)."""
     return np.stack([np.bincount(index, column, total) for column in rows.T], 1)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Pattern:
-    """Pairs of incidences (m) at the same vertex, and the matrix in which their planes meet."""
-
-    one: Ints  # (m,) incidence
-    two: Ints  # (m,)
-    groups: tuple[Ints, ...]  # (g, q) incidences of vertices with q planes each, for every q
-    lower: Ints  # pairs whose planes stand in this order in the lower triangle
-    slot: Ints  # of each of these, its block of three by three
-    blocks: int
-    entry: Ints  # (nnz,) figures of the blocks (9 each) that make the matrix
-    symbolic: Symbolic
-
-    @classmethod
-    def of(cls, planes: Planes) -> "_Pattern":
-        start = np.flatnonzero(np.concatenate([[True], np.diff(planes.vertex) > 0]))
-        count = np.diff(np.append(start, len(planes.vertex)))
-        groups = tuple(start[count == q][:, None] + np.arange(q) for q in np.unique(count))
-        one = np.concatenate([np.repeat(group, group.shape[1], axis=1).ravel() for group in groups])
-        two = np.concatenate([np.tile(group, group.shape[1]).ravel() for group in groups])
-        total = len(planes.level)
-        lower = np.flatnonzero(planes.plane[one] >= planes.plane[two])
-        key = planes.plane[one[lower]] * np.int64(total) + planes.plane[two[lower]]
-        key, slot = np.unique(key, return_inverse=True)
-        row = (3 * (key // total)[:, None] + np.repeat(np.arange(3), 3)).ravel()
-        column = (3 * (key % total)[:, None] + np.tile(np.arange(3), 3)).ravel()
-        entry = np.lexsort((row, column))
-        entry = entry[row[entry] >= column[entry]]
-        symbolic = analyse(offsets(np.bincount(column[entry], minlength=3 * total)), row[entry])
-        return cls(one, two, groups, lower, slot, len(key), entry, symbolic)
-
-    def weights(self, planes: Planes) -> Floats:
-        """(m,) figures of (A A')^-1."""
-        normal = planes.frame[planes.plane, 0]
-        found = []
-        for group in self.groups:
-            gram = np.einsum("gqi,gri->gqr", normal[group], normal[group])
-            found.append(np.linalg.inv(gram + SOFT * np.eye(group.shape[1])).ravel())
-        return np.concatenate(found)
-
-    def step(self, planes: Planes, weight: Floats, height: Floats, now: Floats) -> Floats:
-        """(P, 3) m: a step of Gauss-Newton, with weights (m,) of heights (k,), for vertices that are now at (V, 3)."""
-        slope, total = planes.slope(now), len(planes.level)
-        one, two = self.one[self.lower], self.two[self.lower]
-        square = (slope[one][:, :, None] * slope[two][:, None, :] * weight[self.lower][:, None, None]).reshape(-1, 9)
-        data = _summed(self.slot, square, self.blocks).ravel()[self.entry]
-        diagonal = self.symbolic.indptr[:-1]
-        data[diagonal] += np.where(data[diagonal] > 0.0, FIRM, 1.0)
-        pull = slope[self.one] * (weight * height[self.two])[:, None]
-        right = -_summed(planes.plane[self.one], pull, total)
-        return self.symbolic.factor(data).solve(right.ravel()).reshape(-1, 3)

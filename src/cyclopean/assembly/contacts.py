@@ -13,6 +13,7 @@ from cyclopean.representation import one_line
 __all__ = ["UNIT", "Contacts"]
 
 NONE = np.full(3, np.nan)  # the normal that a polygon has by itself
+EACH = ("a", "b", "mu", "tension", "lean", "facing")  # fields of which each contact has one
 UNIT = 1e-9  # by which the length of a normal may differ from 1: a text of ten digits does
 
 
@@ -132,8 +133,7 @@ class Contacts:
     @classmethod
     def joined(cls, parts: Sequence["Contacts"]) -> "Contacts":
         """The patches of several (one at least), one after the other."""
-        names = ("a", "b", "point", "mu", "tension", "lean", "facing")
-        whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ("point", *EACH)}
         return cls(start=offsets(np.concatenate([np.diff(part.start) for part in parts])), **whole)
 
     def polygon(self, k: int) -> Floats:
@@ -142,10 +142,9 @@ class Contacts:
 
     def only(self, which: Ints) -> "Contacts":
         """Patches of these numbers, in this order."""
-        point = self.point[ragged(self.start, which)[1]]
-        mu, strength, lean = self.mu[which], self.strength_given[which], self.leaning[which]
-        start = offsets(np.diff(self.start)[which])
-        return Contacts(self.a[which], self.b[which], start, point, mu, strength, lean, self.normal_given[which])
+        each = {name: getattr(self, name)[which] for name in EACH}
+        start, point = offsets(np.diff(self.start)[which]), self.point[ragged(self.start, which)[1]]
+        return Contacts(start=start, point=point, **each)
 
     def surface(self, k: int) -> dict[str, object]:
         """What a file says of the surface of patch k."""

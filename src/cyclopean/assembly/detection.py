@@ -9,7 +9,7 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.checking import off_faces, seated
 from cyclopean.assembly.contacts import Contacts
-from cyclopean.assembly.near_misses import EQUAL, Forgiven, NearMisses, near_misses
+from cyclopean.assembly.near_misses import EQUAL, Forgiven, NearMisses, misses, near_misses
 from cyclopean.assembly.precision import LEANS, ROUGH_SHARE, length_tolerance, local_mesh
 from cyclopean.errors import InputError
 from cyclopean.geometry import (
@@ -169,9 +169,7 @@ def _forgiven(regions: PlanarRegions, a: Ints, b: Ints, found: Overlaps, kept: I
     if not which.any():
         return ""
     gap, overlap = max(float(apart[which, 1].max()), 0.0), max(-float(apart[which, 0].min()), 0.0)
-    parts = [f"{size:.2g} {word}" for size, word in ((gap, "m apart"), (overlap, "m into each other")) if size > digits]
-    if (most := float(np.degrees(askew[which].max()))) >= 1e-3:
-        parts.append(f"{most:.2g} degrees askew")
+    parts = misses(gap, overlap, float(askew[which].max()), digits)
     said = f"{', '.join(parts[:-1])} or {parts[-1]}" if len(parts) > 1 else parts[0]
     return f"{np.count_nonzero(which)} of {len(which)} contacts count although they are drawn up to {said}"
 

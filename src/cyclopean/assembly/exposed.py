@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import shapely
 
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly.blocks import Assembly
@@ -47,17 +48,12 @@ class Exposed:
     @property
     def area(self) -> Floats:
         """(k,) m2 in the picture."""
-        import shapely
-
         return np.asarray(shapely.area(self.shape), float)
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Lowest and highest z of the pieces (m)."""
-        import shapely
-
-        z = np.concatenate([self.world(k, shapely.get_coordinates(shape))[:, 2] for k, shape in enumerate(self.shape)])
-        return float(z.min()), float(z.max())
+    def corners(self) -> Floats:
+        """(j, 3) m of all pieces."""
+        return np.concatenate([self.world(k, shapely.get_coordinates(shape)) for k, shape in enumerate(self.shape)])
 
     def only(self, here: Bools) -> "Exposed":
         """Some of the pieces, (k,) bool."""
@@ -67,16 +63,12 @@ class Exposed:
 
     def between(self, low: float | None, high: float | None) -> "Exposed":
         """What of it lies between two heights (m), seen level, where u is upright."""
-        import shapely
-
         reach = 1.0 + 2.0 * float(np.abs(shapely.bounds(self.shape)).max(initial=0.0))
         ends = (-reach if low is None else low - self.origin[2], reach if high is None else high - self.origin[2])
         return self.within(shapely.box(-reach, ends[0], reach, ends[1]))
 
     def within(self, shape: Any) -> "Exposed":
         """What of it lies in a shape of the picture."""
-        import shapely
-
         return _kept(self, shapely.intersection(self.shape, shape))
 
 
@@ -94,8 +86,6 @@ def exposed(assembly: Assembly, way: Floats, members: Bools, high: float | None 
     high : float, optional
         World z (m) above which nothing is returned, though it hides.
     """
-    import shapely
-
     mesh = assembly.mesh
     origin = (mesh.vertex.min(0) + mesh.vertex.max(0)) / 2.0
     frame = _picture_frame(way)
@@ -124,8 +114,6 @@ def _picture_frame(way: Floats) -> Floats:
 
 def _below(corner: Floats, shape: Any, whole: Exposed, high: float) -> Any:
     """Pictures of triangles (k, 3, 3) m cut off at a height."""
-    import shapely
-
     cut, above = shape.copy(), corner[:, :, 2] > high
     cut[above.all(1)] = shapely.Polygon()
     for k in np.flatnonzero(above.any(1) & ~above.all(1)):
@@ -156,8 +144,6 @@ def _less_hidden(whole: Exposed, cut: Any, corner: Floats, near: float) -> Any:
 
     Where no corner (k, 3, 3) of a triangle lies before the plane of another, the first hides nothing of the second.
     """
-    import shapely
-
     hidden, hider = shapely.STRtree(whole.shape).query(cut, predicate="intersects")
     at = corner[hider] * [1.0, 1.0, 0.0] + [0.0, 0.0, 1.0]
     before = corner[hider][:, :, 2] - np.einsum("kji,ki->kj", at, whole.plane[hidden][:, [1, 2, 0]])
@@ -180,8 +166,6 @@ def _less_hidden(whole: Exposed, cut: Any, corner: Floats, near: float) -> Any:
 
 def _kept(whole: Exposed, shape: Any) -> Exposed:
     """The pieces with these shapes, without those that are gone."""
-    import shapely
-
     return replace(whole, shape=shape).only(shapely.area(shape) > SPECK * shapely.area(whole.shape))
 
 
@@ -211,8 +195,6 @@ def resultants(pieces: Exposed, start: float, slope: Floats, traction: Floats, c
 
 def _quadrature(shape: Any) -> tuple[Floats, Floats]:
     """Points (j, 2) and weights (j,) m2 that integrate quadratic polynomials over a shape exactly."""
-    import shapely
-
     parts = shapely.normalize(shapely.get_parts(shape))  # outer rings one way round, holes the other
     areas = parts[shapely.get_type_id(parts) == 3]  # what is cut off may leave lines behind
     rings = [ring_quadrature(shapely.get_coordinates(ring)[:-1]) for ring in shapely.get_rings(areas)]

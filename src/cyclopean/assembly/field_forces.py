@@ -14,6 +14,7 @@ from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.exposed import Exposed, clipped, exposed, joined_loads, resultants, ring_quadrature
 from cyclopean.assembly.field_loads import STEEP, Earth, FieldLoad, Fill, Water
+from cyclopean.assembly.loading import members
 from cyclopean.assembly.loads import Load
 from cyclopean.errors import InputError
 
@@ -87,12 +88,6 @@ def _forces(assembly: Assembly, row: FieldLoad, contacts: Contacts) -> tuple[tup
     return joined_loads(loads), words
 
 
-def members(assembly: Assembly, row: FieldLoad) -> Bools:
-    """(n,) the blocks that it acts on and that hide others from it."""
-    return np.array([row.block in (None, i) and row.group in (None, block.group)
-                     for i, block in enumerate(assembly.blocks)])  # fmt: skip
-
-
 def _free(assembly: Assembly) -> Bools:
     """(n,) blocks that the model does not call supports: forces on these do nothing, and are not told."""
     return np.array([not block.fixed for block in assembly.blocks], bool)
@@ -111,7 +106,11 @@ def _looking(assembly: Assembly, row: FieldLoad, way: Floats, low: float | None,
     else:
         found = exposed(assembly, way, members(assembly, row))
         if isinstance(row, Earth) and high is None and len(found.block):
-            high = _top(found, way)
+            back = found.normal[:, 2] <= np.tan(np.radians(STEEP)) * (found.normal @ way)
+            upright = (
+                found.only(back) if back.any() else found
+            )  # no ground or roof itself, where there is anything else
+            high = float(upright.corners[:, 2].max())
         found = found.between(low, high)
     if not len(found.block):
         where = "up" if way[2] else f"towards azimuth {row.side:g}"  # type: ignore[attr-defined]
@@ -133,17 +132,11 @@ def _azimuth(degrees: float) -> Floats:
     return np.array([np.cos(angle), np.sin(angle), 0.0]).round(15)
 
 
-def _top(pieces: Exposed, way: Floats) -> float:
-    """Highest z (m) of what is no ground or roof itself; of all, where there is nothing else."""
-    back = pieces.normal[:, 2] <= np.tan(np.radians(STEEP)) * (pieces.normal @ way)
-    return (pieces.only(back) if back.any() else pieces).ends[1]
-
-
 def _earth(assembly: Assembly, row: Earth, unit_weight: float) -> tuple[list[Load], str]:
     """Forces of earth of this unit weight (N/m3), and its state, coefficient and angles in words."""
     way = _azimuth(row.side)
     pieces = _looking(assembly, row, way, row.foot, row.height)
-    top = pieces.ends[1] if row.height is None else row.height
+    top = float(pieces.corners[:, 2].max()) if row.height is None else row.height
     size = pieces.area * _free(assembly)[pieces.block]
     size = size if size.any() else pieces.area
     upward = pieces.normal[:, 2] / (pieces.normal @ way)

@@ -1,6 +1,7 @@
 """Joints whose edges have worn away."""
 
 import numpy as np
+import shapely
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly.contacts import Contacts
@@ -51,15 +52,13 @@ def worn(contacts: Contacts, depth: Floats) -> tuple[Contacts, Ints]:
         polygons += parts
         origin += [k] * len(parts)
     kept = np.array(origin, np.int64)
-    ends = np.stack([contacts.a, contacts.b], 1)[kept]
-    mu, strength, lean = contacts.mu[kept], contacts.strength_given[kept], contacts.leaning[kept]
-    return Contacts.of(ends, polygons, mu, strength, lean, contacts.normal_given[kept]), kept
+    said = contacts.only(kept)
+    ends = np.stack([said.a, said.b], 1)
+    return Contacts.of(ends, polygons, said.mu, said.tension, said.lean, said.facing), kept
 
 
 def _inner(polygon: Floats, frame: Floats, depth: float) -> list[Floats]:
     """What is left of one polygon: parts, counter-clockwise about the same normal."""
-    import shapely
-
     origin = polygon[0]  # local, so that a model far from the origin loses nothing
     flat = (polygon - origin) @ frame[1:].T
     whole = shapely.Polygon(flat)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.arrays import Floats
+from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.checking import ALIGNED, face_distances
 from cyclopean.assembly.field_loads import FieldLoad
@@ -20,7 +20,7 @@ from cyclopean.assembly.precision import FLAT_SHARE, length_tolerance, local_mes
 from cyclopean.errors import InputError
 from cyclopean.geometry import planar_regions
 
-__all__ = ["Loading", "area_resultant", "load_cases", "loading", "resolved_loads", "surface_loads_at_points"]
+__all__ = ["Loading", "area_resultant", "load_cases", "loading", "members", "resolved_loads", "surface_loads_at_points"]
 
 FLAT = 1e-6  # of a polygon's own size: rounding that a file may carry
 
@@ -135,22 +135,24 @@ def surface_loads_at_points(assembly: Assembly) -> Assembly:
     return replace(assembly, loads=(*assembly.loads, *(_pressed(assembly, k) for k in numbers)), actions=rest)
 
 
+def members(assembly: Assembly, row: BodyLoad | FieldLoad) -> Bools:
+    """(n,) the blocks that a load takes hold of; of earth, water and fill also those that hide others from it."""
+    return np.array([row.block in (None, i) and row.group in (None, block.group)
+                     for i, block in enumerate(assembly.blocks)])  # fmt: skip
+
+
 def _spread(assembly: Assembly, load: BodyLoad, density: float) -> list[Load]:
     """Forces at the centres of mass of the blocks that a body force takes hold of."""
-    blocks = assembly.blocks
-    chosen = [
-        i for i, b in enumerate(blocks) if load.block in (None, i) and (load.group is None or b.group == load.group)
-    ]
-    volume, centroid = assembly.mass.volume, assembly.mass.centroid
+    volume, centroid, heavy = assembly.mass.volume, assembly.mass.centroid, assembly.densities(density)
     rows = []
-    for i in chosen:
+    for i in np.flatnonzero(members(assembly, load)).tolist():
         if load.force is not None:
             force = load.force
         elif load.body is not None:
             force = volume[i] * load.body
         else:
             assert load.acceleration is not None
-            force = (density if blocks[i].density is None else blocks[i].density) * volume[i] * load.acceleration
+            force = heavy[i] * volume[i] * load.acceleration
         rows.append(Load(i, force, centroid[i], load.case))
     return rows
 

@@ -1,6 +1,5 @@
 """Friction between two materials, and where it applies."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -41,11 +40,6 @@ def paired_friction(assembly: Assembly, contacts: Contacts) -> tuple[Contacts, t
             mu[k] = found
         else:
             unsaid.add((min(a, b), max(a, b)))
-    return replace(contacts, mu=mu), _unsaid(sorted(unsaid))
-
-
-def _unsaid(pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    if not pairs:
-        return ()
-    listed = ", ".join(f"{a} on {b}" for a, b in pairs[:3]) + (", ..." if len(pairs) > 3 else "")
-    return (f'"friction" says nothing of {len(pairs)} pair(s) of materials that touch: {listed}',)
+    listed = ", ".join(f"{a} on {b}" for a, b in sorted(unsaid)[:3]) + (", ..." if len(unsaid) > 3 else "")
+    said = f'"friction" says nothing of {len(unsaid)} pair(s) of materials that touch: {listed}'
+    return replace(contacts, mu=mu), (said,) if unsaid else ()

@@ -92,7 +92,8 @@ def mended(assembly: Assembly) -> MendedAssembly:
     for k, fault in found.fault:
         slab = _ground(assembly, k) if fault.startswith("is a sheet") else None
         if slab is None:
-            left.append((blocks[k].id, f"{fault}; {_remedy(fault)}"))
+            remedy = next((said for start, said in REMEDY.items() if fault.startswith(start)), "mend its mesh")
+            left.append((blocks[k].id, f"{fault}; {remedy}"))
         else:
             blocks[k], done[k] = slab
     told = tuple((blocks[k].id, what) for k, what in sorted(done.items()) if what)
@@ -100,10 +101,6 @@ def mended(assembly: Assembly) -> MendedAssembly:
         return MendedAssembly(assembly, (), tuple(left))
     actions = tuple(_moved(one, assembly, found) if isinstance(one, SurfaceLoad) else one for one in assembly.actions)
     return MendedAssembly(replace(assembly, blocks=tuple(blocks), actions=actions), told, tuple(left))
-
-
-def _remedy(fault: str) -> str:
-    return next((said for start, said in REMEDY.items() if fault.startswith(start)), "mend its mesh")
 
 
 def _moved(load: SurfaceLoad, assembly: Assembly, found: Meshes) -> SurfaceLoad:

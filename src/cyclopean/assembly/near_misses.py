@@ -9,11 +9,19 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.contacts import Contacts
 from cyclopean.assembly.precision import FLAT_SHARE, LEANS, ROUGH_SHARE
-from cyclopean.geometry import Overlaps, PlanarRegions, Polyhedra, box_pairs, facing_regions, region_overlaps
+from cyclopean.geometry import (
+    Overlaps,
+    PlanarRegions,
+    Polyhedra,
+    box_pairs,
+    facing_regions,
+    mass_properties,
+    region_overlaps,
+)
 from cyclopean.geometry.frames import newell_normals
 from cyclopean.geometry.packed import following
 
-__all__ = ["EQUAL", "Forgiven", "NearMisses", "grounded", "meant", "near_misses"]
+__all__ = ["EQUAL", "Forgiven", "NearMisses", "grounded", "meant", "misses", "near_misses"]
 
 THIN = 0.25  # of a block's mean thickness (2 volume / area): what is further away may lie behind another block
 WIDE = 4.0  # times the distance: a joint that is no wider is none
@@ -68,10 +76,7 @@ class NearMisses:
 
     def sizes(self, k: int) -> str:
         """How far one of them misses, in words."""
-        both, least = ((self.gap[k], "apart"), (self.overlap[k], "into each other")), SPECK * self.distance[k]
-        parts = [f"{x:.2g} m {word}" for x, word in both if x > least]
-        askew = np.degrees(self.angle[k])
-        return " and ".join([*parts, *([f"{askew:.2g} degrees askew"] if askew >= 1e-3 else [])])
+        return " and ".join(misses(self.gap[k], self.overlap[k], self.angle[k], SPECK * self.distance[k]))
 
     def angle_of(self, which: Ints | Bools) -> float:
         """rad: the angle that has to be forgiven for those of some numbers (k,), or of a mask (m,), to count."""
@@ -93,17 +98,18 @@ class NearMisses:
             return []
         pairs = len(np.unique(np.stack([self.a, self.b], 1), axis=0))
         k = int(np.argmax(self.share))
-        askew = np.degrees(float(self.angle.max()))
-        most = ((float(self.gap.max()), "m apart"), (float(self.overlap.max()), "m into each other"))
-        parts = [
-            *(f"{x:.2g} {word}" for x, word in most if x),
-            *([f"{askew:.2g} degrees askew"] if askew > 1e-3 else []),
-        ]
+        parts = misses(self.gap.max(), self.overlap.max(), self.angle.max())
         return [
             f"{pairs} {'pairs' if pairs > 1 else 'pair'} of blocks nearly touch, and do not count: up to"
             f" {', '.join(parts)} ('{names[self.a[k]]}' and '{names[self.b[k]]}': {self.sizes(k)}); `tolerance` auto"
             f" counts those that clearly are meant, {self.forgiving(np.arange(len(self))).words()} all of them"
         ]
+
+
+def misses(gap: float, overlap: float, angle: float, least: float = 0.0) -> list[str]:
+    """By how much (m, rad) faces miss each other, in words; lengths up to the least are not worth any."""
+    words = [f"{x:.2g} m {how}" for x, how in ((gap, "apart"), (overlap, "into each other")) if x > least]
+    return [*words, f"{np.degrees(angle):.2g} degrees askew"] if np.degrees(angle) >= 1e-3 else words
 
 
 def _up(value: float) -> float:
@@ -129,7 +135,9 @@ def near_misses(mesh: Polyhedra, regions: PlanarRegions, found: tuple[Ints, Ints
     tolerance : float
         m: parts no wider are left out.
     """
-    reach = np.minimum(ROUGH_SHARE * mesh.diagonal, THIN * _thickness(mesh, regions))
+    area = np.bincount(regions.body, regions.area, len(mesh))
+    thickness = 2.0 * np.abs(mass_properties(mesh).volume) / np.maximum(area, 1e-300)  # as of a plate
+    reach = np.minimum(ROUGH_SHARE * mesh.diagonal, THIN * thickness)
     low, high = mesh.boxes()
     i, j = box_pairs(low - reach[:, None] / 2.0, high + reach[:, None] / 2.0, 0.0)
     a, b = facing_regions(regions, (i, j), np.minimum(reach[i], reach[j]))
@@ -160,14 +168,6 @@ def _measured(mesh: Polyhedra, regions: PlanarRegions, a: Ints, b: Ints, parts: 
         np.maximum(gap, overlap) / np.minimum(mesh.diagonal[one], mesh.diagonal[two]),
     )
     return every.only(every.width > WIDE * every.distance)
-
-
-def _thickness(mesh: Polyhedra, regions: PlanarRegions) -> Floats:
-    """(n,) m: 2 volume / area of each block, that of a plate its thickness; 0 for what has no faces."""
-    from cyclopean.geometry import mass_properties
-
-    area = np.bincount(regions.body, regions.area, len(mesh))
-    return np.asarray(2.0 * np.abs(mass_properties(mesh).volume) / np.maximum(area, 1e-300))
 
 
 def meant(assembly: Assembly, contacts: Contacts, near: NearMisses, fixed: Bools) -> Forgiven | None:
@@ -223,8 +223,7 @@ def borne(contacts: Contacts, fixed: Bools) -> Bools:
 
 def height_above_ground(assembly: Assembly) -> Floats:
     """(n,) m: how far the lowest point of each block is above the lowest of all."""
-    low = np.full(len(assembly), np.inf)
-    np.minimum.at(low, assembly.mesh.vertex_body, assembly.mesh.vertex[:, 2])
+    low = assembly.mesh.boxes()[0][:, 2]
     return np.asarray(low - low.min(initial=np.inf))
 
 

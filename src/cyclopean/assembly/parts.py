@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cyclopean.arrays import Floats, Ints
-from cyclopean.assembly.blocks import Action, Assembly, Block, FrictionPair
+from cyclopean.assembly.blocks import Action, Assembly, Block
 from cyclopean.assembly.contacts import Contacts
-from cyclopean.assembly.loads import SELF, Combination, Load, SurfaceLoad
+from cyclopean.assembly.loads import SELF, SurfaceLoad
 
 __all__ = ["part"]
 
@@ -43,6 +43,7 @@ def part(
     )
     groups = {block.group for block in blocks}
     actions = tuple(_moved(load, place, moved) for load in whole.actions if _stays(load, place, groups))
+    cases = {SELF, *(load.case for load in (*loads, *actions))}  # those of loads that are gone are gone too
     materials = {block.material for block in blocks}
     settlements = tuple(replace(one, block=int(place[one.block])) for one in whole.settlements if place[one.block] >= 0)
     return Assembly(
@@ -51,8 +52,8 @@ def part(
         loads,
         name or whole.name,
         actions,
-        _combinations(whole, (*loads, *actions)),
-        _pairs(whole, materials),
+        tuple(replace(one, factors=tuple(row for row in one.factors if row[0] in cases)) for one in whole.combinations),
+        tuple(pair for pair in whole.friction if {pair.a, pair.b} <= materials),
         settlements,
     )
 
@@ -69,16 +70,3 @@ def _moved(load: Action, place: Ints, moved: Callable[[int, Floats], Floats]) ->
     if isinstance(load, SurfaceLoad) and load.polygon is not None:
         return replace(load, block=int(place[load.block]), polygon=moved(load.block, load.polygon))
     return replace(load, block=int(place[load.block]))
-
-
-def _combinations(whole: Assembly, loads: tuple[Load | Action, ...]) -> tuple[Combination, ...]:
-    """The combinations without the cases of loads that are gone."""
-    cases = {SELF, *(load.case for load in loads)}
-    return tuple(
-        replace(one, factors=tuple((case, factor) for case, factor in one.factors if case in cases))
-        for one in whole.combinations
-    )
-
-
-def _pairs(whole: Assembly, materials: set[str | None]) -> tuple[FrictionPair, ...]:
-    return tuple(pair for pair in whole.friction if {pair.a, pair.b} <= materials)

@@ -110,7 +110,9 @@ def rough_contacts(
     InputError
         A band that is not a positive number, or a pair of blocks that is none.
     """
-    width = _width(assembly, band)
+    if band is not None and not 0.0 < band < np.inf:
+        raise InputError(f"band: {band:g} m must be a positive number of metres")
+    width = usual_band(assembly.mass.volume) if band is None else float(band)
     mesh = assembly.mesh
     corner, face = triangles(mesh)
     start = np.searchsorted(mesh.face_body[face], np.arange(len(assembly) + 1))
@@ -164,15 +166,6 @@ def gathered(found: Mapping[tuple[int, int], Sequence[Meeting]]) -> tuple[Contac
         )
         for k, (part, a, b) in enumerate(every)
     )
-
-
-def _width(assembly: Assembly, band: float | None) -> float:
-    """The band (m), given or by default."""
-    if band is None:
-        return usual_band(assembly.mass.volume)
-    if not 0.0 < band < np.inf:
-        raise InputError(f"band: {band:g} m must be a positive number of metres")
-    return float(band)
 
 
 def usual_band(volume: Floats) -> float:
@@ -276,7 +269,8 @@ def _cut(a: Surface, b: Surface, i: Ints, j: Ints, band: float) -> _Pieces:
     origin = a.corner[i, 0]
     one = np.einsum("kci,kfi->kcf", a.corner[i] - origin[:, None], frame)
     two = np.einsum("kci,kfi->kcf", b.corner[j] - origin[:, None], frame)[:, [0, 2, 1]]
-    ring, count = _padded(one[:, :, 1:], 8), np.full(len(i), 3)
+    # the first corner again in unused rows, so that they add no area
+    ring, count = one[:, [0, 1, 2, 0, 0, 0, 0, 0], 1:], np.full(len(i), 3)
     for c in range(3):
         start, run = two[:, c, 1:], two[:, (c + 1) % 3, 1:] - two[:, c, 1:]
         inward = np.stack([-run[:, 1], run[:, 0]], 1)
@@ -302,11 +296,6 @@ def _height(normal: Floats, frame: Floats, point: Floats) -> tuple[Floats, Float
     local = np.einsum("ki,kfi->kf", normal, frame)
     lean = -local[:, 1:] / local[:, :1]
     return lean, point[:, 0] - np.einsum("ki,ki->k", lean, point[:, 1:])
-
-
-def _padded(ring: Floats, width: int) -> Floats:
-    """(k, width, 2): the first corner again in unused rows, so that they add no area."""
-    return np.concatenate([ring, np.repeat(ring[:, :1], width - ring.shape[1], axis=1)], axis=1)
 
 
 def _clipped(ring: Floats, count: Ints, inward: Floats, offset: Floats) -> tuple[Floats, Ints]:
@@ -386,6 +375,8 @@ def _part(pieces: _Pieces, members: Ints, normal: Floats, band: float) -> Meetin
 
 def _outline(xy: Floats, band: float) -> tuple[Floats, bool]:
     """Hull (k, 2) of points in a plane, counter-clockwise, with few corners and not too narrow; whether widened."""
+    from scipy.spatial import ConvexHull
+
     _, vector = np.linalg.eigh(np.cov(xy.T))
     turned = xy @ vector[:, ::-1]  # longest first
     extent = np.ptp(turned, axis=0)
@@ -399,14 +390,7 @@ def _outline(xy: Floats, band: float) -> tuple[Floats, bool]:
             half = np.array([extent[0], band]) / 2.0
             turned = centre + half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         xy = turned @ vector[:, ::-1].T
-    return _reduced(_hull(xy)), widened
-
-
-def _hull(xy: Floats) -> Floats:
-    """Corners of the convex hull, counter-clockwise."""
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(xy[ConvexHull(xy).vertices])
+    return _reduced(xy[ConvexHull(xy).vertices]), widened
 
 
 def _reduced(ring: Floats) -> Floats:

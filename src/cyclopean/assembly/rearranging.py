@@ -6,7 +6,7 @@
 So an arrangement depends only on where its blocks are, not on the way there.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -125,7 +125,8 @@ class Arrangement:
             found, said = self._found(block, poses)
             parts.append(found)
             notes = (*notes, *said)
-        return _arranged(self, poses, removed, _merged(parts), notes)
+        joints = Contacts.joined(parts)  # those of one pair keep their order
+        return _arranged(self, poses, removed, joints.only(np.lexsort((joints.b, joints.a))), notes)
 
     def _found(self, block: int, poses: Mapping[int, Pose]) -> tuple[Contacts, tuple[str, ...]]:
         """Contacts of one block with the others that stand, unless both are at home; and what looks wrong."""
@@ -169,18 +170,7 @@ def arrange(model: Assembly, contacts: Contacts, held: Bools, tolerance: float) 
     if model.actions:
         raise InputError("arrangement: resolve the model's loads to points first")
     joints = contacts.only(np.lexsort((contacts.b, contacts.a)))
-    first = Arrangement(
-        model,
-        joints,
-        held,
-        tolerance,
-        {},
-        frozenset(),
-        joints,
-        (),
-        replace(model, contacts=joints),
-        np.arange(len(model)),
-    )
+    first = Arrangement(model, joints, held, tolerance, {}, frozenset(), joints, (), model, np.arange(len(model)))
     return _arranged(first, {}, frozenset(), joints, ())
 
 
@@ -209,9 +199,3 @@ def _put(model: Assembly, block: int, poses: Mapping[int, Pose]) -> Block:
 def _at(model: Assembly, block: int, poses: Mapping[int, Pose], point: Floats) -> Floats:
     """(k, 3) m, where points of a block at home go with it."""
     return poses[block].of(point, model.mass.centroid[block]) if block in poses else point
-
-
-def _merged(parts: Sequence[Contacts]) -> Contacts:
-    """All of them, sorted by a, then b; those of one pair keep their order."""
-    whole = Contacts.joined(parts)
-    return whole.only(np.lexsort((whole.b, whole.a)))

@@ -9,8 +9,8 @@ What lies over nothing is laid on the rest, so that all of the load arrives. Wit
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
-from cyclopean.arrays import Floats
 from cyclopean.assembly.blocks import Assembly
 from cyclopean.assembly.exposed import Exposed, exposed, joined_loads, resultants
 from cyclopean.assembly.field_forces import UP, seen_from_above
@@ -69,8 +69,6 @@ class Road:
 
     def _within(self, left: float, right: float) -> Exposed:
         """What lies below between two x (m)."""
-        import shapely
-
         low, high = (value - self.pieces.origin[0] for value in (left, right))
         reach = 10.0 * self.size
         return self.pieces.within(shapely.box(low, -reach, high, reach))
@@ -79,10 +77,10 @@ class Road:
         """Mean depth (m) of fill on the line at x."""
         below = self._within(x - LINE * self.size, x + LINE * self.size)
         if not len(below.block):
-            ends = np.concatenate([self.pieces.world(k, _corners(shape)) for k, shape in enumerate(self.pieces.shape)])
+            corners = self.pieces.corners[:, 0]
             raise InputError(
-                f"x = {x:g} m: nothing lies below the road there; it reaches from {ends[:, 0].min():g} to"
-                f" {ends[:, 0].max():g} m"
+                f"x = {x:g} m: nothing lies below the road there; it reaches from {corners.min():g} to"
+                f" {corners.max():g} m"
             )
         level = np.array([load.point[2] for load in resultants(below, 1.0, np.zeros(3), 0.0 * below.normal, DEAD)])
         return 0.0 if self.fill is None else max(self.fill.height - float(below.area @ level / below.area.sum()), 0.0)
@@ -96,9 +94,3 @@ class Road:
             return [*zip(x + depth * u[:-1], x + depth * u[1:], part, strict=True)]
         half = max(depth * np.tan(np.radians(0.0 if isinstance(spread, str) else spread)), line)
         return [(x - half, x + half, 1.0)]
-
-
-def _corners(shape: object) -> Floats:
-    import shapely
-
-    return np.asarray(shapely.get_coordinates(shape), float)

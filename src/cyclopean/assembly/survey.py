@@ -1,14 +1,12 @@
 """What is in a model, before anyone asks whether it stands."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats
 from cyclopean.assembly.blocks import Assembly, supports
 from cyclopean.assembly.contacts import Contacts
-from cyclopean.errors import InputError
 from cyclopean.geometry import face_warp, mesh_faults
 
 __all__ = ["Survey", "Volumes", "survey"]
@@ -32,12 +30,12 @@ class Volumes:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """The facts of a model; every field is plain, so that `as_dict` is ready for JSON."""
+    """The facts of a model; every field is plain."""
 
     name: str
     blocks: int
     supports: int
-    support_rule: str  # "file", "lowest", the rule as given, or "none" where the file says that nothing is held
+    support_rule: str  # "file", "lowest", or "none" where the file says that nothing is held
     contacts: int | None  # None = not given, to be detected
     points: int | None
     loads: int
@@ -53,12 +51,8 @@ class Survey:
     without_density: int  # blocks for which a density will be assumed
     without_mu: int | None  # contacts for which mu will be assumed; None = contacts not given
 
-    def as_dict(self) -> dict[str, Any]:
-        """Plain dicts, lists and numbers."""
-        return asdict(self)
 
-
-def survey(assembly: Assembly, contacts: Contacts | None = None, rule: str = "") -> Survey:
+def survey(assembly: Assembly, contacts: Contacts | None = None) -> Survey:
     """Count, measure and find fault.
 
     Parameters
@@ -67,26 +61,20 @@ def survey(assembly: Assembly, contacts: Contacts | None = None, rule: str = "")
         The model.
     contacts : Contacts, optional
         Those detected; by default those of the model.
-    rule : str
-        Which blocks are held, as `supports` reads it.
-
-    Raises
-    ------
-    InputError
-        The rule is not one.
     """
     joined = assembly.contacts if contacts is None else contacts
     faults = mesh_faults(assembly.mesh)
     sound = np.ones(len(assembly), bool)
     sound[[i for i, _ in faults]] = False
-    held, used = _supports(assembly, rule)
+    none = len(assembly) and all(b.fixed is False for b in assembly.blocks)  # a check refuses such a model
+    held, used = ((), "none") if none else supports(assembly)
     warp = face_warp(assembly.mesh)
     vertex = assembly.mesh.vertex
     extent = np.ptp(vertex, axis=0) if len(vertex) else np.zeros(3)
     return Survey(
         name=assembly.name,
         blocks=len(assembly),
-        supports=held,
+        supports=int(np.count_nonzero(held)),
         support_rule=used,
         contacts=None if joined is None else len(joined),
         points=None if joined is None else len(joined.point),
@@ -103,18 +91,6 @@ def survey(assembly: Assembly, contacts: Contacts | None = None, rule: str = "")
         without_density=sum(b.density is None for b in assembly.blocks),
         without_mu=None if joined is None else int(np.count_nonzero(np.isnan(joined.mu))),
     )
-
-
-def _supports(assembly: Assembly, rule: str) -> tuple[int, str]:
-    if not rule and len(assembly) and all(b.fixed is False for b in assembly.blocks):
-        return 0, "none"  # a check refuses such a model; here it is a fact like any other
-    try:
-        held, used = supports(assembly, rule)
-    except InputError:
-        if rule:
-            raise
-        return 0, "none"
-    return int(np.count_nonzero(held)), used
 
 
 def _volumes(volume: Floats) -> Volumes | None:

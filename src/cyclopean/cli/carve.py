@@ -62,11 +62,11 @@ def carve(
     from dataclasses import replace
 
     from cyclopean import api, io
-    from cyclopean.io.dxf import dxf_library
+    from cyclopean.io.extras import extra
     from cyclopean.io.matches import read_match
 
     if options.dxf:
-        dxf_library("`dxf`: ")
+        extra("dxf", where="`dxf`: ")
     place = folder("--out", out, out)
     site_folder(site)
     stored = read_match(match)

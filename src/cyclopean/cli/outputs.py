@@ -33,9 +33,9 @@ class Files:
             As `planned`; or DXF is to be written, and ezdxf is not installed.
         """
         if "dxf" in asked:
-            from cyclopean.io.dxf import dxf_library
+            from cyclopean.io.extras import extra
 
-            dxf_library("`dxf`: ")
+            extra("dxf", where="`dxf`: ")
         outputs = {as_option(name): text for name, text in asked.items()}
         held = tuple(as_option(name) for name in models)
         found = planned(outputs, models=held)

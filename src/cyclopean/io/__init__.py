@@ -5,7 +5,14 @@ import typing
 from cyclopean.io.files import json_text, together, write_json, write_text
 from cyclopean.io.formats import MESH_SUFFIXES
 from cyclopean.io.models import file_format, read_mended, read_model, write_mesh, write_model
-from cyclopean.io.results import limit_dict, margins_dict, result_dict, sensitivity_dict, subsidence_dict
+from cyclopean.io.results import (
+    interlock_dict,
+    limit_dict,
+    margins_dict,
+    result_dict,
+    sensitivity_dict,
+    subsidence_dict,
+)
 from cyclopean.io.sequences import sequence_dict
 from cyclopean.lazy_exports import lazy_exports as _lazy_exports
 
@@ -14,7 +21,6 @@ if typing.TYPE_CHECKING:
     from cyclopean.io.dxf_drawing import dxf_text
     from cyclopean.io.exchange import exchange_paths, write_exchange
     from cyclopean.io.findings import read_findings
-    from cyclopean.io.interlocks import interlock_dict
     from cyclopean.io.line_work import read_line_work
     from cyclopean.io.orders import read_order
     from cyclopean.io.stones import inventory_dict, read_stones, write_stones
@@ -58,7 +64,6 @@ __getattr__, __dir__ = _lazy_exports(
         "dxf_drawing": "dxf_text",
         "exchange": "exchange_paths write_exchange",
         "findings": "read_findings",
-        "interlocks": "interlock_dict",
         "line_work": "read_line_work",
         "orders": "read_order",
         "stones": "inventory_dict read_stones write_stones",

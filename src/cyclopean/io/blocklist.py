@@ -23,8 +23,9 @@ FLAT = 1e-7  # distance of a corner from its face, and of a corner beyond a face
 
 def blocklist_text(assembly: Assembly) -> str:
     """Return the blocks as 3DEC commands, in metres, with every digit."""
+    name = "".join(c if c.isprintable() else " " for c in assembly.name)
     lines = [
-        f"; {_comment(assembly.name)}: {len(assembly)} blocks, written by cyclopean in m and kg/m3, z up",
+        f"; {name}: {len(assembly)} blocks, written by cyclopean in m and kg/m3, z up",
         *_friction(assembly),
         "model new",
     ]
@@ -68,10 +69,6 @@ def _groups(blocks: Sequence[Block]) -> Iterable[str]:
 def _quoted(name: str) -> str:
     """Quote a name; one that holds both kinds of quotes loses the double ones."""
     return f"'{name}'" if "'" not in name else '"' + name.replace('"', "'") + '"'
-
-
-def _comment(name: str) -> str:
-    return "".join(c if c.isprintable() else " " for c in name)
 
 
 def flat(mesh: Polyhedra) -> list[Bools]:

@@ -18,13 +18,16 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.geometry.mending import welded
-from cyclopean.geometry.packed import numbered
+from cyclopean.geometry.packed import numbered, offsets
 from cyclopean.geometry.polyhedra import Polyhedra, compacted, pack, unpacked
 from cyclopean.geometry.sides import open_bodies, parted, pieces
 from cyclopean.io.fields import REACH, face_fault, label
 from cyclopean.io.units import metres
 
-__all__ = ["Body", "assembly_of", "part_of", "placed", "welded_body"]
+__all__ = ["Body", "assembly_of", "joined", "part_of", "placed", "welded_body"]
+
+
+Shape = tuple[Floats, Sequence[tuple[int, ...]]]  # vertices and faces
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,6 +135,13 @@ def part_of(name: str | None, vertices: Floats, faces: list[tuple[int, ...]], **
     used = sorted(set(chain.from_iterable(faces)))
     new = dict(zip(used, range(len(used)), strict=True))
     return Body(name, vertices[used], [tuple([new[i] for i in face]) for face in faces], **more)
+
+
+def joined(shapes: Sequence[Shape]) -> tuple[Floats, list[tuple[int, ...]]]:
+    """Several shapes (v, 3) as one."""
+    first = offsets([len(vertices) for vertices, _ in shapes]).tolist()
+    faces = [tuple(i + k for i in face) for k, (_, rings) in zip(first, shapes, strict=False) for face in rings]
+    return np.concatenate([vertices for vertices, _ in shapes]), faces
 
 
 def placed(

@@ -22,8 +22,7 @@ node, interfaces with frames on the edges. Nodes and interfaces carry what the m
 
 import ast
 import uuid
-from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,17 +52,12 @@ from cyclopean.io.units import metres
 __all__ = ["compas_dict", "is_dump", "is_ours", "read_compas", "read_dump"]
 
 _NAMESPACE = uuid.UUID("1c9a2f6b-2d43-4f62-8a53-0f9d7c1e5b76")  # ours: ids that stay the same
+_WORLD = {"point": [0.0, 0.0, 0.0], "xaxis": [1.0, 0.0, 0.0], "yaxis": [0.0, 1.0, 0.0]}
 _NODE = frozenset({"block", "part", "is_support", "x", "y", "z"})  # keys that are COMPAS's own
 _INTERFACE = frozenset({"points", "frame", "size", "forces", "index"})
 
 
-@dataclass(frozen=True, slots=True)
-class _Interface:
-    where: str
-    a: str
-    b: str
-    polygon: Floats  # (m, 3)
-    normal: Floats | None  # (3,) from a into b
+_Interface = tuple[str, str, str, Floats, Floats | None]  # place, blocks a and b, polygon (m, 3), normal from a into b
 
 
 def is_dump(data: Any) -> bool:
@@ -136,7 +130,7 @@ def _is_structure(data: Any) -> bool:
 
 def _ours(path: str, stem: str, data: Any) -> tuple[Assembly, list[str]]:
     """A model that we wrote, with all that it said."""
-    meshes, _, edges, nodes = _tables(path, unwrapped(data))
+    meshes, edges, nodes = _tables(path, unwrapped(data))
     rest = model_rest(path, unwrapped(data)["attributes"]["cyclopean"])
     rows = [_row(f"{path}: block {label(key)}", key, meshes[key], nodes[key]) for key in meshes]
     assembly, more = rebuilt(path, stem, rest, rows, _contact_rows(path, edges))
@@ -145,7 +139,8 @@ def _ours(path: str, stem: str, data: Any) -> tuple[Assembly, list[str]]:
 
 def _nodes_as_elements(path: str, outer: dict[str, Any]) -> Elements:
     """Blocks of an assembly, whose nodes hold their meshes."""
-    meshes, support, edges, _ = _tables(path, outer)
+    meshes, edges, nodes = _tables(path, outer)
+    support = {key for key, node in nodes.items() if node.get("is_support") is True}
     found = Elements(edges=edges)
     for key, mesh in meshes.items():
         vertices, corners = shape(f"{path}: block {label(key)}", mesh)
@@ -153,7 +148,7 @@ def _nodes_as_elements(path: str, outer: dict[str, Any]) -> Elements:
     return found
 
 
-_Tables = tuple[dict[str, Any], set[str], list[tuple[str, str, Any]], dict[str, dict[str, Any]]]
+_Tables = tuple[dict[str, Any], list[tuple[str, str, Any]], dict[str, dict[str, Any]]]
 
 
 def _key(key: str) -> str:
@@ -186,11 +181,11 @@ def _graph(outer: Any) -> dict[str, Any] | None:
 
 
 def _tables(path: str, outer: dict[str, Any]) -> _Tables:
-    """Find the mesh of each node, the supports, the edges, and what the nodes say."""
+    """Find the mesh of each node, the edges, and what the nodes say."""
     graph = _graph(outer) or {}
     nodes = mapping(graph.get("node", graph.get("vertex")), f"{path}: the table of nodes")
     beside = mapping(outer.get("blocks") or {}, f"{path}: blocks")
-    meshes, support, said = {}, set(), {}
+    meshes, said = {}, {}
     for written, value in nodes.items():
         key = _key(written)
         node = mapping({} if value is None else value, f"{path}: node {label(key)}")
@@ -201,9 +196,7 @@ def _tables(path: str, outer: dict[str, Any]) -> _Tables:
             raise InputError(f"{path}: node {label(key)} stands twice, as text and as a number; rename one")
         meshes[text(key, f"{path}: the key of a node")] = mesh
         said[key] = node
-        if node.get("is_support") is True:
-            support.add(key)
-    return meshes, support, list(_edges(path, graph.get("edge") or {}, meshes)), said
+    return meshes, list(_edges(path, graph.get("edge") or {}, meshes)), said
 
 
 def _edges(path: str, table: Any, meshes: dict[str, Any]) -> Iterator[tuple[str, str, Any]]:
@@ -233,7 +226,7 @@ def _interfaces(path: str, u: str, v: str, edge: dict[str, Any]) -> Iterator[_In
         row = mapping(unwrapped(value), place)
         polygon = [unwrapped(p) for p in array(unwrapped(row.get("points")), f"{place}: points")]
         polygon = [[p.get(c) for c in "xyz"] if isinstance(p, dict) else p for p in polygon]
-        yield _Interface(place, u, v, points(polygon, f"{place}: points"), _frame_normal(place, row))
+        yield place, u, v, points(polygon, f"{place}: points"), _frame_normal(place, row)
 
 
 def _frame_normal(where: str, row: dict[str, Any]) -> Floats | None:
@@ -252,16 +245,15 @@ def _frame_normal(where: str, row: dict[str, Any]) -> Floats | None:
 def _joints(interfaces: list[_Interface], mu: float | None) -> tuple[list[dict[str, Any]], list[str]]:
     """Rows of the model document, polygons turned to wind about their normals; and a line on those without area."""
     rows, empty = [], []
-    for item in interfaces:
-        polygon = item.polygon
+    for where, a, b, polygon, normal in interfaces:
         double = newell_normals(polygon, np.array([0, len(polygon)]))[0] if len(polygon) >= 3 else np.zeros(3)
         reach = float(np.abs(polygon - polygon[:1]).max(initial=0.0))
         if not np.linalg.norm(double) > 1e-12 * reach**2:
-            empty.append(item.where)
+            empty.append(where)
             continue
-        if item.normal is not None and double @ item.normal < 0.0:
+        if normal is not None and double @ normal < 0.0:
             polygon = np.concatenate([polygon[:1], polygon[:0:-1]])  # the first point stays
-        rows.append({"a": item.a, "b": item.b, "polygon": polygon.tolist(), "mu": mu})
+        rows.append({"a": a, "b": b, "polygon": polygon.tolist(), "mu": mu})
     more = f", and {len(empty) - 1} more," if len(empty) > 1 else ""
     return rows, [f"{empty[0]}{more} has no area and was left out"] if empty else []
 
@@ -299,7 +291,9 @@ def compas_dict(assembly: Assembly, findings: Findings) -> dict[str, Any]:
     node: dict[str, Any] = {}
     for block, row, more, (x, y, z) in zip(assembly.blocks, rows, said, centre, strict=True):
         own = {"x": x, "y": y, "z": z, "is_support": block.fixed is True}
-        shapes = {"block": _mesh_dict(assembly, block), "part": _part_dict(assembly, block)}
+        about = {"attributes": {"name": block.id}, "key": block.id, "frame": _WORLD, "features": []}
+        part = _wrapped(assembly, "compas.datastructures/Part", block.id, about)
+        shapes = {"block": _mesh_dict(assembly, block), "part": part}
         node[repr(block.id)] = own | shapes | row | more
     edge: dict[str, Any] = {key: {} for key in node}
     for contact, interface in zip(contacts, _interface_dicts(assembly, contacts, findings), strict=True):
@@ -338,12 +332,6 @@ def _mesh_dict(assembly: Assembly, block: Block) -> dict[str, Any]:
     return _wrapped(assembly, "compas.datastructures/Mesh", block.id, data)
 
 
-def _part_dict(assembly: Assembly, block: Block) -> dict[str, Any]:
-    frame = {"point": [0.0, 0.0, 0.0], "xaxis": [1.0, 0.0, 0.0], "yaxis": [0.0, 1.0, 0.0]}
-    data = {"attributes": {"name": block.id}, "key": block.id, "frame": frame, "features": []}
-    return _wrapped(assembly, "compas.datastructures/Part", block.id, data)
-
-
 def _interface_dicts(
     assembly: Assembly, contacts: list[dict[str, Any]], findings: Findings
 ) -> Iterator[dict[str, Any]]:
@@ -365,7 +353,7 @@ def _interface_dicts(
         yield row
 
 
-def read_dump(path: str, stem: str, data: dict[str, Any], units: str) -> tuple[Assembly, list[str]]:
+def read_dump(path: str, stem: str, data: Any, units: str) -> tuple[Assembly, list[str]]:
     """Read a dump of blocks and interfaces.
 
     Whole-number ids become text; a block whose density is null has the file's; every contact has the file's mu.
@@ -377,21 +365,17 @@ def read_dump(path: str, stem: str, data: dict[str, Any], units: str) -> tuple[A
     """
     shared = optional(data.get("density"), f"{path}: density", number)
     mu = optional(data.get("mu"), f"{path}: mu", not_negative)
-    rows: dict[str, dict[str, Any]] = {}
+    rows = []
     for k, value in enumerate(array(data["blocks"], f"{path}: blocks")):
         row = mapping(value, f"{path}: blocks[{k}]")
-        block_id = _dump_id(row.get("id"), f"{path}: blocks[{k}].id")
-        if block_id in rows:
-            raise InputError(f"{path}: block {label(block_id)}: the id stands twice; ids must be unique")
-        rows[block_id] = {key: row.get(key) for key in ("vertices", "faces", "density", "fixed")} | {"id": block_id}
-        rows[block_id]["density"] = shared if row.get("density") is None else row["density"]
-    if not rows:
-        raise InputError(f"{path}: has no blocks; a model needs at least one")
+        said = {key: row.get(key) for key in ("vertices", "faces", "density", "fixed")}
+        said["density"] = shared if said["density"] is None else said["density"]
+        rows.append(said | {"id": _dump_id(row.get("id"), f"{path}: blocks[{k}].id")})
     listed = array(data["interfaces"], f"{path}: interfaces")
-    interfaces = [_dump_interface(f"{path}: interface {k}", row, rows) for k, row in enumerate(listed)]
+    interfaces = [_dump_interface(f"{path}: interface {k}", row) for k, row in enumerate(listed)]
     contacts, warnings = _joints(interfaces, mu)
     rest = {"contacts": True, "name": data.get("name")}
-    assembly, more = rebuilt(path, stem, rest, list(rows.values()), contacts, units)
+    assembly, more = rebuilt(path, stem, rest, rows, contacts, units)
     return assembly, [*warnings, *more]
 
 
@@ -399,14 +383,9 @@ def _dump_id(value: Any, where: str) -> str:
     return str(value) if type(value) is int else text(value, where)
 
 
-def _dump_interface(where: str, value: Any, blocks: Container[str]) -> _Interface:
+def _dump_interface(where: str, value: Any) -> _Interface:
     row = mapping(value, where)
     a, b = (_dump_id(row.get(key), f"{where}: {key}") for key in "ab")
-    for key in (a, b):
-        if key not in blocks:
-            raise InputError(f"{where}: names block {label(key)}, which is not in the file")
-    if a == b:
-        raise InputError(f"{where}: joins block {label(a)} to itself; name two blocks")
     frame = mapping({} if row.get("frame") is None else row["frame"], f"{where}: frame")
     normal = vector(frame["n"], f"{where}: frame.n") if "n" in frame else None
-    return _Interface(where, a, b, points(row.get("polygon"), f"{where}: polygon"), normal)
+    return where, a, b, points(row.get("polygon"), f"{where}: polygon"), normal

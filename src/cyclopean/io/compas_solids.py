@@ -95,12 +95,8 @@ def _is_box(data: Mapping[str, Any]) -> bool:
     return "frame" in data and all(size in data for size in _SIZES)
 
 
-def _closed(part: Part) -> bool:
-    return is_solid(part.data, part.kind)
-
-
-def parts(data: Any, closed: Callable[[Part], bool] = _closed) -> Iterator[Part]:
-    """Every object of a document in its order; what lies within one that is `closed` is left out."""
+def parts(data: Any, closed: Callable[[Part], bool] = lambda part: is_solid(part.data, part.kind)) -> Iterator[Part]:
+    """Every object of a document in its order; what lies within one that is `closed`, as solids are, is left out."""
     stack: list[tuple[str | None, tuple[str, ...], Any]] = [(None, (), data)]
     while stack:
         key, above, value = stack.pop()
@@ -164,7 +160,7 @@ def contents(data: Any) -> str:
     kinds = Counter(part.kind for part in parts(data, lambda part: bool(part.kind)) if part.kind)
     if kinds:
         first = list(kinds.items())[:4]
-        words = [f"{count} {kind}{_ABOUT.get(kind, _about(kind))}" for kind, count in first]
+        words = [f"{count} {kind}{_about(kind)}" for kind, count in first]
         return " and ".join(words) + (" and more" if len(kinds) > 4 else "")
     if isinstance(data, dict):
         names = [label(key) for key in list(data)[:4]]
@@ -173,11 +169,9 @@ def contents(data: Any) -> str:
     return f"a list of {len(data)} items" if isinstance(data, list) else found(data)
 
 
-_ABOUT = {"Graph": " of bars", "Network": " of bars", "CableMesh": " of cables", "Brep": ", give its mesh"}
-
-
 def _about(kind: str) -> str:
-    return ", bars of thrust" if kind.endswith("Diagram") else ""
+    said = {"Graph": " of bars", "Network": " of bars", "CableMesh": " of cables", "Brep": ", give its mesh"}
+    return said.get(kind, ", bars of thrust" if kind.endswith("Diagram") else "")
 
 
 def shape(where: str, value: Any) -> tuple[Floats, Faces]:

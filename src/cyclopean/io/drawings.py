@@ -43,7 +43,7 @@ from cyclopean.design.walls.joints import Masonry
 from cyclopean.design.walls.line_work import pattern_of_cells
 from cyclopean.design.walls.mapped import Mapped
 from cyclopean.design.walls.openings import Opening
-from cyclopean.design.walls.pattern import Pattern, PatternSettings, Seeds, draw_from
+from cyclopean.design.walls.pattern import PatternSettings, Seeds, draw_from
 from cyclopean.design.walls.polygonal import PolygonalWall, laid_wall
 from cyclopean.design.walls.surfaces import (
     Cone,
@@ -95,10 +95,15 @@ def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
     if callable(base):
         ground = foot_line(base, None, settings.width, max(8, 3 * settings.columns))
         base = None if ground is None else ground.tolist()
+    if seeds is not None:
+        grown: dict[str, Any] = {"seeds": {"point": seeds.point.tolist(), "weight": seeds.weight.tolist()}}
+    else:
+        cells, foot = wall.pattern.subdivision, plain(wall.pattern.foot)
+        grown = {"cells": {"vertex": cells.vertex.tolist(), "rings": cells.rings(), "foot": foot}}
     return {
         "schema": DRAWING,
         "settings": _fields(settings) | {"base": plain(base)} | ({"max_bed": 90.0} if seeds is None else {}),
-        **_grown_from(wall.pattern),
+        **grown,
         "surface": {"kind": kind, **_fields(wall.surface)},
         "depth": float(wall.thickness.depth),
         "batter": float(wall.thickness.batter),
@@ -106,15 +111,6 @@ def drawing_dict(wall: PolygonalWall) -> dict[str, Any] | None:
         "mu": wall.masonry.mu,
         "warped": wall.masonry.warped,
     }
-
-
-def _grown_from(pattern: Pattern) -> dict[str, Any]:
-    """The seeds of a pattern, or its cells where it has none."""
-    if pattern.seeds is not None:
-        return {"seeds": {"point": pattern.seeds.point.tolist(), "weight": pattern.seeds.weight.tolist()}}
-    cells = pattern.subdivision
-    foot = None if pattern.foot is None else pattern.foot.tolist()
-    return {"cells": {"vertex": cells.vertex.tolist(), "rings": cells.rings(), "foot": foot}}
 
 
 def read_drawing(path: PathLike) -> tuple[PolygonalWall | None, tuple[str, ...]]:

@@ -5,7 +5,6 @@ Layers are the groups of stones, names of inserted blocks and of groups theirs; 
 called after it. Solids of ACIS (3DSOLID, BODY, ...) are closed books, and outlines in a plane have no thickness.
 """
 
-import importlib
 import logging
 import tempfile
 from collections import Counter
@@ -20,11 +19,12 @@ import numpy as np
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import Body, assembly_of
+from cyclopean.io.extras import extra
 from cyclopean.io.fields import label, refuse_unfolded
 from cyclopean.io.files import one_line
 from cyclopean.io.units import stated_units
 
-__all__ = ["dxf_library", "opened", "parts", "read_dxf", "said_unit"]
+__all__ = ["opened", "parts", "read_dxf", "said_unit"]
 
 _UNITS = {0: "", 1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m"}  # $INSUNITS
 _OTHER = {3: "miles", 7: "kilometres", 8: "microinches", 9: "mils", 10: "yards", 13: "microns", 14: "decimetres"}
@@ -38,20 +38,6 @@ _DAMAGE = (ArithmeticError, AssertionError, AttributeError, LookupError, OSError
 _Shape = tuple[list[Any], list[tuple[int, ...]]]  # points and faces
 
 
-def dxf_library(where: str = "") -> Any:
-    """The module ezdxf; `where` begins the refusal.
-
-    Raises
-    ------
-    InputError
-        It is not installed.
-    """
-    try:
-        return importlib.import_module("ezdxf")
-    except ImportError:
-        raise InputError(f"{where}DXF files need ezdxf: pip install 'cyclopean[dxf]'") from None
-
-
 @contextmanager
 def opened(path: str, data: bytes) -> Iterator[Any]:
     """The drawing, to be read meanwhile.
@@ -61,7 +47,7 @@ def opened(path: str, data: bytes) -> Iterator[Any]:
     InputError
         It is damaged, found out at once or in reading it; one line.
     """
-    library, place = dxf_library(f"{path}: "), Path()
+    library, place = extra("dxf", where=f"{path}: "), Path()
     try:
         with tempfile.TemporaryDirectory() as folder:  # the library tells text from binary in files only
             place = Path(folder) / "drawing.dxf"
@@ -173,7 +159,7 @@ class _Drawing:
             self.smooth += entity.dxf.subdivision_levels > 0
             return list(entity.vertices), [tuple(face) for face in entity.faces]
         if kind == "POLYLINE" and (entity.is_poly_face_mesh or entity.is_polygon_mesh):
-            builder = importlib.import_module("ezdxf.render").MeshBuilder.from_polyface(entity)
+            builder = extra("dxf", ".render").MeshBuilder.from_polyface(entity)
             return list(builder.vertices), [tuple(face) for face in builder.faces]
         return None
 

@@ -6,9 +6,7 @@ paint hides on a layer that is solid is cut away instead, so that an elevation s
 gives the same bits.
 """
 
-import importlib
 import math
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -18,12 +16,13 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+import shapely
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.errors import InputError
-from cyclopean.io.dxf import dxf_library
-from cyclopean.io.line_work import DrawnLine, corners
-from cyclopean.io.svg_lines import SPACE, Placed, placed
+from cyclopean.io.extras import extra
+from cyclopean.io.line_work import corners
+from cyclopean.io.svg_lines import SPACE, Placed, hex_digits, placed
 
 __all__ = ["dxf_text"]
 
@@ -73,7 +72,7 @@ def dxf_text(drawing: str) -> str:
     InputError
         ezdxf is not installed, or the drawing is not to scale.
     """
-    library = dxf_library()
+    library = extra("dxf")
     root = ElementTree.fromstring(drawing)
     try:
         per_metre = float(root.get("data-units-per-metre", "nan"))
@@ -123,10 +122,10 @@ def _shapes(root: ElementTree.Element, matrix: Floats, slit: float) -> Iterator[
         seen = line not in ("none", fill) if solid else colour not in {"none", *WHITE}
         shape = _Shape(one.layer, _colour(colour), seen=seen, solid=solid)
         if one.kind == "circle":
-            (x, y), radius = _point(one, "cx", "cy"), float(one.element.get("r", "0")) * _larger(one.matrix)
+            (x, y), radius = one.point("cx", "cy"), float(one.element.get("r", "0")) * one.larger
             yield "", replace(shape, circle=(x, y, radius))
         elif lines := _lines(one):
-            dashes = tuple(float(d) * _larger(one.matrix) for d in one.style.get("stroke-dasharray", "").split())
+            dashes = tuple(float(d) * one.larger for d in one.style.get("stroke-dasharray", "").split())
             shape = replace(shape, lines=lines, dashes=dashes)
             if fill != "none" and all(closed and len(points) > 3 for points, closed in lines):
                 opaque = fill.startswith("#") and "fill-opacity" not in one.style
@@ -136,13 +135,11 @@ def _shapes(root: ElementTree.Element, matrix: Floats, slit: float) -> Iterator[
 
 def _lines(one: Placed) -> Lines:
     """Lines of an element."""
-    return tuple((corners(DrawnLine(pieces, closed=closed), DEVIATION)[0], closed) for pieces, closed in one.lines())
+    return tuple((corners(line, DEVIATION)[0], line.closed) for line in one.lines())
 
 
 def _filled(shape: _Shape, clip: Any, hides: bool, slit: float) -> _Shape:
     """A shape that is filled, within a clip if there is one; its lines are outlines of what it covers."""
-    import shapely
-
     whole = len(shape.lines) == 1 and shapely.is_valid(polygon := shapely.polygons(shape.lines[0][0]))
     region = polygon if whole else _region([points for points, _ in shape.lines])
     if clip is not None and not clip.covers(region):
@@ -169,25 +166,13 @@ def _merged(found: Iterable[tuple[str, _Shape]]) -> list[_Shape]:
     return made
 
 
-def _larger(matrix: Floats) -> float:
-    """How many times a map (2, 3) enlarges."""
-    return float(np.sqrt(abs(np.linalg.det(matrix[:, :2]))))
-
-
-def _point(one: Placed, *names: str) -> tuple[float, float]:
-    """A point by attributes, in mm."""
-    at = np.array([float(one.element.get(name, "0")) for name in names])
-    x, y = (one.matrix[:, :2] @ at + one.matrix[:, 2]).tolist()
-    return x, y
-
-
 def _words(one: Placed) -> _Shape:
     """A line of text."""
     for part in one.element:
         if part.get("dx"):
             part.text = f" {part.text or ''}"
-    said, (x, y) = "".join(one.element.itertext()), _point(one, "x", "y")
-    height = CAPITAL * _larger(one.matrix) * float(one.style.get("font-size", "16"))
+    said, (x, y) = "".join(one.element.itertext()), one.point("x", "y")
+    height = CAPITAL * one.larger * float(one.style.get("font-size", "16"))
     turn = math.degrees(math.atan2(one.matrix[1, 0], one.matrix[0, 0]))
     colour, anchor = _colour(one.style.get("fill", "")), one.style.get("text-anchor", "start")
     solid = "data-solid" in one.style
@@ -196,16 +181,13 @@ def _words(one: Placed) -> _Shape:
 
 def _colour(text: str) -> int | None:
     """0xrrggbb; None for ink, for hatches and for what has no colour."""
-    digits = text[1:] if re.fullmatch(r"#(?:[0-9a-f]{3}){1,2}", text) else ""
-    value = int(digits if len(digits) == 6 else "".join(2 * digit for digit in digits) or "0", 16)
+    value = int(hex_digits(text) or "0", 16)
     dark = all((value >> shift & 0xFF) <= (DARK >> shift & 0xFF) for shift in (0, 8, 16))
     return None if dark else value
 
 
 def _as_seen(shapes: list[_Shape], slit: float) -> Iterator[_Shape]:
     """Shapes without what others, painted later, hide; whatever nothing hides stays to the last bit."""
-    import shapely
-
     hiding = np.array([k for k, shape in enumerate(shapes) if shape.hides], np.int64)
     # drawn in a little, so that neighbours that touch hide nothing of each other
     tree = shapely.STRtree(shapely.buffer([shapes[k].region for k in hiding], -slit))
@@ -220,8 +202,6 @@ def _as_seen(shapes: list[_Shape], slit: float) -> Iterator[_Shape]:
 
 def _rest(shape: _Shape, hidden: Any, slit: float) -> _Shape:
     """A shape without what is hidden of it."""
-    import shapely
-
     if shape.region is not None:
         return replace(shape, lines=_rings(shape.region.difference(hidden), slit))
     hidden = hidden.buffer(-slit)
@@ -240,8 +220,6 @@ def _rest(shape: _Shape, hidden: Any, slit: float) -> _Shape:
 
 def _line_of(shape: _Shape) -> Any:
     """What is not filled, as one geometry; of words and circles, where they are."""
-    import shapely
-
     if shape.lines:
         return shapely.multilinestrings([shapely.linestrings(points) for points, _ in shape.lines])
     return shapely.Point((shape.circle or shape.at)[:2])
@@ -249,8 +227,6 @@ def _line_of(shape: _Shape) -> Any:
 
 def _region(rings: Sequence[Floats]) -> Any:
     """What rings (k, 2) cover, by the non-zero rule."""
-    import shapely
-
     edges = shapely.get_parts(shapely.union_all([shapely.linestrings(ring) for ring in rings]))
     faces = shapely.get_parts(shapely.polygonize(edges))
     within = shapely.get_coordinates(shapely.point_on_surface(faces))
@@ -267,8 +243,6 @@ def _winding(ring: Floats, point: Floats) -> Ints:
 
 def _rings(region: Any, slit: float) -> Lines:
     """Outlines of a region, holes too, without slivers, which are rounding."""
-    import shapely
-
     rings = shapely.get_rings([part for part in shapely.get_parts(region) if part.geom_type == "Polygon"])
     wide = shapely.area(shapely.polygons(rings)) > slit * shapely.length(rings) / 2.0
     return tuple((shapely.get_coordinates(ring), True) for ring in rings[wide])
@@ -281,7 +255,7 @@ def _add(document: Any, shape: _Shape) -> None:
         x, y, radius = _rounded(shape.circle)
         space.add_circle((x, y), radius, dxfattribs=style)
     elif shape.words:
-        alignment = importlib.import_module("ezdxf.enums").TextEntityAlignment[ALIGNED[shape.anchor]]
+        alignment = extra("dxf", ".enums").TextEntityAlignment[ALIGNED[shape.anchor]]
         x, y, height, turn = _rounded(shape.at)
         space.add_text(shape.words, height=height, rotation=turn, dxfattribs=style).set_placement(
             (x, y), align=alignment

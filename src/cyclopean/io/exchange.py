@@ -17,8 +17,11 @@ from cyclopean.io.round_trip import refuse_unwritable
 
 __all__ = ["exchange_paths", "write_exchange"]
 
-_PLURAL = {"density": "densities", "fixed": "supports", "group": "groups", "mu": "friction of contacts"}
-_PLURAL |= {
+_PLURAL = {
+    "density": "densities",
+    "fixed": "supports",
+    "group": "groups",
+    "mu": "friction of contacts",
     "material": "materials",
     "held": "partial supports",
     "actions": "loads on faces and bodies",
@@ -126,8 +129,7 @@ def _kinds(assembly: Assembly) -> list[str]:
     contacts = assembly.contacts
     if contacts is not None:
         for name in _names(type(contacts), "a", "b", "start", "point"):
-            value = getattr(contacts, name)
-            said += [] if value is None or (np.isnan(value) if value.dtype.kind == "f" else ~value).all() else [name]
+            said += [] if np.isnan(getattr(contacts, name)).all() else [name]
     return said
 
 

@@ -181,24 +181,19 @@ class _Reader:
         if "scenes" in self.document:
             scene = self.item("scenes", self.document.get("scene", 0))
             return array(scene.get("nodes", []), f"{self.path}: scene nodes")
-        children = {c for n in nodes if isinstance(n, dict) for c in _plain_list(n.get("children")) if type(c) is int}
+        held = [n.get("children") for n in nodes if isinstance(n, dict)]
+        children = {c for row in held if isinstance(row, list) for c in row if type(c) is int}
         return [k for k in range(len(nodes)) if k not in children]
 
     def _matrix(self, node: dict[str, Any], where: str) -> Floats:
+        from scipy.spatial.transform import Rotation
+
         if "matrix" in node:
             return self._floats(node["matrix"], 16, f"{where}.matrix").reshape(4, 4).T
-        x, y, z, w = self._floats(node.get("rotation", [0, 0, 0, 1]), 4, f"{where}.rotation")
-        length = np.sqrt(x * x + y * y + z * z + w * w)
-        if not length > 0.0:
+        turn = self._floats(node.get("rotation", [0, 0, 0, 1]), 4, f"{where}.rotation")
+        if not np.linalg.norm(turn) > 0.0:
             raise InputError(f"{where}.rotation is zero; a rotation is a unit quaternion")
-        x, y, z, w = np.array([x, y, z, w]) / length
-        rotation = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        rotation = Rotation.from_quat(turn).as_matrix()
         scale = self._floats(node.get("scale", [1, 1, 1]), 3, f"{where}.scale")
         return affine(rotation * scale, self._floats(node.get("translation", [0, 0, 0]), 3, f"{where}.translation"))
 
@@ -276,10 +271,6 @@ class _Reader:
         return values
 
 
-def _plain_list(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else []
-
-
 def _triangles(order: Ints, mode: int) -> Ints:
     """(T, 3) corners from a list (4), a strip (5) or a fan (6) of triangles."""
     if mode == 4:
@@ -293,18 +284,17 @@ def _triangles(order: Ints, mode: int) -> Ints:
     return strip
 
 
-def glb_bytes(assembly: Assembly, findings: Findings | None = None) -> bytes:
+def glb_bytes(assembly: Assembly, findings: Findings) -> bytes:
     """Return the assembly as GLB: one named node a block, faces as fans of triangles, y up.
 
     glTF holds single precision; each block is taken about the middle of its own box, which its node gives in full, so
     that a model far from the origin keeps its shape. Stones are coloured by utilisation, or else by group.
     """
-    known = Findings() if findings is None else findings
     rest, rows, contacts = carried(assembly)
     touches = _neighbours(assembly)
-    writer = _Writer(sorted(set(colours := stone_colours(assembly, known))))
+    writer = _Writer(sorted(set(colours := stone_colours(assembly, findings))))
     for block, row, said, beside, colour in zip(
-        assembly.blocks, rows, told(assembly, known), touches, colours, strict=True
+        assembly.blocks, rows, told(assembly, findings), touches, colours, strict=True
     ):
         record = record_of(block.faces, all(len(face) == 3 for face in block.faces))
         extras = {"id": block.id, "vertices": len(block.vertices)} | row | said | {"touches": beside} | record
@@ -312,8 +302,8 @@ def glb_bytes(assembly: Assembly, findings: Findings | None = None) -> bytes:
     scene = {key: value for key, value in rest.items() if key != "contacts"}
     if "contacts" in rest:
         scene |= {"listed": True, "contacts": contacts}
-    if known.model:
-        scene["findings"] = dict(known.model)
+    if findings.model:
+        scene["findings"] = dict(findings.model)
     return writer.finished(scene)
 
 
@@ -334,9 +324,7 @@ class _Writer:
         self.nodes: list[dict[str, Any]] = []
         self.meshes: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
-        self.positions: list[bytes] = []
-        self.indices: list[bytes] = []
-        self.placed = self.drawn = 0
+        self.positions, self.indices = bytearray(), bytearray()
 
     def add(self, block: Block, extras: dict[str, Any], colour: tuple[float, float, float]) -> None:
         """One node and, if it has faces, its mesh."""
@@ -349,44 +337,37 @@ class _Writer:
         local = ((block.vertices - middle) @ _Z_UP).astype("<f4")
         node |= {"mesh": len(self.meshes), "translation": (middle @ _Z_UP).tolist()}
         box = {"min": local.min(0).tolist(), "max": local.max(0).tolist()}
-        vertex = {"bufferView": 0, "byteOffset": self.placed, "componentType": 5126, "count": len(local)}
-        index = {"bufferView": 1, "byteOffset": self.drawn, "componentType": 5125, "count": order.size}
+        vertex = {"bufferView": 0, "byteOffset": len(self.positions), "componentType": 5126, "count": len(local)}
+        index = {"bufferView": 1, "byteOffset": len(self.indices), "componentType": 5125, "count": order.size}
         self.accessors += [vertex | {"type": "VEC3"} | box, index | {"type": "SCALAR"}]
         last = len(self.accessors) - 1
         part = {"attributes": {"POSITION": last - 1}, "indices": last, "material": self.material[colour]}
         self.meshes.append({"name": block.id, "primitives": [part]})
-        self.positions.append(local.tobytes())
-        self.indices.append(order.tobytes())
-        self.placed, self.drawn = self.placed + local.nbytes, self.drawn + order.nbytes
+        self.positions += local.tobytes()
+        self.indices += order.tobytes()
 
     def finished(self, scene: dict[str, Any]) -> bytes:
         """The whole file; `scene` is what it carries of the model."""
+        first, second = len(self.positions), len(self.indices)
         views = [
-            {"buffer": 0, "byteOffset": 0, "byteLength": self.placed, "byteStride": 12, "target": 34962},
-            {"buffer": 0, "byteOffset": self.placed, "byteLength": self.drawn, "target": 34963},
+            {"buffer": 0, "byteOffset": 0, "byteLength": first, "byteStride": 12, "target": 34962},
+            {"buffer": 0, "byteOffset": first, "byteLength": second, "target": 34963},
         ]
+        rough = {"metallicFactor": 0.0, "roughnessFactor": 0.9}
+        surfaces = [{"baseColorFactor": [*linear(colour), 1.0]} | rough for colour in self.material]
         document = {
             "asset": {"version": "2.0", "generator": "cyclopean"},
             "scene": 0,
             "scenes": [{"nodes": list(range(len(self.nodes))), "extras": {"cyclopean": scene}}],
             "nodes": self.nodes,
             "meshes": self.meshes,
-            "materials": [_material(colour) for colour in self.material],
+            "materials": [{"pbrMetallicRoughness": surface} for surface in surfaces],
             "accessors": self.accessors,
             "bufferViews": views,
-            "buffers": [{"byteLength": self.placed + self.drawn}],
+            "buffers": [{"byteLength": first + second}],
         }
-        text = json.dumps(document, allow_nan=False).encode()
-        return _container(text, b"".join(self.positions) + b"".join(self.indices))
-
-
-def _material(colour: tuple[float, float, float]) -> dict[str, Any]:
-    surface = {"baseColorFactor": [*linear(colour), 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
-    return {"pbrMetallicRoughness": surface}
-
-
-def _container(text: bytes, binary: bytes) -> bytes:
-    text += b" " * (-len(text) % 4)
-    binary += b"\0" * (-len(binary) % 4)
-    chunks = struct.pack("<II", len(text), _JSON) + text + struct.pack("<II", len(binary), _BIN) + binary
-    return struct.pack("<III", _MAGIC, 2, 12 + len(chunks)) + chunks
+        text, binary = json.dumps(document, allow_nan=False).encode(), self.positions + self.indices
+        text += b" " * (-len(text) % 4)
+        binary += b"\0" * (-len(binary) % 4)
+        chunks = struct.pack("<II", len(text), _JSON) + text + struct.pack("<II", len(binary), _BIN) + binary
+        return struct.pack("<III", _MAGIC, 2, 12 + len(chunks)) + chunks

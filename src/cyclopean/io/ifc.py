@@ -9,7 +9,6 @@ themselves, and an `IfcRelConnectsElements` each contact with its polygon. Globa
 model written twice has the same ones. Metres, z up.
 """
 
-import importlib
 import json
 import re
 import uuid
@@ -24,7 +23,8 @@ from cyclopean.assembly import Assembly, Block
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
 from cyclopean.io.blocklist import flat
-from cyclopean.io.bodies import Body, assembly_of
+from cyclopean.io.bodies import Body, assembly_of, joined
+from cyclopean.io.extras import extra
 from cyclopean.io.fields import Faces, face_fault, parsed, refuse_unfolded
 from cyclopean.io.files import one_line
 from cyclopean.io.findings import Findings
@@ -72,13 +72,6 @@ _DAMAGE = (
 )  # of ifcopenshell, on such files
 
 
-def _library(part: str = "", where: str = "") -> Any:
-    try:
-        return importlib.import_module(f"ifcopenshell{part}")
-    except ImportError:
-        raise InputError(f"{where}IFC files need ifcopenshell: pip install 'cyclopean[ifc]'") from None
-
-
 def ifc_bytes(assembly: Assembly, findings: Findings) -> bytes:
     """Return the assembly as IFC4, with what was found out about it.
 
@@ -87,11 +80,11 @@ def ifc_bytes(assembly: Assembly, findings: Findings) -> bytes:
     InputError
         ifcopenshell is not installed.
     """
-    writer = _Writer(_library(), assembly)
+    writer = _Writer(extra("ifc"), assembly)
     rest, rows, contacts = carried(assembly)
     structure = writer.frame()
     stones = writer.stones(rows, told(assembly, findings), stone_colours(assembly, findings))
-    writer.relate("IfcRelAggregates", "stones", RelatingObject=structure, RelatedObjects=stones)
+    writer.root("IfcRelAggregates", "stones", RelatingObject=structure, RelatedObjects=stones)
     writer.materials(rows, stones)
     writer.contacts(contacts, stones, findings)
     text = json.dumps(rest | {"findings": dict(findings.model)}, ensure_ascii=False)
@@ -110,7 +103,7 @@ class _Writer:
 
     def __init__(self, ifc: Any, assembly: Assembly) -> None:
         self.assembly = assembly
-        self.compress = _library(".guid").compress
+        self.compress = extra("ifc", ".guid").compress
         self.file = ifc.file(schema="IFC4")
         self.make = self.file.create_entity
         head = self.file.header
@@ -135,10 +128,6 @@ class _Writer:
         identity = uuid.uuid5(_NAMESPACE, json.dumps([self.assembly.name, kind, name]))
         return self.make(kind, GlobalId=self.compress(identity.hex), **fields)
 
-    def relate(self, kind: str, name: str, **fields: Any) -> Any:
-        """Make a relation."""
-        return self.root(kind, name, Name=None, **fields)
-
     def frame(self) -> Any:
         """Project, site, building, storey and the structure in it, which is returned."""
         name = _label(self.assembly.name)
@@ -148,11 +137,11 @@ class _Writer:
         for kind in ("IfcSite", "IfcBuilding", "IfcBuildingStorey"):
             fields = {"Name": kind[3:], "ObjectPlacement": self.place, "CompositionType": "ELEMENT"}
             below = self.root(kind, "", **fields)
-            self.relate("IfcRelAggregates", kind, RelatingObject=above, RelatedObjects=(below,))
+            self.root("IfcRelAggregates", kind, RelatingObject=above, RelatedObjects=(below,))
             above = below
         structure = self._structure(name)
         fields = {"RelatingStructure": above, "RelatedElements": (structure,)}
-        self.relate("IfcRelContainedInSpatialStructure", "structure", **fields)
+        self.root("IfcRelContainedInSpatialStructure", "structure", **fields)
         return structure
 
     def _units(self) -> list[Any]:
@@ -219,7 +208,7 @@ class _Writer:
         ]
         group = self.root("IfcPropertySet", f"{kind} {name}", Name=kind, HasProperties=rows)
         fields = {"RelatedObjects": (thing,), "RelatingPropertyDefinition": group}
-        self.relate("IfcRelDefinesByProperties", f"{kind} {name}", **fields)
+        self.root("IfcRelDefinesByProperties", f"{kind} {name}", **fields)
 
     def materials(self, rows: list[dict[str, Any]], stones: list[Any]) -> None:
         """One material for each that the model tells apart, by name and density."""
@@ -235,7 +224,7 @@ class _Writer:
                 row = self.make("IfcPropertySingleValue", "MassDensity", None, value, None)
                 self.make("IfcMaterialProperties", "Pset_MaterialCommon", None, (row,), material)
             key = json.dumps([name, density])
-            self.relate("IfcRelAssociatesMaterial", key, RelatedObjects=parts, RelatingMaterial=material)
+            self.root("IfcRelAssociatesMaterial", key, RelatedObjects=parts, RelatingMaterial=material)
 
     def contacts(self, contacts: list[dict[str, Any]], stones: list[Any], findings: Findings) -> None:
         """One connection a contact: its polygon as a surface, or its point, the rest as JSON in its description."""
@@ -293,7 +282,7 @@ def read_ifc(path: str, stem: str, data: bytes, units: str | None) -> tuple[Asse
     if "END-ISO-10303-21" not in text[-200:]:
         raise InputError(f"{path}: the IFC file has no end (END-ISO-10303-21); is it cut off?")
     try:
-        file = _library(where=f"{path}: ").file.from_string(text)
+        file = extra("ifc", where=f"{path}: ").file.from_string(text)
         if (lines := len(_INSTANCE.findall(text))) > (read := len(file.entity_names())):  # it stops without a word
             raise InputError(f"{path}: is a damaged IFC file: only {read} of its {lines} lines can be read")
         reader = _Reader(path, file, len(data))
@@ -338,11 +327,11 @@ class _Reader:
         self.rows = 0  # vertices and corners so far; bodies may be shared by elements
         self.schema = file.schema
         self.skipped: Counter[str] = Counter()
-        self.psets = _library(".util.element").get_psets
-        self.placement = _library(".util.placement").get_local_placement
+        self.psets = extra("ifc", ".util.element").get_psets
+        self.placement = extra("ifc", ".util.placement").get_local_placement
         self.scale = 1.0
         if file.by_type("IfcProject"):
-            self.scale = float(_library(".util.unit").calculate_unit_scale(file))
+            self.scale = float(extra("ifc", ".util.unit").calculate_unit_scale(file))
 
     def elements(self) -> list[tuple[Body, dict[str, Any], int]]:
         """Body in metres, what its property set says, and number, of every element that has faces."""
@@ -363,9 +352,7 @@ class _Reader:
         shape = product.Representation
         if shape is None:
             return None
-        points: list[Floats] = []
-        faces: list[tuple[int, ...]] = []
-        before = 0
+        shapes = []
         for item in _items(shape):
             drawn = _DRAWN.get(item.is_a())
             if drawn is None:
@@ -376,12 +363,11 @@ class _Reader:
             refuse_unfolded(self.path, self.rows, self.size)
             if fault := next((f for face in corners if (f := face_fault(face, len(vertices)))), ""):
                 raise InputError(f"{self.path}: #{item.id()}: a face {fault}")
-            faces += [tuple(i + before for i in face) for face in corners]
-            points.append(vertices)
-            before += len(vertices)
-        if not faces:
+            shapes.append((vertices, corners))
+        if not any(corners for _, corners in shapes):
             return None
-        return Body(product.Name or None, self._placed(product, np.concatenate(points)), faces)
+        points, faces = joined(shapes)
+        return Body(product.Name or None, self._placed(product, points), faces)
 
     def _placed(self, product: Any, vertices: Floats) -> Floats:
         matrix = np.eye(4)
@@ -433,16 +419,12 @@ def _points(rows: Sequence[Any]) -> Floats:
     return np.array(rows, np.float64).reshape(-1, 3)
 
 
-def _polygonal(item: Any) -> _Drawn:
-    index = item.PnIndex
-    faces = [tuple(int(index[i - 1]) - 1 if index else int(i) - 1 for i in face.CoordIndex) for face in item.Faces]
-    return _points(item.Coordinates.CoordList), tuple(faces)
-
-
-def _triangulated(item: Any) -> _Drawn:
+def _face_set(item: Any) -> _Drawn:
+    """Faces of a set of polygons or triangles."""
+    rows = [face.CoordIndex for face in item.Faces] if item.is_a("IfcPolygonalFaceSet") else item.CoordIndex
     index = getattr(item, "PnIndex", None)
-    rows = [tuple(int(index[i - 1]) - 1 if index else int(i) - 1 for i in face) for face in item.CoordIndex]
-    return _points(item.Coordinates.CoordList), tuple(rows)
+    faces = tuple(tuple(int(index[i - 1]) - 1 if index else int(i) - 1 for i in row) for row in rows)
+    return _points(item.Coordinates.CoordList), faces
 
 
 def _faceted(item: Any) -> _Drawn:
@@ -462,7 +444,7 @@ def _faceted(item: Any) -> _Drawn:
 
 
 _DRAWN = {
-    "IfcPolygonalFaceSet": _polygonal,
-    "IfcTriangulatedFaceSet": _triangulated,
+    "IfcPolygonalFaceSet": _face_set,
+    "IfcTriangulatedFaceSet": _face_set,
     "IfcFacetedBrep": _faceted,
 }

@@ -1,6 +1,8 @@
 """The model file `cyclopean.model/1`."""
 
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import MISSING, fields
 from typing import Any
 
 import numpy as np
@@ -15,15 +17,17 @@ from cyclopean.assembly import (
     BodyLoad,
     Combination,
     Contacts,
+    Earth,
+    Fill,
     FrictionPair,
     Load,
     Settlement,
     SurfaceLoad,
+    Water,
 )
 from cyclopean.assembly.contacts import UNIT
 from cyclopean.assembly.field_loads import FieldLoad
 from cyclopean.errors import InputError
-from cyclopean.io.field_rows import FIELDS, field_dict, field_load
 from cyclopean.io.fields import (
     UnknownKeys,
     array,
@@ -40,7 +44,7 @@ from cyclopean.io.fields import (
     text,
     vector,
 )
-from cyclopean.io.units import ASSUMED, check_units, metres
+from cyclopean.io.units import ASSUMED, check_units, metres, stated_units
 
 __all__ = ["SCHEMA", "model_dict", "read_document"]
 
@@ -50,7 +54,7 @@ _MODEL = frozenset(
     {"schema", "name", "units", "blocks", "contacts", "loads", "drawing"}
     | {"supports", "friction", "combinations", "settlements"}
 )
-_BLOCK = frozenset({"id", "vertices", "faces", "density", "fixed", "group", "material"})
+_BLOCK = ("density", "fixed", "group", "material")
 _CONTACT = frozenset({"a", "b", "polygon", "mu", "tension", "surface", "normal"})
 _SURFACES = ("flat", "rough", "curved", "point")
 _SECTIONS = {  # what a row of them is called, and what it says
@@ -59,13 +63,48 @@ _SECTIONS = {  # what a row of them is called, and what it says
     "friction": ("friction pair", ("pair", "mu")),
     "settlements": ("settlement", ("block", "motion")),
 }
-_LOADS = {  # by what says which kind of load it is
-    "force": frozenset({"block", "force", "point", "case"}),
-    "pressure": frozenset({"block", "pressure", "face", "polygon", "case"}),
-    "traction": frozenset({"block", "traction", "face", "polygon", "case"}),
-    "body": frozenset({"block", "group", "body", "case"}),
-    "acceleration": frozenset({"block", "group", "acceleration", "case"}),
-} | {key: frozenset({"block", "group", key, "case"}) for key in FIELDS}
+_FIELDS: dict[str, type[FieldLoad]] = {"soil": Earth, "water": Water, "fill": Fill}
+_PLACE = ("block", "group", "case")  # of every load: in a row of earth, water or fill they stand beside its key
+_LOADS: dict[str, tuple[Any, tuple[str, ...]]] = {  # by what says which kind of load it is: what it becomes, and beside
+    "force": (Load, ("point",)),
+    "pressure": (SurfaceLoad, ("face", "polygon")),
+    "traction": (SurfaceLoad, ("face", "polygon")),
+    "body": (BodyLoad, ("group",)),
+    "acceleration": (BodyLoad, ("group",)),
+} | {key: (made, ("group",)) for key, made in _FIELDS.items()}
+
+
+def _whole(value: Any, where: str) -> int:
+    if type(value) is not int:
+        raise InputError(f"{where} must be a whole number, found {found(value)}")
+    return value
+
+
+def _pair(value: Any, where: str) -> tuple[float, ...]:
+    numbers = tuple(number(one, f"{where}[{k}]") for k, one in enumerate(array(value, where)))
+    if len(numbers) != 2:
+        raise InputError(f"{where} must be [horizontal, vertical], found {len(numbers)} numbers")
+    return numbers
+
+
+def _number_or_word(value: Any, where: str) -> float | str:
+    return value if isinstance(value, str) else number(value, where)
+
+
+_READERS: defaultdict[str, Callable[[Any, str], Any]] = defaultdict(lambda: number)
+_READERS |= {  # of what is no plain number
+    **dict.fromkeys(("case", "group", "material", "state", "uplift"), text),
+    **dict.fromkeys(("force", "point", "traction", "body", "acceleration"), vector),
+    **dict.fromkeys(("mu", "tension"), not_negative),
+    "density": density, "fixed": flag, "face": _whole, "polygon": points, "seismic": _pair, "spread": _number_or_word,
+}  # fmt: skip
+_LENGTHS = frozenset({"point", "polygon", "height", "head", "foot"})
+
+
+def _said(row: dict[str, Any], keys: Iterable[str], where: str, units: str) -> dict[str, Any]:
+    """What a row says under these keys, lengths in metres; what is null is absent."""
+    said = {key: _READERS[key](row[key], f"{where}: {key}") for key in keys if row.get(key) is not None}
+    return {key: metres(value, units) if key in _LENGTHS else value for key, value in said.items()}
 
 
 def read_document(path: str, stem: str, data: dict[str, Any], units: str | None) -> tuple[Assembly, tuple[str, ...]]:
@@ -86,16 +125,11 @@ def read_document(path: str, stem: str, data: dict[str, Any], units: str | None)
     InputError
         The first thing that is wrong: file, block or contact or load, field, and what was expected.
     """
-    unknown, warnings = UnknownKeys(), []
+    unknown = UnknownKeys()
     unknown.note(data, _MODEL, "model", path)
-    if "units" in data:
-        given = check_units(text(data["units"], f"{path}: units"), f"{path}: units")
-        if units is not None and units != given:
-            raise InputError(f"{path}: says that its units are {given}; leave out `units` {units}")
-        units = given
-    elif units is None:
-        units = "m"
-        warnings.append(f'{path}: says no "units"; {ASSUMED}')
+    said = check_units(text(data["units"], f"{path}: units"), f"{path}: units") if "units" in data else ""
+    units, assumed = stated_units(path, said, units)
+    warnings = [f'{path}: says no "units"; {ASSUMED}'] if assumed else []
     name = optional(data.get("name"), f"{path}: name", text) or stem
     if "blocks" not in data:
         raise InputError(f'{path}: has no "blocks"')
@@ -104,8 +138,8 @@ def read_document(path: str, stem: str, data: dict[str, Any], units: str | None)
     index = {block.id: i for i, block in enumerate(blocks)}
     contacts = None
     if data.get("contacts") is not None:
-        contacts = _contacts(path, array(data["contacts"], f"{path}: contacts"), index, units, unknown)
-    loads = [_load(f"{path}: load {k}", row, index, units, unknown) for k, row in enumerate(_rows(path, data, "loads"))]
+        contacts = _contacts(_rows(path, data, "contacts", "contact"), index, units, unknown)
+    loads = [_load(*found, index, units, unknown) for found in _rows(path, data, "loads", "load")]
     try:
         assembly = Assembly(
             tuple(blocks),
@@ -122,18 +156,16 @@ def read_document(path: str, stem: str, data: dict[str, Any], units: str | None)
     return assembly, (*warnings, *unknown.warnings())
 
 
-def _rows(path: str, data: dict[str, Any], key: str) -> list[dict[str, Any]]:
-    """The objects of an optional list."""
-    rows = optional(data.get(key), f"{path}: {key}", array) or []
-    one = "load" if key == "loads" else key
-    return [mapping(row, f"{path}: {one} {k}") for k, row in enumerate(rows)]
+def _rows(path: str, data: dict[str, Any], key: str, one: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Place and object of each row of an optional list."""
+    for k, row in enumerate(optional(data.get(key), f"{path}: {key}", array) or []):
+        yield f"{path}: {one} {k}", mapping(row, f"{path}: {one} {k}")
 
 
 def _section(path: str, data: dict[str, Any], key: str, unknown: UnknownKeys) -> Iterator[tuple[str, dict[str, Any]]]:
     """Place and object of each row of a list, all of whose keys are needed."""
     kind, needed = _SECTIONS[key]
-    for k, row in enumerate(_rows(path, data, key)):
-        where = f"{path}: {key} {k}"
+    for where, row in _rows(path, data, key, key):
         for name in needed:
             if row.get(name) is None:
                 raise InputError(f'{where}: has no "{name}"')
@@ -201,7 +233,7 @@ def _blocks(
             )
         seen[block_id] = k
         blocks.append(_block(where, block_id, row, units, held.get(block_id, ())))
-        unknown.note(row, _BLOCK, "block", where)
+        unknown.note(row, frozenset({"id", "vertices", "faces", *_BLOCK}), "block", where)
     if strange := [name for name in held if name not in seen]:
         raise InputError(f"{path}: supports: block {label(strange[0])} is not in the model")
     return blocks
@@ -212,12 +244,9 @@ def _block(where: str, block_id: str, row: dict[str, Any], units: str, held: tup
         if key not in row:
             raise InputError(f'{where}: has no "{key}"')
     vertices = points(row["vertices"], f"{where}: vertices")
-    said = {
-        key: optional(row.get(key), f"{where}: {key}", reader)
-        for key, reader in (("density", density), ("fixed", flag), ("group", text), ("material", text))
-    }
+    said = _said(row, _BLOCK, where, units)
     corners = faces(row["faces"], f"{where}: faces", len(vertices))
-    return Block(block_id, metres(vertices, units), corners, held=held, **said)  # type: ignore[arg-type]
+    return Block(block_id, metres(vertices, units), corners, held=held, **said)
 
 
 def _known(where: str, key: str, row: dict[str, Any], index: dict[str, int]) -> int:
@@ -229,19 +258,19 @@ def _known(where: str, key: str, row: dict[str, Any], index: dict[str, int]) -> 
     return index[name]
 
 
-def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unknown: UnknownKeys) -> Contacts:
+def _contacts(
+    rows: Iterable[tuple[str, dict[str, Any]]], index: dict[str, int], units: str, unknown: UnknownKeys
+) -> Contacts:
     pairs, polygons, mus, pulls, leans, facing = [], [], [], [], [], []
-    for k, value in enumerate(rows):
-        where = f"{path}: contact {k}"
-        row = mapping(value, where)
-        a, b = _known(where, "a", row, index), _known(where, "b", row, index)
-        where = f"{where} ({label(row['a'])} to {label(row['b'])})"
+    for place, row in rows:
+        a, b = _known(place, "a", row, index), _known(place, "b", row, index)
+        where = f"{place} ({label(row['a'])} to {label(row['b'])})"
         if a == b:
             raise InputError(f"{where}: joins a block to itself; name two blocks")
         if "polygon" not in row:
             raise InputError(f'{where}: has no "polygon"')
         polygon = points(row["polygon"], f"{where}: polygon")
-        mu, pull = (optional(row.get(key), f"{where}: {key}", not_negative) for key in ("mu", "tension"))
+        said = _said(row, ("mu", "tension"), where, units)
         surface = "flat" if row.get("surface") is None else row["surface"]
         if surface not in _SURFACES:
             raise InputError(f"{where}: surface {label(surface)} is not one of {', '.join(_SURFACES)}")
@@ -250,13 +279,13 @@ def _contacts(path: str, rows: list[Any], index: dict[str, int], units: str, unk
             raise InputError(f"{where}: polygon has {len(polygon)} points; a contact needs at least 3")
         if len(polygon) != 1 and surface == "point":
             raise InputError(f"{where}: polygon has {len(polygon)} points; a contact at a point has 1, and a normal")
-        if pull and surface == "point":
+        if said.get("tension") and surface == "point":
             raise InputError(f"{where}: a point has no area to pull with; leave its tension out")
         unknown.note(row, _CONTACT, "contact", where)
         pairs.append((a, b))
         polygons.append(metres(polygon, units))
-        mus.append(mu)
-        pulls.append(pull)
+        mus.append(said.get("mu"))
+        pulls.append(said.get("tension"))
         leans.append(0.0 if surface in ("rough", "curved") else None)  # how much is measured when they are checked
     return Contacts.of(pairs, polygons, mus, pulls, leans, facing)
 
@@ -281,36 +310,32 @@ def _load(where: str, row: dict[str, Any], index: dict[str, int], units: str, un
     if not kinds:
         raise InputError(f'{where}: has no "force"')
     kind = kinds[0]
-    if "group" not in _LOADS[kind] or row.get("block") is not None:
-        block: int | None = _known(where, "block", row, index)
-    else:
-        block = None
-    case = optional(row.get("case"), f"{where}: case", text) or DEAD
-    unknown.note(row, _LOADS[kind], "load", where)
-    group = optional(row.get("group"), f"{where}: group", text)
+    made, beside = _LOADS[kind]
+    anywhere = "group" in beside and row.get("block") is None
+    place: dict[str, Any] = {} if anywhere else {"block": _known(where, "block", row, index)}
+    unknown.note(row, frozenset({"block", kind, "case", *beside}), "load", where)
     try:
-        if kind in FIELDS:
-            place = {"block": block, "group": group, "case": case}
-            return field_load(f"{where}: {kind}", kind, row[kind], units, unknown, place)
-        value = number(row[kind], f"{where}: {kind}") if kind == "pressure" else vector(row[kind], f"{where}: {kind}")
-        if kind in ("body", "acceleration"):
-            return BodyLoad(block, group, **{kind: value}, case=case)  # type: ignore[arg-type]
-        assert block is not None
-        if kind == "force":
-            if row.get("point") is None:
-                return BodyLoad(block, force=np.asarray(value), case=case)
-            return Load(block, np.asarray(value), metres(vector(row["point"], f"{where}: point"), units), case)
-        return SurfaceLoad(block, *_pressed(where, row, units), **{kind: value}, case=case)  # type: ignore[arg-type]
+        if kind in _FIELDS:
+            place |= _said(row, _PLACE[1:], where, units)
+            return _field(f"{where}: {kind}", kind, row[kind], units, unknown, place)
+        said = _said(row, ("case", kind, *beside), where, units)
+        made = BodyLoad if kind == "force" and "point" not in said else made
+        load: Load | Action = made(**place, **said)
     except InputError as error:
         raise InputError(str(error) if str(error).startswith(where) else f"{where}: {error}") from None
+    return load
 
 
-def _pressed(where: str, row: dict[str, Any], units: str) -> tuple[int | None, Floats | None]:
-    """Face or polygon (k, 3) in m of a surface load."""
-    face, polygon = row.get("face"), row.get("polygon")
-    if face is not None and type(face) is not int:
-        raise InputError(f"{where}: face must be a whole number, found {found(face)}")
-    return face, None if polygon is None else metres(points(polygon, f"{where}: polygon"), units)
+def _field(where: str, kind: str, value: Any, units: str, unknown: UnknownKeys, place: dict[str, Any]) -> FieldLoad:
+    """Earth, water or fill from what stands under its key."""
+    row, made = mapping(value, where), _LOADS[kind][0]
+    own = {one.name: one for one in fields(made) if one.name not in _PLACE}
+    unknown.note(row, frozenset(own), kind, where)
+    for name, one in own.items():
+        if one.default is MISSING and row.get(name) is None:
+            raise InputError(f'{where}: has no "{name}"')
+    load: FieldLoad = made(**_said(row, own, where, units), **place)
+    return load
 
 
 def model_dict(
@@ -336,29 +361,23 @@ def model_dict(
             )
         ]
     if assembly.loads or assembly.actions:
-        document["loads"] = [
-            {"block": ids[load.block], "force": load.force.tolist(), "point": load.point.tolist()} | _case(load.case)
-            for load in assembly.loads
-        ] + [_action_dict(load, ids) for load in assembly.actions]
+        document["loads"] = [_load_dict(load, ids) for load in (*assembly.loads, *assembly.actions)]
     document |= {key: rows for key, rows in _sections(assembly, ids).items() if rows}
     if drawing is not None:
         document["drawing"] = drawing
     return document
 
 
-def _case(case: str) -> dict[str, str]:
-    return {} if case == DEAD else {"case": case}
-
-
-def _action_dict(load: Action, ids: list[str]) -> dict[str, Any]:
-    """A load that is not at a point."""
+def _load_dict(load: Load | Action, ids: list[str]) -> dict[str, Any]:
     row: dict[str, Any] = {} if load.block is None else {"block": ids[load.block]}
-    if isinstance(load, FieldLoad):
-        return row | ({} if load.group is None else {"group": load.group}) | field_dict(load) | _case(load.case)
-    for key in ("group", "face", "polygon", "force", "pressure", "traction", "body", "acceleration"):
+    for key in ("group", "face", "polygon", "force", "point", "pressure", "traction", "body", "acceleration"):
         if (value := getattr(load, key, None)) is not None:
             row[key] = value.tolist() if isinstance(value, np.ndarray) else value
-    return row | _case(load.case)
+    if isinstance(load, FieldLoad):
+        kind = next(key for key, made in _FIELDS.items() if isinstance(load, made))
+        own = [(one.name, getattr(load, one.name), one.default) for one in fields(load) if one.name not in _PLACE]
+        row[kind] = {name: value for name, value, default in own if value != default}
+    return row if load.case == DEAD else row | {"case": load.case}
 
 
 def _sections(assembly: Assembly, ids: list[str]) -> dict[str, list[dict[str, Any]]]:
@@ -373,7 +392,7 @@ def _sections(assembly: Assembly, ids: list[str]) -> dict[str, list[dict[str, An
 
 def _block_dict(block: Block) -> dict[str, Any]:
     row: dict[str, Any] = {"id": block.id, "vertices": block.vertices.tolist(), "faces": [list(f) for f in block.faces]}
-    for key in ("density", "fixed", "group", "material"):
+    for key in _BLOCK:
         if (value := getattr(block, key)) is not None:
             row[key] = value
     return row

@@ -15,7 +15,8 @@ from cyclopean.io.fields import label, parsed
 from cyclopean.io.files import PathLike, decoded, one_line, read_bytes, write_bytes, write_json
 from cyclopean.io.formats import FORMATS, MESH_SUFFIXES, loaded
 from cyclopean.io.model_json import SCHEMA, model_dict, read_document
-from cyclopean.io.units import ASSUMED, LONG, check_units, likely_unit
+from cyclopean.io.round_trip import refuse_unwritable
+from cyclopean.io.units import ASSUMED, LONG, check_units, likely_unit, stated_units
 
 __all__ = ["file_format", "read_as_drawn", "read_json", "read_mended", "read_model", "write_mesh", "write_model"]
 
@@ -112,8 +113,9 @@ def read_as_drawn(path: PathLike, units: str | None = None) -> tuple[Assembly, t
     if form.reader:
         found: tuple[Assembly, tuple[str, ...]] = loaded(form.reader)(shown, stem, data, units)
         return found
-    assembly, warnings = assembly_of(shown, stem, loaded(form.bodies)(shown, data), units or "m")
-    return assembly, (*warnings, *_assumed(shown, units))
+    unit, assumed = stated_units(shown, "", units)
+    assembly, warnings = assembly_of(shown, stem, loaded(form.bodies)(shown, data), unit)
+    return assembly, (*warnings, *assumed)
 
 
 def file_format(path: PathLike) -> str:
@@ -141,21 +143,11 @@ def read_json(shown: str, stem: str, data: bytes, units: str | None) -> tuple[As
         said = document["schema"]
         what = label(said) if isinstance(said, str) else "not text"
         raise InputError(f'{shown}: its schema is {what}; a model has "schema": "{SCHEMA}"')
-    if is_dump(document):
-        assembly, warnings = read_dump(shown, stem, document, units or "m")
-    elif isinstance(document, dict | list):
-        if is_ours(document):
-            if units not in (None, "m"):
-                raise InputError(f"{shown}: says that its units are m; leave out `units` {units}")
-            units = "m"
-        assembly, warnings = read_compas(shown, stem, document, units or "m")
-    else:
+    if not isinstance(document, dict | list):
         raise InputError(f'{shown}: is not a model: expected an object with "schema": "{SCHEMA}", or COMPAS JSON')
-    return assembly, (*warnings, *_assumed(shown, units))
-
-
-def _assumed(shown: str, units: str | None) -> tuple[str, ...]:
-    return () if units is not None else (f"{shown}: does not say its units; {ASSUMED} (`units`)",)
+    unit, assumed = stated_units(shown, "m" if is_ours(document) else "", units)
+    assembly, warnings = (read_dump if is_dump(document) else read_compas)(shown, stem, document, unit)
+    return assembly, (*warnings, *assumed)
 
 
 def _listed(suffixes: Iterable[str]) -> str:
@@ -210,12 +202,10 @@ def write_mesh(path: PathLike, assembly: Assembly) -> None:
     Raises
     ------
     InputError
-        The place cannot be written, the suffix is not one of these, or a block has no faces.
+        The place cannot be written, the suffix is not one of these, or a block has no faces or no name of one line.
     """
     suffix = PurePath(os.fspath(path)).suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise InputError(f"{one_line(path)}: '{one_line(suffix, 20)}' is not a mesh file; use {_listed(MESH_SUFFIXES)}")
-    for block in assembly.blocks:
-        if not block.faces:
-            raise InputError(f"{one_line(path)}: block {label(block.id)} has no faces to write")
+    refuse_unwritable(one_line(path), assembly)
     write_bytes(path, FORMATS[suffix].written(assembly)[0])

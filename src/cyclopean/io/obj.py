@@ -53,7 +53,12 @@ def read_obj(path: str, data: bytes) -> list[Body]:
     if not vertices:
         raise InputError(f"{path}: has no vertices (lines 'v x y z'); is it an OBJ file?")
     points = np.array(vertices)
-    return [_body(points, names, faces, ours) for names, faces in parts.items()]
+    bodies = []
+    for (owner, group), faces in parts.items():
+        name = owner if ours else f"{owner}/{group}" if owner and group and owner != group else owner or group
+        fields = {"group": group} if ours and group and group.isprintable() else {}
+        bodies.append(part_of(name or None, points, faces, whole=bool(name), fields=fields))
+    return bodies
 
 
 _HEADER = "# cyclopean: metres, z up"
@@ -111,18 +116,10 @@ def _face(path: str, number: int, words: list[str], count: int) -> tuple[int, ..
         corners.append(corner)
     if len(corners) < 3:
         fail(path, number, f"a face needs at least 3 corners, found {len(corners)}")
-    if len(set(corners)) < len(corners):
-        corners = [i for k, i in enumerate(corners) if i != corners[k - 1]]  # a closing corner, or two that were merged
-        if len(corners) < 3 or len(set(corners)) < len(corners):
-            fail(path, number, "a face names one vertex twice; list every corner once")
-    return tuple(corners)
-
-
-def _body(points: np.ndarray, names: tuple[str, str], faces: list[tuple[int, ...]], ours: bool) -> Body:
-    owner, group = names
-    name = owner if ours else f"{owner}/{group}" if owner and group and owner != group else owner or group
-    fields = {"group": group} if ours and group and group.isprintable() else {}
-    return part_of(name or None, points, faces, whole=bool(name), fields=fields)
+    kept = [i for k, i in enumerate(corners) if i != corners[k - 1]]  # no closing corner, and of two merged ones one
+    if len(kept) >= 3 and len(set(kept)) < len(kept):
+        fail(path, number, "a face names one vertex twice; list every corner once")
+    return tuple(kept if len(kept) >= 3 else corners)
 
 
 def obj_text(assembly: Assembly) -> str:

@@ -1,7 +1,6 @@
 """Colours of stones in files of other programs: how much friction is used, or which group a stone is of."""
 
-import colorsys
-from collections.abc import Mapping, Sequence
+from colorsys import hsv_to_rgb
 
 from cyclopean.assembly import Assembly
 from cyclopean.io.findings import Findings
@@ -25,7 +24,8 @@ def stone_colours(assembly: Assembly, findings: Findings) -> list[Colour]:
         sRGB between 0 and 1, one a block.
     """
     used = {name: row["utilisation"] for name, row in findings.block.items() if "utilisation" in row}
-    hues = _hues([block.group for block in assembly.blocks])
+    groups = dict.fromkeys(block.group for block in assembly.blocks if block.group is not None)
+    hues = {name: hsv_to_rgb((0.08 + k * _GOLDEN) % 1.0, 0.32, 0.82) for k, name in enumerate(groups)}
     colours = []
     for block in assembly.blocks:
         if used:
@@ -35,11 +35,6 @@ def stone_colours(assembly: Assembly, findings: Findings) -> list[Colour]:
         dim = 0.75 if block.fixed else 1.0
         colours.append((colour[0] * dim, colour[1] * dim, colour[2] * dim))
     return colours
-
-
-def _hues(groups: Sequence[str | None]) -> Mapping[str, Colour]:
-    names = dict.fromkeys(name for name in groups if name is not None)
-    return {name: colorsys.hsv_to_rgb((0.08 + k * _GOLDEN) % 1.0, 0.32, 0.82) for k, name in enumerate(names)}
 
 
 def _ramp(share: float) -> Colour:

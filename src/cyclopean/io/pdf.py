@@ -4,7 +4,6 @@ Shapes stay lines and areas, words stay words that can be searched, in Helvetica
 left out: what is to be seen in print is drawn in plain colours. The same sheets give the same bits.
 """
 
-import importlib
 import re
 from collections.abc import Iterable, Mapping
 from io import BytesIO
@@ -13,31 +12,16 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from cyclopean.arrays import Floats
-from cyclopean.errors import InputError
-from cyclopean.io.line_work import DrawnLine, corners
-from cyclopean.io.svg_lines import Placed, placed
+from cyclopean.io.extras import extra
+from cyclopean.io.line_work import corners
+from cyclopean.io.svg_lines import Placed, hex_digits, placed
 
-__all__ = ["pdf_bytes", "pdf_library", "unwritable"]
+__all__ = ["pdf_bytes", "unwritable"]
 
 POINT = 72.0 / 25.4  # points of PDF in a millimetre
 DEVIATION = 0.01  # mm that corners may lie off a curve: a tenth of the finest line
 BOLD = ("600", "700", "bold")
 CAPS = {"butt": 0, "round": 1, "square": 2}
-
-
-def pdf_library(where: str = "") -> Any:
-    """The module reportlab.pdfgen.canvas; `where` begins the refusal.
-
-    Raises
-    ------
-    InputError
-        It is not installed.
-    """
-    try:
-        return importlib.import_module("reportlab.pdfgen.canvas")
-    except ImportError:
-        raise InputError(f"{where}PDF needs reportlab: pip install 'cyclopean[pdf]'") from None
 
 
 def unwritable(words: str) -> str:
@@ -61,7 +45,7 @@ def pdf_bytes(sheets: Mapping[str, str], title: str) -> bytes:
         reportlab is not installed.
     """
     stream = BytesIO()
-    canvas = pdf_library().Canvas(stream, invariant=1, pageCompression=1)
+    canvas = extra("pdf", ".pdfgen.canvas").Canvas(stream, invariant=1, pageCompression=1)
     canvas.setTitle(title)
     for number, (name, drawing) in enumerate(sheets.items(), 1):
         root = ElementTree.fromstring(drawing)
@@ -92,23 +76,22 @@ def _paint(canvas: Any, parts: Iterable[Placed]) -> None:
 def _stroke_as(canvas: Any, one: Placed, stroke: tuple[float, ...] | None) -> None:
     """Colour, width and dashes of lines."""
     if stroke:
-        larger = _larger(one.matrix)
         canvas.setStrokeColorRGB(*stroke)
-        canvas.setLineWidth(larger * float(one.style.get("stroke-width", "1")))
+        canvas.setLineWidth(one.larger * float(one.style.get("stroke-width", "1")))
         canvas.setLineJoin(1)
         canvas.setLineCap(CAPS[one.style.get("stroke-linecap", "butt")])
-        canvas.setDash([larger * float(x) for x in re.split(r"[\s,]+", one.style.get("stroke-dasharray", "")) if x])
+        canvas.setDash([one.larger * float(x) for x in re.split(r"[\s,]+", one.style.get("stroke-dasharray", "")) if x])
 
 
 def _path(canvas: Any, one: Placed) -> Any:
     """Its lines as one path."""
     path = canvas.beginPath()
-    for pieces, closed in one.lines():
-        points = corners(DrawnLine(pieces, closed=closed), POINT * DEVIATION)[0].tolist()
+    for line in one.lines():
+        points = corners(line, POINT * DEVIATION)[0].tolist()
         path.moveTo(*points[0])
         for x, y in points[1:]:
             path.lineTo(x, y)
-        if closed:
+        if line.closed:
             path.close()
     return path
 
@@ -116,13 +99,12 @@ def _path(canvas: Any, one: Placed) -> Any:
 def _write(canvas: Any, one: Placed) -> None:
     """A line of text, turned as its matrix says."""
     said = _shown("".join(one.element.itertext()))
-    at = np.array([float(one.element.get("x", "0")), float(one.element.get("y", "0"))])
-    x, y = (one.matrix[:, :2] @ at + one.matrix[:, 2]).tolist()
+    x, y = one.point("x", "y")
     way, size = one.matrix[:, 0] / np.linalg.norm(one.matrix[:, 0]), float(one.style.get("font-size", "16"))
     bold = "-Bold" if one.style.get("font-weight", "") in BOLD else ""
     canvas.saveState()
     canvas.setFillColorRGB(*(_colour(one.style, "fill", "#000000") or (0.0, 0.0, 0.0)))
-    canvas.setFont(f"Helvetica{bold}", size * _larger(one.matrix))
+    canvas.setFont(f"Helvetica{bold}", size * one.larger)
     canvas.transform(way[0], way[1], -way[1], way[0], x, y)
     draw = {"middle": canvas.drawCentredString, "end": canvas.drawRightString}
     draw.get(one.style.get("text-anchor", "start"), canvas.drawString)(0.0, 0.0, said)
@@ -138,11 +120,5 @@ def _colour(style: Mapping[str, str], what: str, otherwise: str) -> tuple[float,
     """Red, green and blue from 0 to 1; None where nothing is painted, or a pattern."""
     said = style.get(what, otherwise)
     said = style.get("color", "#000000") if said == "currentColor" else said
-    digits = said[1:] if re.fullmatch(r"#(?:[0-9a-f]{3}){1,2}", said) else ""
-    full = digits if len(digits) == 6 else "".join(2 * digit for digit in digits)
+    full = hex_digits(said)
     return tuple(int(full[k : k + 2], 16) / 255.0 for k in (0, 2, 4)) if full else None
-
-
-def _larger(matrix: Floats) -> float:
-    """How many times a map (2, 3) enlarges."""
-    return float(np.sqrt(abs(np.linalg.det(matrix[:, :2]))))

@@ -44,12 +44,7 @@ class _Element:
     properties: list[_Property]
 
 
-@dataclass(frozen=True, slots=True)
-class _Header:
-    order: str
-    elements: list[_Element]
-    names: dict[int, str]
-    end: int  # offset of the data
+_Header = tuple[str, list[_Element], dict[int, str], int]  # order of bytes, elements, names of blocks, where data begin
 
 
 def read_ply(path: str, data: bytes) -> list[Body]:
@@ -61,7 +56,7 @@ def read_ply(path: str, data: bytes) -> list[Body]:
         The header cannot be read, or the data end early.
     """
     header = _header(path, data)
-    columns = _ascii(path, data, header) if header.order == "" else _binary(path, data, header)
+    columns = (_binary if header[0] else _ascii)(path, data, header)
     vertex, face = columns.get("vertex", {}), columns.get("face", {})
     if not {"x", "y", "z"} <= vertex.keys():
         raise InputError(f"{path}: PLY without an element 'vertex' that has x, y and z")
@@ -73,7 +68,7 @@ def read_ply(path: str, data: bytes) -> list[Body]:
     block = face.get("block")
     if block is None or isinstance(block, list) or not (np.abs(block) < 2**31).all():
         return [Body(None, points, faces, whole=False)]
-    return _by_block(path, points, faces, block.astype(np.int64), header.names)
+    return _by_block(path, points, faces, block.astype(np.int64), header[2])
 
 
 def _column(values: Any) -> Floats:
@@ -120,7 +115,7 @@ def _header(path: str, data: bytes) -> _Header:
                 case ["property", type_, name] if elements:
                     elements[-1].properties.append(_Property(name, _TYPES[type_]))
                 case ["end_header"] if order is not None:
-                    return _Header(order, elements, names, end)
+                    return order, elements, names, end
                 case _:
                     raise ValueError
         except (KeyError, ValueError):
@@ -149,12 +144,12 @@ _Columns = dict[str, dict[str, Any]]
 def _ascii(path: str, data: bytes, header: _Header) -> _Columns:
     """One line a row, as every writer does it."""
     try:
-        lines = [line for line in data[header.end :].decode("ascii").split("\n") if line.strip()]
+        lines = [line for line in data[header[3] :].decode("ascii").split("\n") if line.strip()]
     except UnicodeDecodeError:
         raise InputError(f"{path}: an ASCII PLY with bytes that are not ASCII; is it a binary one?") from None
     columns: _Columns = {}
     position = 0
-    for element in header.elements:
+    for element in header[1]:
         if element.count > len(lines) - position:
             raise _cut_off(path, element, len(lines) - position)
         rows = lines[position : position + element.count] if element.properties else []
@@ -181,12 +176,13 @@ def _ascii_rows(path: str, element: _Element, rows: list[str]) -> dict[str, Any]
             raise InputError(
                 f"{path}: {one_line(element.name, 20)} {k} cannot be read: '{one_line(row, 60)}'"
             ) from None
-    return {p.name: lists[p.name] if p.count else _numbers(path, element, lists[p.name]) for p in element.properties}
+    return _arrays(path, element, lists)
 
 
-def _numbers(path: str, element: _Element, values: list[Any]) -> Any:
+def _arrays(path: str, element: _Element, lists: dict[str, list[Any]]) -> dict[str, Any]:
+    """The columns of an element, those of numbers as arrays."""
     try:
-        return np.array(values, np.float64)
+        return {p.name: lists[p.name] if p.count else np.array(lists[p.name], np.float64) for p in element.properties}
     except OverflowError:
         raise InputError(f"{path}: a number in '{one_line(element.name, 20)}' is too large") from None
 
@@ -200,15 +196,15 @@ def _cut_off(path: str, element: _Element, room: int) -> InputError:
 
 def _binary(path: str, data: bytes, header: _Header) -> _Columns:
     columns: _Columns = {}
-    position = header.end
-    for element in header.elements:
+    position = header[3]
+    for element in header[1]:
         if not element.properties:
             continue
         least = sum(np.dtype(p.count or p.type).itemsize for p in element.properties)
         if element.count > (len(data) - position) // least:  # before anything of that size is made
             raise _cut_off(path, element, (len(data) - position) // least)
         read = _binary_lists if any(p.count for p in element.properties) else _binary_scalars
-        columns[element.name], position = read(path, data, position, element, header.order)
+        columns[element.name], position = read(path, data, position, element, header[0])
     return columns
 
 
@@ -222,24 +218,22 @@ def _binary_scalars(path: str, data: bytes, position: int, element: _Element, or
 def _binary_lists(path: str, data: bytes, position: int, element: _Element, order: str) -> tuple[dict[str, Any], int]:
     """Rows of differing length, one after the other."""
     lists: dict[str, list[Any]] = {p.name: [] for p in element.properties}
-    kinds = [(lists[p.name], np.dtype(p.type), np.dtype(p.count) if p.count else None) for p in element.properties]
+    kinds = [(p, np.dtype(p.type), np.dtype(p.count) if p.count else None) for p in element.properties]
     for k in range(element.count):
-        for column, kind, count in kinds:
+        for p, kind, count in kinds:
+            size = 1
             try:
-                if count is None:
-                    column.append(struct.unpack_from(order + kind.char, data, position)[0])
-                    position += kind.itemsize
-                    continue
-                size = struct.unpack_from(order + count.char, data, position)[0]
-                position += count.itemsize
+                if count is not None:
+                    size = struct.unpack_from(order + count.char, data, position)[0]
+                    position += count.itemsize
                 if not 0 <= size * kind.itemsize <= len(data) - position:  # before anything of that size is made
                     raise _cut_off(path, element, k)
-                column.append(list(struct.unpack_from(f"{order}{size}{kind.char}", data, position)))
-                position += size * kind.itemsize
+                values = list(struct.unpack_from(f"{order}{size}{kind.char}", data, position))
             except struct.error:
                 raise _cut_off(path, element, k) from None
-    found = {p.name: lists[p.name] if p.count else _numbers(path, element, lists[p.name]) for p in element.properties}
-    return found, position
+            lists[p.name].append(values if p.count else values[0])
+            position += size * kind.itemsize
+    return _arrays(path, element, lists), position
 
 
 def ply_bytes(assembly: Assembly) -> bytes:

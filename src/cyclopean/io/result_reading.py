@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -28,15 +28,7 @@ WORDS = ("stable", "unstable", "undecided")
 DOWN = (0.0, 0.0, -9.80665)  # m/s2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Model:
-    """Blocks that a result may be of."""
-
-    assembly: Assembly
-    fixed: Bools | None
-    gravity: Floats | None
-    certificate: dict[str, Any] | None
-    file: str  # where it was found
+_Source = tuple[Assembly, Floats | None, dict[str, Any] | None]  # blocks; of a certificate its gravity, and itself
 
 
 def is_result(path: PathLike) -> bool:
@@ -91,23 +83,22 @@ def read_result(
     verdict = text(data.get("verdict"), f"{shown}: verdict")
     if verdict not in WORDS:
         raise InputError(f"{shown}: verdict {label(verdict)} is not one of {', '.join(WORDS)}")
-    source, warnings = _source(path, shown, data, model, units)
-    assembly = source.assembly
+    (assembly, gravity, proof), warnings = _source(path, shown, data, model, units)
     index = {block.id: k for k, block in enumerate(assembly.blocks)}
     rows = force_rows(shown, data, index)
     motion = {name: _motion(shown, name, data.get(name), index) for name in ("mechanism", "displacement")}
     kind = data.get("certificate")
     known = {"kind": str(mapping(kind, f"{shown}: certificate").get("kind", ""))} if kind is not None else None
     assumed = mapping(data.get("assumed") or {}, f"{shown}: assumed")
-    gravity = source.gravity
     if gravity is None:
         gravity = vector(assumed["gravity"], f"{shown}: assumed.gravity") if "gravity" in assumed else np.array(DOWN)
         if "gravity" not in assumed:
             warnings += (f"{shown}: does not say its gravity and no certificate is beside it; straight down is drawn",)
+    used = np.array([np.nan if row.utilisation is None else row.utilisation for row in rows])
     result = Result(
         assembly=assembly,
         contacts=_contacts(shown, rows, assembly, assumed),
-        fixed=_fixed(source, motion, index, data),
+        fixed=_fixed(assembly, proof, motion, data),
         method=text(data.get("method"), f"{shown}: method"),
         verdict=verdict,  # type: ignore[arg-type]
         reason=text(data.get("reason"), f"{shown}: reason"),
@@ -116,10 +107,10 @@ def read_result(
         residuals=_residuals(shown, data),
         force=None if (force := _given(rows, "force")) is None else np.concatenate(force),
         frame=None if (frame := _given(rows, "frame")) is None else np.stack(frame),
-        utilisation=_utilisation(rows),
+        utilisation=used if np.isfinite(used).any() else None,
         mechanism=motion["mechanism"],
         displacement=motion["displacement"],
-        certificate=source.certificate if source.certificate is not None else known,
+        certificate=known if proof is None else proof,
         provenance=mapping(data.get("provenance") or {}, f"{shown}: provenance"),
         seconds=mapping(data.get("seconds") or {}, f"{shown}: seconds"),
     )
@@ -128,20 +119,20 @@ def read_result(
 
 def _source(
     path: PathLike, shown: str, data: dict[str, Any], model: PathLike | None, units: str | None
-) -> tuple[_Model, tuple[str, ...]]:
+) -> tuple[_Source, tuple[str, ...]]:
     """The blocks of a result, wherever they are."""
     names = _names(shown, data)
     if model is not None:
         assembly, warnings = read_model(model, units)
         if (why := _differs(assembly, names, data)) is not None:
             raise InputError(f"{one_line(model)}: is not the model of {shown}: {why}")
-        return _Model(assembly, None, None, None, one_line(model)), warnings
+        return (assembly, None, None), warnings
     place = Path(os.fspath(path)).parent
     proof = data.get("certificate")
     file = proof.get("file") if isinstance(proof, dict) else None
     if isinstance(file, str) and file and (place / file).is_file():
         certified = _certified(place / file, data)
-        if certified is not None and _differs(certified.assembly, names, data) is None:
+        if certified is not None and _differs(certified[0], names, data) is None:
             return certified, ()
     for candidate in _beside(place, os.fspath(path), data):
         if candidate.is_file() and not candidate.samefile(path):
@@ -150,14 +141,14 @@ def _source(
             except InputError:  # some other file of that name
                 continue
             if _differs(assembly, names, data) is None:
-                return _Model(assembly, None, None, None, one_line(candidate)), warnings
+                return (assembly, None, None), warnings
     more = data.get("blocks")
     rest = max(more - len(names), 0) if isinstance(more, int) else 0
     blank = tuple(
         Block(name, np.zeros((0, 3)), ()) for name in (*names, *(f"(not named) {k + 1}" for k in range(rest)))
     )
     lost = f"{shown}: its model was not found beside it, so blocks are not drawn; name it with `model`"
-    return _Model(Assembly(blank, name=_title(data)), None, None, None, ""), (lost,)
+    return (Assembly(blank, name=_title(data)), None, None), (lost,)
 
 
 def _title(data: dict[str, Any]) -> str:
@@ -194,7 +185,7 @@ def _differs(assembly: Assembly, names: list[str], data: dict[str, Any]) -> str 
     return f"it has {len(assembly)} blocks, the result {count}" if count != len(assembly) else None
 
 
-def _certified(path: Path, data: dict[str, Any]) -> _Model | None:
+def _certified(path: Path, data: dict[str, Any]) -> _Source | None:
     """The model in a certificate; None where the file is something else."""
     document = read_json(path)
     if not isinstance(document, dict) or document.get("schema") != CERTIFICATE:
@@ -207,9 +198,7 @@ def _certified(path: Path, data: dict[str, Any]) -> _Model | None:
         "contacts": document.get("contacts") or [],
     }
     assembly, _ = read_document(shown, _title(data), rows, None)  # its stones and joints are written as a model's
-    gravity = vector(document.get("gravity"), f"{shown}: gravity")
-    held = np.array([block.fixed is True for block in assembly.blocks], bool)
-    return _Model(assembly, held, gravity, document, shown)
+    return assembly, vector(document.get("gravity"), f"{shown}: gravity"), document
 
 
 def _contacts(shown: str, rows: list[ForceRow], assembly: Assembly, assumed: dict[str, Any]) -> Contacts:
@@ -230,13 +219,6 @@ def _given(rows: list[ForceRow], name: str) -> list[Floats] | None:
     return None if not rows or any(part is None for part in found) else found
 
 
-def _utilisation(rows: list[ForceRow]) -> Floats | None:
-    values = [row.utilisation for row in rows]
-    if all(value is None for value in values):
-        return None
-    return np.array([np.nan if value is None else value for value in values])
-
-
 def _motion(shown: str, name: str, value: Any, index: Mapping[str, int]) -> Floats | None:
     if value is None:
         return None
@@ -252,19 +234,18 @@ def _motion(shown: str, name: str, value: Any, index: Mapping[str, int]) -> Floa
 
 
 def _fixed(
-    source: _Model, motion: Mapping[str, Floats | None], index: Mapping[str, int], data: dict[str, Any]
+    assembly: Assembly, proof: dict[str, Any] | None, motion: Mapping[str, Floats | None], data: dict[str, Any]
 ) -> Bools:
     """Supports: from the certificate, from the blocks that move, or by the model's own rule."""
-    if source.fixed is not None:
-        return source.fixed
-    for name in ("mechanism", "displacement"):
-        if motion[name] is not None:
-            moving = set(data[name])
-            return np.array([block not in moving for block in index], bool)
-    if source.file:
-        return supports(source.assembly)[0]
+    if proof is not None:
+        return np.array([block.fixed is True for block in assembly.blocks], bool)
+    for name, rows in motion.items():
+        if rows is not None:
+            return np.array([block.id not in data[name] for block in assembly.blocks], bool)
+    if len(assembly.mesh.vertex):
+        return supports(assembly)[0]
     free = data.get("free")  # how many; which ones, nobody sees where nothing is drawn
-    return np.asarray(np.arange(len(index)) >= (free if isinstance(free, int) else len(index)))
+    return np.asarray(np.arange(len(assembly)) >= (free if isinstance(free, int) else len(assembly)))
 
 
 def _residuals(shown: str, data: dict[str, Any]) -> dict[str, float]:

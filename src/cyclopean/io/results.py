@@ -19,8 +19,9 @@ if TYPE_CHECKING:  # only a name here: converting a file must not load the solve
     )
     from cyclopean.analysis.safety_margins import Bracket
     from cyclopean.analysis.undecided import Undecided
+    from cyclopean.design.walls.front import WallInterlock
 
-__all__ = ["limit_dict", "margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
+__all__ = ["interlock_dict", "limit_dict", "margins_dict", "result_dict", "sensitivity_dict", "subsidence_dict"]
 
 SCHEMA, LIMIT = "cyclopean.result/1", "cyclopean.limit/1"
 
@@ -52,7 +53,7 @@ def result_dict(
         proved at a larger eta.
     """
     ids = [block.id for block in result.assembly.blocks]
-    document = _head(SCHEMA, result, result.method)
+    document: dict[str, Any] = {"schema": SCHEMA, "model": result.assembly.name, "method": result.method}
     document |= {"verdict": result.verdict, "reason": result.reason} | _counts(result) | {"residuals": result.residuals}
     document |= _loading(result)
     if result.partly_held:
@@ -128,7 +129,8 @@ def limit_dict(
     """
     coupled, polar, pushover = result.coupled, result.polar, result.pushover
     ids = [block.id for block in result.assembly.blocks]
-    document = _head(LIMIT, result, "rbe" if coupled is None else "cra")
+    document: dict[str, Any] = {"schema": LIMIT, "model": result.assembly.name}
+    document["method"] = "rbe" if coupled is None else "cra"
     document |= {"word": result.word, "reason": result.reason, "live": _live(result)} | _loading(result)
     document["multiplier"] = picked(result, "lower", "upper", "gap")
     for key, names, pair in (
@@ -170,10 +172,6 @@ def limit_dict(
     if pushover is not None:
         document["pushover"] = picked(pushover, "control", "ended", "steps")
     return {key: plain(value) for key, value in (document | _tail(result, certificate_file)).items()}
-
-
-def _head(schema: str, result: "Result | LimitResult", method: str) -> dict[str, Any]:
-    return {"schema": schema, "model": result.assembly.name, "method": method}
 
 
 def _loading(result: "Result | LimitResult") -> dict[str, Any]:
@@ -312,3 +310,25 @@ def _pulled(result: "Result", rows: list[dict[str, Any]]) -> list[dict[str, Any]
         if result.tension is not None:
             row["tension"] = result.tension[start[k] : start[k + 1]]
     return rows
+
+
+def interlock_dict(found: "WallInterlock") -> dict[str, Any]:
+    """The score J and the rules of masons, for JSON; None where a wall has nothing to measure."""
+    one = found.interlock
+    rules = plain(one.rules)
+    return {
+        "seen": found.seen,
+        "along": plain(found.along),
+        "size": plain(found.size),
+        "J": one.score,
+        "courses": found.courses,
+        "tolerance": one.tolerance,
+        "head_joints": len(one.head),
+        "head_length": one.head_length,
+        "aligned_length": one.aligned_length,
+        "crossings": len(one.crossings),
+        "running": [{"length": joint.length, "courses": joint.courses} for joint in one.running],
+        "minimum_trace": None if rules["trace"] is None else found.minimum_trace,
+        "rules": rules,
+        "masons": plain(found.masons),
+    }

@@ -6,7 +6,6 @@ what an object is. Stones lie on layers by their group, below `Stones`. The file
 converted. Of files without meshes, Breps and extrusions are read, in place of instances what they stand for.
 """
 
-import importlib
 import json
 import tempfile
 import uuid
@@ -23,12 +22,13 @@ from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
 from cyclopean.io.archives import refuse_damaged
-from cyclopean.io.bodies import Body, assembly_of, placed
+from cyclopean.io.bodies import Body, assembly_of, joined, placed
+from cyclopean.io.extras import extra
 from cyclopean.io.fields import array, label, parsed, refuse_unfolded
 from cyclopean.io.findings import Findings
 from cyclopean.io.palette import stone_colours
 from cyclopean.io.rhino_faces import face_bodies
-from cyclopean.io.rhino_json import mesh_shape, rhino_mesh
+from cyclopean.io.rhino_json import coordinates, mesh_shape, rhino_mesh
 from cyclopean.io.round_trip import (
     TOLD,
     carried,
@@ -57,13 +57,6 @@ _UNSAID = {"None", "Unset", "CustomUnits"}
 _SOLIDS = {"Brep": "polysurfaces", "Extrusion": "extrusions", "SubD": "SubDs", "Surface": "surfaces"}
 
 
-def _library(where: str = "") -> Any:
-    try:
-        return importlib.import_module("rhino3dm")
-    except ImportError:
-        raise InputError(f"{where}3DM files need rhino3dm: pip install 'cyclopean[rhino]'") from None
-
-
 def rhino_bytes(assembly: Assembly, findings: Findings) -> bytes:
     """Return the assembly as a 3DM archive, with what was found out about it.
 
@@ -72,7 +65,7 @@ def rhino_bytes(assembly: Assembly, findings: Findings) -> bytes:
     InputError
         rhino3dm is not installed, or refuses to write.
     """
-    writer = _Writer(_library(), assembly)
+    writer = _Writer(extra("rhino"), assembly)
     rest, rows, contacts = carried(assembly)
     writer.stones(rows, told(assembly, findings), stone_colours(assembly, findings))
     writer.contacts(contacts, findings)
@@ -274,7 +267,7 @@ def read_rhino_faces(path: str, data: bytes, units: str | None) -> tuple[list[Bo
 @contextmanager
 def _opened(path: str, data: bytes, units: str | None) -> Iterator[tuple[Any, str, list[str]]]:
     """The archive, its unit, and what was assumed; what the library cannot read in it is damage."""
-    rhino = _library(f"{path}: ")
+    rhino = extra("rhino", where=f"{path}: ")
     refuse_damaged(path, data)
     try:
         file = rhino.File3dm.FromByteArray(data)
@@ -326,14 +319,11 @@ def _found(path: str, file: Any, unit: str, size: int) -> _Found:
             whole = bool(called or text.get("id"))
             body = Body(called or None, metres(vertices, unit), list(faces), whole)
             (found.meshes if kind == "Mesh" else found.solids).append((body, text | {"layer": name, "path": full}))
-        elif kind == "Curve" and text.get(KIND) == "contact":
-            found.contacts.append(_words(text) | {"polygon": metres(_corners(geometry), unit).tolist()})
-        elif kind == "Point" and text.get(KIND) == "contact":
-            at = geometry.Location
-            found.contacts.append(_words(text) | {"polygon": metres(np.array([[at.X, at.Y, at.Z]]), unit).tolist()})
+        elif kind in ("Curve", "Point") and text.get(KIND) == "contact":
+            corners = _corners(geometry) if kind == "Curve" else coordinates([geometry.Location])
+            found.contacts.append(_words(text) | {"polygon": metres(corners, unit).tolist()})
         elif kind == "Curve" and text.get(KIND) == "load":
-            start = geometry.PointAtStart
-            point = metres(np.array([start.X, start.Y, start.Z]), unit)
+            point = metres(coordinates([geometry.PointAtStart]), unit)[0]
             found.loads.append(_words(text) | {"point": point.tolist()})
     return found
 
@@ -374,7 +364,7 @@ def _placed(path: str, file: Any, size: int) -> Iterator[tuple[Any, Any, str, Fl
 
 def _solid_shape(geometry: Any, kind: str, found: _Found) -> tuple[Floats, list[tuple[int, ...]]] | None:
     """Vertices and faces of a Brep or an extrusion: its own where they are flat polygons, else its render meshes."""
-    rhino = _library()
+    rhino = extra("rhino")
     brep = geometry.ToBrep(True) if kind == "Extrusion" else geometry
     exact = _polygons(brep) if kind in ("Brep", "Extrusion") and brep is not None else None
     if exact is not None:
@@ -388,19 +378,12 @@ def _solid_shape(geometry: Any, kind: str, found: _Found) -> tuple[Floats, list[
         found.shapeless[_SOLIDS[kind]] += 1
         return None
     found.curved[_SOLIDS[kind]] += 1
-    vertices: list[Floats] = []
-    faces: list[tuple[int, ...]] = []
-    before = 0
-    for corner, rings in map(mesh_shape, meshes):
-        faces += [tuple(i + before for i in ring) for ring in rings]
-        vertices.append(corner)
-        before += len(corner)
-    return np.concatenate(vertices), faces
+    return joined([mesh_shape(mesh) for mesh in meshes])
 
 
 def _polygons(brep: Any) -> tuple[Floats, list[tuple[int, ...]]] | None:
     """Vertices and faces of a Brep all of whose faces are flat polygons without holes; None for others."""
-    vertices = np.array([(v.Location.X, v.Location.Y, v.Location.Z) for v in brep.Vertices]).reshape(-1, 3)
+    vertices = coordinates(v.Location for v in brep.Vertices)
     flat = 1e-9 * float(np.ptp(vertices, axis=0).max(initial=0.0))  # double precision of a drawing's coordinates
     edges = [edge.IsLinear(max(flat, 1e-12)) for edge in brep.Edges]
     faces = []
@@ -426,8 +409,8 @@ def _corners(curve: Any) -> Floats:
     """(m, 3) corners of a closed polyline, the last that closes it left out."""
     polyline = curve.TryGetPolyline()
     count = 0 if polyline is None else len(polyline)
-    corners = [(p.X, p.Y, p.Z) for p in (polyline[k] for k in range(count))]
-    return np.array(corners[:-1] if count > 1 and corners[0] == corners[-1] else corners).reshape(-1, 3)
+    corners = coordinates(polyline[k] for k in range(count))
+    return corners[:-1] if count > 1 and (corners[0] == corners[-1]).all() else corners
 
 
 def _group(text: Mapping[str, str]) -> str | None:
@@ -446,14 +429,8 @@ def _rows(path: str, found: _Found) -> list[dict[str, Any]] | None:
     ids = [text.get("id") for _, text in found.stones]
     if not found.ours or None in ids or len(set(ids)) < len(ids):
         return None
-    return [_row(path, body, text) for body, text in found.stones]
-
-
-def _row(path: str, body: Body, text: Mapping[str, str]) -> dict[str, Any]:
-    row = stone_row(path, body, _words(text), text.get("faces"))
-    row.pop("group", None)
-    group = _group(text)
-    return row if group is None else row | {"group": group}
+    rows = [(stone_row(path, body, _words(text), text.get("faces")), _group(text)) for body, text in found.stones]
+    return [row | {"group": group} for row, group in rows]
 
 
 def _named(path: str, body: Body, text: Mapping[str, str]) -> Body:

@@ -11,7 +11,8 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError
 from cyclopean.io.bodies import Body
-from cyclopean.io.rhino_json import Units, decoded, in_metres, mesh_shape
+from cyclopean.io.extras import extra
+from cyclopean.io.rhino_json import Units, coordinates, decoded, in_metres, mesh_shape
 
 __all__ = ["DEVIATION", "face_bodies", "surface_bodies"]
 
@@ -116,15 +117,12 @@ def _fills(brep: Any, face: Any) -> bool:
             edge = brep.Edges[number]
             low, high = edge.Domain.T0, edge.Domain.T1
             points += [edge.PointAt(low + x * (high - low)) for x in np.linspace(0.0, 1.0, FIRST + 1).tolist()]
-    far = cKDTree(rim).query(np.array([(p.X, p.Y, p.Z) for p in points]).reshape(-1, 3))[0]
+    far = cKDTree(rim).query(coordinates(points))[0]
     return bool(np.all(far <= apart / 2.0 + ON_EDGE * size))
 
 
 def _rendered(where: str, face: Any) -> Body:
-    import rhino3dm
-
-    library: Any = rhino3dm  # its stubs leave out half of it
-    mesh = face.GetMesh(library.MeshType.Any)
+    mesh = face.GetMesh(extra("rhino").MeshType.Any)
     if mesh is None or not len(mesh.Faces):
         raise InputError(
             f"{where}: a face in it is trimmed and has no render mesh; in Rhino, run Mesh on it, or untrim it"

@@ -16,6 +16,7 @@ from cyclopean.geometry import newell_normals
 from cyclopean.geometry.curves import Curve, sampled, straight
 from cyclopean.geometry.polygon import triangulated
 from cyclopean.io.bodies import Body
+from cyclopean.io.extras import extra
 from cyclopean.io.fields import REACH
 from cyclopean.io.files import one_line
 from cyclopean.io.round_trip import fan
@@ -25,6 +26,7 @@ __all__ = [
     "RHINO_UNITS",
     "Pose",
     "Units",
+    "coordinates",
     "curve_pieces",
     "decoded",
     "in_metres",
@@ -119,12 +121,13 @@ def _simple(curve: Any) -> list[Any]:
 def _piece(where: str, curve: Any, units: Units) -> Curve:
     corners = curve.TryGetPolyline()
     if corners is not None:
-        return straight(in_metres(where, _rows(corners[k] for k in range(corners.Count)), units))
+        return straight(in_metres(where, coordinates(corners[k] for k in range(corners.Count)), units))
     ends = curve.Domain.T0, curve.Domain.T1
-    return sampled(lambda t: in_metres(where, _rows(map(curve.PointAt, t.tolist())), units), *ends)
+    return sampled(lambda t: in_metres(where, coordinates(map(curve.PointAt, t.tolist())), units), *ends)
 
 
-def _rows(points: Iterable[Any]) -> Floats:
+def coordinates(points: Iterable[Any]) -> Floats:
+    """(n, 3) of points of the library."""
     return np.array([(p.X, p.Y, p.Z) for p in points], np.float64).reshape(-1, 3)
 
 
@@ -136,10 +139,7 @@ def decoded(where: str, data: object, kind: str) -> Any:
     InputError
         It is another one, or the archive is cut off.
     """
-    import rhino3dm
-
-    library: Any = rhino3dm  # its stubs leave out half of it
-    archive = _archive(where, data)
+    library, archive = extra("rhino"), _archive(where, data)
     try:
         found = library.CommonObject.Decode(archive)
     except (KeyError, TypeError, ValueError, RuntimeError):
@@ -166,17 +166,14 @@ def _archive(where: str, data: object) -> dict[str, str | int]:
 
 def mesh_shape(mesh: Any) -> tuple[Floats, list[tuple[int, ...]]]:
     """Vertices (v, 3), in the mesh's units, and faces; Rhino's triangles have their third corner twice."""
-    corner = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()], np.float64).reshape(-1, 3)
+    corner = coordinates(mesh.Vertices.ToPoint3dArray())
     faces = [tuple(mesh.Faces[k]) for k in range(len(mesh.Faces))]
     return corner, [face[:3] if face[2] == face[3] else face for face in faces]
 
 
 def rhino_mesh(vertices: Floats, rings: Iterable[Sequence[int]]) -> Any:
     """A mesh of double precision: vertices (v, 3) in its own units, triangles and quads."""
-    import rhino3dm
-
-    library: Any = rhino3dm
-    mesh = library.Mesh()
+    mesh = extra("rhino").Mesh()
     mesh.Vertices.UseDoublePrecisionVertices = True
     for x, y, z in vertices.tolist():
         mesh.Vertices.AddPoint3d(x, y, z)
@@ -230,12 +227,11 @@ def _rings(vertices: Floats, face: Sequence[int]) -> list[tuple[int, ...]]:
     return [(face[a], face[b], face[c]) for a, b, c in ears.tolist()]
 
 
-def polyline_json(points: Floats, units: Units, *, closed: bool = True) -> dict[str, str | int]:
-    """Write a polyline through points (n, 3) in m; `closed` joins the last one to the first."""
-    from rhino3dm import Point3d, Polyline
-
-    ring = [Point3d(x, y, z) for x, y, z in _lengths(np.asarray(points, float), units).tolist()]
-    line = Polyline.CreateFromPoints([*ring, ring[0]] if closed else ring)
+def polyline_json(points: Floats, units: Units) -> dict[str, str | int]:
+    """Write a closed polyline through points (n, 3) in m."""
+    rhino = extra("rhino")
+    ring = [rhino.Point3d(x, y, z) for x, y, z in _lengths(np.asarray(points, float), units).tolist()]
+    line = rhino.Polyline.CreateFromPoints([*ring, ring[0]])
     return dict(line.ToPolylineCurve().Encode())
 
 

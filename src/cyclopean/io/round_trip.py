@@ -162,21 +162,14 @@ def understood(key: str, text: str) -> Any:
     """
     if key == "fixed" and text.strip().lower() in _WORDS:
         return _WORDS[text.strip().lower()]
-    if not _is_json(text):
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError):
         return text
-    value = json.loads(text)
     return text if key in _TEXT and not isinstance(value, str) else value
 
 
 _WORDS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
-
-
-def _is_json(text: str) -> bool:
-    try:
-        json.loads(text)
-    except (ValueError, RecursionError):
-        return False
-    return True
 
 
 def written_fields(where: str, row: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,9 +10,10 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -116,14 +117,8 @@ def _unpacked(data: Mapping[str, Any]) -> dict[str, Reading]:
         stone_of(name, vertices[v:w], triangles[t:u], None if np.isnan(said) else float(said))
         for name, (v, t), (w, u), said in zip(names, start[:-1].tolist(), start[1:].tolist(), density, strict=True)
     ]
-    return _by_file(text, stones)
-
-
-def _by_file(text: Sequence[Any], stones: Sequence[Stone]) -> dict[str, Reading]:
-    found: dict[str, Reading] = {}
-    first = 0
-    for digest, names, notes, refused, named, alone in text:
-        last = first + len(names)
-        found[digest] = Reading(tuple(stones[first:last]), tuple(notes), tuple(refused), named, alone)
-        first = last
-    return found
+    rest = iter(stones)
+    return {
+        digest: Reading(tuple(islice(rest, len(names))), tuple(notes), tuple(refused), named, alone)
+        for digest, names, notes, refused, named, alone in text
+    }

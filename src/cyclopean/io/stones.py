@@ -73,12 +73,15 @@ def read_stones(
     """
     if units is not None:
         check_units(units, "`units`")
-    found = _listed(path)
-    if found.folder or found.files[0].suffix.lower() in MESH_SUFFIXES:
-        readings, said = _readings(path, found.files, units or "m", cache, within), _unsaid(path, found.files, units)
+    files, others = _listed(path)
+    if files[0].suffix.lower() in MESH_SUFFIXES:
+        readings, said = _readings(path, files, units or "m", cache, within), _unsaid(path, files, units)
     else:
-        readings, said = _of_model(path, units)
-    inventory = _gathered(path, found, readings)
+        model, said = read_as_drawn(path, units)
+        blocks = [b for b in model.blocks if b.faces]
+        meshes = [_Mesh(b.id, b.vertices, face_triangles(b.vertices, b.faces), True, b.density) for b in blocks]
+        readings = [_mended(meshes)]
+    inventory = _gathered(path, files, readings, others)
     if not inventory.stones or (strict and inventory.refused):
         raise InputError(_refusal(path, inventory))
     warnings = [f"{line}; left out" for line in inventory.refused]
@@ -92,18 +95,10 @@ def _unsaid(path: PathLike, files: Sequence[Path], units: str | None) -> tuple[s
     return (f"{one_line(path)}: {said}; {ASSUMED} (`units`)",)
 
 
-@dataclass(frozen=True, slots=True)
-class _Listed:
+def _listed(path: PathLike) -> tuple[list[Path], int]:
     """Files to read, in order, and how many others there are."""
-
-    files: list[Path]
-    folder: bool
-    others: int = 0
-
-
-def _listed(path: PathLike) -> _Listed:
     if not os.path.isdir(path):
-        return _Listed([Path(path)], folder=False)
+        return [Path(path)], 0
     try:
         names = sorted(os.listdir(path))
     except OSError as error:
@@ -113,7 +108,7 @@ def _listed(path: PathLike) -> _Listed:
     if not chosen:
         kinds = ", ".join(suffix[1:] for suffix in MESH_SUFFIXES)
         raise InputError(f"{one_line(path)}: no stones in this folder (files {kinds}); check the path")
-    return _Listed(chosen, folder=True, others=len(names) - len(chosen))
+    return chosen, len(names) - len(chosen)
 
 
 def _readings(path: PathLike, files: Sequence[Path], units: str, cache: bool, within: Path | None) -> list[Reading]:
@@ -152,14 +147,6 @@ def _read(file: Path, data: bytes, units: str) -> Reading:
         return _mended(_bodies(file, data, units))
     except InputError as error:
         return Reading(refused=(_without(str(error), file),))
-
-
-def _of_model(path: PathLike, units: str | None) -> tuple[list[Reading], tuple[str, ...]]:
-    """Read the blocks of a model as stones; warnings are those of its reader."""
-    model, warnings = read_as_drawn(path, units)
-    blocks = [b for b in model.blocks if b.faces]
-    meshes = [_Mesh(b.id, b.vertices, face_triangles(b.vertices, b.faces), True, b.density) for b in blocks]
-    return [_mended(meshes)], warnings
 
 
 def _mended(bodies: "Sequence[_Mesh]") -> Reading:
@@ -218,13 +205,10 @@ class _Mesh:
 def _bodies(file: Path, data: bytes, units: str) -> list[_Mesh]:
     """Meshes of one mesh file."""
     shown, suffix = one_line(file), file.suffix.lower()
-    plain = _plain_obj(data) if suffix == ".obj" else None
-    if plain is not None:
-        return [_Mesh(None, metres(plain[0], units), plain[1])]
     found = [_mesh(shown, suffix, body, units) for body in loaded(FORMATS[suffix].bodies)(shown, data) if body.faces]
     if not found:
         raise InputError(f"{shown}: has no faces; a stone is a closed mesh")
-    return found
+    return [replace(found[0], name=None)] if suffix == ".obj" and len(found) == 1 else found
 
 
 def _mesh(shown: str, suffix: str, body: Body, units: str) -> _Mesh:
@@ -245,63 +229,20 @@ def _mesh(shown: str, suffix: str, body: Body, units: str) -> _Mesh:
     return _Mesh(name, vertices, corners, body.whole)
 
 
-_PASSED_OVER = frozenset((b"vt", b"vn", b"s", b"usemtl", b"mtllib"))
-
-
-def _plain_obj(data: bytes) -> tuple[Floats, Ints] | None:
-    """Vertices and triangles of an OBJ file that holds one mesh of triangles and nothing unusual; None of any other.
-
-    The reader of OBJ files gives the same, but more slowly: it keeps count of lines to name trouble. Only faces that
-    name one vertex twice are left to the repair here, and refused there.
-    """
-    if not data.isascii() or b"\\" in data or b"\0" in data:
-        return None
-    lines = data.split(b"\n")
-    vertex = [line[2:].split() for line in lines if line[:2] == b"v "]
-    face = [line[2:] for line in lines if line[:2] == b"f "]
-    if not face or not vertex or not _ordered(lines):
-        return None
-    text = b" ".join(face)
-    corner = [row.split() for row in (re.sub(rb"/\S*", b"", b"\n".join(face)).split(b"\n") if b"/" in text else face)]
-    if {*map(len, vertex)} != {3} or {*map(len, corner)} != {3}:
-        return None
-    try:
-        point = np.array([float(word) for row in vertex for word in row]).reshape(-1, 3)
-        index = np.array([int(word) for row in corner for word in row], np.int64).reshape(-1, 3) - 1
-    except (ValueError, OverflowError):
-        return None
-    sound = (np.abs(point) <= REACH).all() and index.min() >= 0 and index.max() < len(point)
-    return (point, index) if sound else None
-
-
-def _ordered(lines: Sequence[bytes]) -> bool:
-    """Whether vertices come before faces, and no name after the first face."""
-    first = next(k for k, line in enumerate(lines) if line[:2] == b"f ")
-    for k, line in enumerate(lines):
-        start = line[:2]
-        if start == b"f " or (start == b"v " and k < first):
-            continue
-        words = line.split(None, 1)
-        if not words or words[0] in _PASSED_OVER or words[0][:1] == b"#":
-            continue
-        if words[0] not in (b"o", b"g") or k > first:
-            return False
-    return True
-
-
-def _gathered(path: PathLike, found: _Listed, readings: Iterable[Reading]) -> Inventory:
+def _gathered(path: PathLike, files: Sequence[Path], readings: Iterable[Reading], others: int) -> Inventory:
     """Put the stones of all files together under names of their own."""
     stones: dict[str, Stone] = {}
     taken: Counter[str] = Counter()
     notes: list[str] = []
     refused: list[str] = []
-    for file, reading in zip(found.files, readings, strict=True):
+    folder = os.path.isdir(path)
+    for file, reading in zip(files, readings, strict=True):
         shown = one_line(file)
         notes += [f"{shown}: {text}" for text in reading.notes]
         refused += [f"{shown}: {text}" for text in reading.refused]
         stem = file.stem if file.stem.isprintable() and file.stem else "stone"
         for stone in reading.stones:
-            own = reading.named and not found.folder and not reading.alone
+            own = reading.named and not folder and not reading.alone
             wanted = stem if reading.alone else stone.id if own else f"{stem}-{stone.id}"
             name = wanted
             while name in stones:
@@ -310,8 +251,8 @@ def _gathered(path: PathLike, found: _Listed, readings: Iterable[Reading]) -> In
             if name != wanted:
                 notes.append(f"{shown}: the name {label(wanted)} is taken; this stone is {label(name)}")
             stones[name] = replace(stone, id=name)
-    if found.others:
-        kinds = "1 entry that is" if found.others == 1 else f"{found.others} entries that are"
+    if others:
+        kinds = "1 entry that is" if others == 1 else f"{others} entries that are"
         notes.append(f"{one_line(path)}: passed over {kinds} no mesh file")
     source = PurePath(os.path.abspath(path)).name
     return Inventory(tuple(stones.values()), tuple(notes), tuple(refused), source)

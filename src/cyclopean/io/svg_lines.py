@@ -23,7 +23,7 @@ from cyclopean.geometry.curves import Curve, bezier, elliptic, straight
 from cyclopean.io.files import decoded, one_line
 from cyclopean.io.line_work import DrawnLine, Sheet
 
-__all__ = ["Placed", "placed", "read_svg_lines"]
+__all__ = ["Placed", "hex_digits", "placed", "read_svg_lines"]
 
 SPACE = "{http://www.w3.org/2000/svg}"
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
@@ -89,12 +89,23 @@ class Placed:
     layer: str
     style: Mapping[str, str]  # presentation attributes, its own before those of groups
 
-    def lines(self) -> Iterator[tuple[tuple[Curve, ...], bool]]:
-        """Pieces of each of its lines on the sheet, and whether that is closed; none where it is no shape."""
+    def lines(self) -> Iterator[DrawnLine]:
+        """Its lines on the sheet; none where it is no shape."""
         if self.kind in SHAPES:
             for pieces, closed in SHAPES[self.kind](self.where, self.element):
                 if pieces:
-                    yield tuple(_moved(piece, self.matrix) for piece in pieces), closed
+                    yield DrawnLine(tuple(_moved(piece, self.matrix) for piece in pieces), self.layer, closed)
+
+    def point(self, *names: str) -> tuple[float, float]:
+        """Where the point of these attributes is on the sheet."""
+        at = np.array([float(self.element.get(name, "0")) for name in names])
+        x, y = (self.matrix[:, :2] @ at + self.matrix[:, 2]).tolist()
+        return x, y
+
+    @property
+    def larger(self) -> float:
+        """How many times larger it is on the sheet."""
+        return float(np.sqrt(abs(np.linalg.det(self.matrix[:, :2]))))
 
 
 def placed(path: str, root: ElementTree.Element, matrix: Floats) -> Iterator[Placed]:
@@ -131,8 +142,13 @@ def _lines(path: str, root: ElementTree.Element, matrix: Floats, passed: Counter
     for one in placed(path, root, matrix):
         if one.kind not in SHAPES:
             passed[one.kind] += 1
-        for pieces, closed in one.lines():
-            yield DrawnLine(pieces, one.layer, closed)
+        yield from one.lines()
+
+
+def hex_digits(colour: str) -> str:
+    """The six digits of a colour; "" of one that is not written in them."""
+    digits = colour[1:] if re.fullmatch(r"#(?:[0-9a-f]{3}){1,2}", colour) else ""
+    return digits if len(digits) == 6 else "".join(2 * digit for digit in digits)
 
 
 def _moved(piece: Curve, matrix: Floats) -> Curve:
@@ -183,17 +199,16 @@ def _simple(where: str, name: str, given: list[float]) -> Floats:
 Shape = Iterator[tuple[list[Curve], bool]]  # pieces of each line, and whether it is closed
 
 
-def _number(where: str, element: ElementTree.Element, name: str) -> float:
-    found = LENGTH.fullmatch(element.get(name, "0"))
-    if found is None or found[2] not in ("", "px"):
-        raise InputError(
-            f"{where}: {name} '{one_line(element.get(name, ''), 20)}' is not a number; save it as plain SVG"
-        )
-    return float(found[1])
-
-
 def _numbers(where: str, element: ElementTree.Element, *names: str) -> list[float]:
-    return [_number(where, element, name) for name in names]
+    given = []
+    for name in names:
+        found = LENGTH.fullmatch(element.get(name, "0"))
+        if found is None or found[2] not in ("", "px"):
+            raise InputError(
+                f"{where}: {name} '{one_line(element.get(name, ''), 20)}' is not a number; save it as plain SVG"
+            )
+        given.append(float(found[1]))
+    return given
 
 
 def _line(where: str, element: ElementTree.Element) -> Shape:

@@ -13,7 +13,7 @@ References
 """
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, redirect_stdout
+from contextlib import redirect_stdout
 from importlib import import_module
 from io import StringIO
 from typing import Any
@@ -92,7 +92,7 @@ def osqp_card(
     tight = np.repeat([kind == "zero" for kind, _, _ in program.cones], [n * count for _, n, count in program.cones])
     lower, upper = np.where(tight, program.b, -np.inf), sp.triu(program.P, format="csc")
     try:
-        with _silence():
+        with redirect_stdout(StringIO()):  # remarks that come even if not verbose, such as no active rows to polish
             solver.setup(upper, program.q.copy(), program.A, lower, program.b.copy(), **{**DEFAULTS, **options})
             if start is not None:
                 solver.warm_start(x=np.array(start[0], float), y=np.array(start[1], float))
@@ -105,8 +105,3 @@ def osqp_card(
     if word == "infeasible":
         x, z = np.zeros_like(x), np.array(said.prim_inf_cert, float)
     return word, status.removeprefix("OSQP_").replace("_", " ").lower(), x, z, int(said.info.iter)
-
-
-def _silence() -> AbstractContextManager[Any]:
-    """OSQP writes remarks on standard output (no active rows to polish, a setting refused) even if not verbose."""
-    return redirect_stdout(StringIO())

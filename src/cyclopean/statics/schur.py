@@ -25,7 +25,7 @@ class Schur:
     on it, which no support holds. Counts its factorisations.
     """
 
-    def __init__(self, system: EquilibriumSystem, backend: str = "rslab", threads: int | None = None) -> None:
+    def __init__(self, system: EquilibriumSystem, threads: int | None = None) -> None:
         self.size = 6 * system.blocks
         self.factorisations = 0
         self._gather(system)
@@ -46,7 +46,7 @@ class Schur:
         indptr = np.searchsorted(unique // max(n, 1), np.arange(n + 1))
         self._entries = len(unique)
         threads = 1 if threads is None and system.blocks <= ALONE else threads
-        self.symbolic: Symbolic = analyse(indptr, indices, backend, threads)
+        self.symbolic: Symbolic = analyse(indptr, indices, threads)
 
     def on(self, system: EquilibriumSystem) -> "Schur":
         """S of a system with the same blocks and points in other units (`rows`, frames): the ordering is kept."""
@@ -157,4 +157,4 @@ class _Whole:
         r, c = np.concatenate([row, column[strict]]), np.concatenate([column, row[strict]])
         order = np.argsort(c * n + r)
         indptr = np.searchsorted(c[order], np.arange(n + 1))
-        return cls(analyse(indptr, r[order], lower.backend, symmetric=False), strict, order)
+        return cls(analyse(indptr, r[order], symmetric=False), strict, order)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from cyclopean.analysis.certificates import flushed
 from cyclopean.analysis.coupled.leaves import Cell, Leaf
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.statics import EquilibriumSystem
@@ -239,14 +240,7 @@ def _leaf_document(leaf: Leaf, system: EquilibriumSystem, labels: list[str], eps
     document: dict[str, Any] = {}
     if leaf.y is not None:
         rows = system.still(leaf.y).reshape(-1, 6) * eps / np.repeat([1.0, system.length_unit], 3)
-        document["mechanism"] = dict(zip(labels, _flushed(rows), strict=True))
+        document["mechanism"] = dict(zip(labels, flushed(rows), strict=True))
     if leaf.w is not None:
-        document["forces"] = _flushed(np.einsum("qi,qij->qj", leaf.w * system.force_unit, system.frame))
+        document["forces"] = flushed(np.einsum("qi,qij->qj", leaf.w * system.force_unit, system.frame))
     return document
-
-
-def _flushed(rows: Floats) -> list[list[float]]:
-    """As lists, with noise set to zero: it only makes exact numbers long."""
-    noise = 1e-60 * np.max(np.abs(rows), initial=0.0)
-    flushed: list[list[float]] = np.where(np.abs(rows) > noise, rows, 0.0).tolist()
-    return flushed

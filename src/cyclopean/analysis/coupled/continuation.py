@@ -28,7 +28,7 @@ References
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,7 +41,7 @@ from cyclopean.analysis.coupled.states import Bounds
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
 
-__all__ = ["FACTORISATIONS", "Continued", "continuation"]
+__all__ = ["FACTORISATIONS", "continuation"]
 
 PATHS = ((0.3, 1e-2), (2.0, 1e-2), (0.3, 1e-1))  # alpha and nu of each
 FACTORISATIONS = 1200  # in all; paths end by themselves, most at 50 to 150
@@ -59,21 +59,12 @@ ROUNDING = 5e-11  # nu and softness at the end: what is left is within what the 
 BLAMED, SHARE = 8, 0.1  # points that a fold names at most, and from what share of the largest work
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Continued:
-    """What the route found, and where its first path folds."""
-
-    attempt: Attempt
-    folds: tuple[int, ...] = ()  # contact points, those whose dilation does most work first
-
-
 def continuation(
     system: EquilibriumSystem,
     bounds: Bounds,
-    schur: Schur | None = None,
     budget: int = FACTORISATIONS,
     deadline: float = np.inf,
-) -> Continued:
+) -> Attempt:
     """Follow the family from programme A to a coupled state.
 
     Parameters
@@ -82,8 +73,6 @@ def continuation(
         Scaled, m free blocks and q points, of any size; joints may be smooth.
     bounds : Bounds
         With eps = 1.
-    schur : Schur, optional
-        Of the same system, where the caller has one already.
     budget : int
         Factorisations, looked at between stages.
     deadline : float
@@ -91,10 +80,10 @@ def continuation(
 
     Returns
     -------
-    Continued
-        An attempt; a state only if its residuals say so.
+    Attempt
+        A state only if its residuals say so; else with the points at which the first path folds.
     """
-    route = _Route(system, bounds, Schur(system) if schur is None else schur, budget, deadline)
+    route = _Route(system, bounds, budget, deadline)
     folds: tuple[int, ...] = ()
     try:
         found = route.plain()
@@ -110,25 +99,29 @@ def continuation(
         if found:
             break
         folds = folds or _blamed(route.family, at, stage)
-    best = replace(
-        route.ends.best, infeasible=route.infeasible, solves=route.paths, rounds=route.stages, iterations=route.spent()
+    return replace(
+        route.ends.best,
+        infeasible=route.infeasible,
+        solves=route.paths,
+        rounds=route.stages,
+        iterations=route.spent(),
+        folds=() if found else folds,
     )
-    return Continued(best, () if found else folds)
 
 
 class _Route:
     """What the paths share: the factorisations spent, and the best end so far."""
 
-    def __init__(self, system: EquilibriumSystem, bounds: Bounds, schur: Schur, budget: int, deadline: float) -> None:
-        self.system, self.bounds, self.schur, self.deadline = system, bounds, schur, deadline
+    def __init__(self, system: EquilibriumSystem, bounds: Bounds, budget: int, deadline: float) -> None:
+        self.system, self.bounds, self.budget, self.deadline = system, bounds, budget, deadline
+        self.schur = schur = Schur(system)
         self.family, self.ends = Family(system, bounds, schur), Ends(system, bounds, schur, deadline)
-        self.before, self.budget = schur.factorisations, budget
         self.paths = self.stages = 0
         self.infeasible = False  # no forces balance the loads
 
     def spent(self) -> int:
         """Factorisations so far."""
-        return self.schur.factorisations - self.before + self.ends.factorisations
+        return self.schur.factorisations + self.ends.factorisations
 
     def over(self) -> bool:
         """Whether the budget or the time is spent."""

@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.analysis.quadratic_cones import reach
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur
@@ -190,7 +191,8 @@ class Family:
     def _length(self, at: Iterate, stage: Stage, off: _Off, change: Floats, dd: Floats) -> float:
         """Longest step that leaves a share of all that is positive."""
         rough, mu = self.rough, self.mu
-        length = min(1.0, _reach(at.f[:, 0], change[:, 0]), _reach(at.kappa[rough], change[rough, 3]))
+        room = min(reach(at.f[:, 0], change[:, 0]), reach(at.kappa[rough], change[rough, 3]))
+        length = min(1.0, (1.0 - KEPT) * room)
         for _ in range(60):
             f, kappa = at.f + length * change[:, :3], at.kappa + length * change[:, 3]
             g = at.d[:, 0] + length * dd[:, 0] + 1.0 - stage.theta * mu**2 * kappa * f[:, 0]
@@ -203,9 +205,3 @@ class Family:
 
 def _most(values: Floats) -> float:
     return float(np.max(np.abs(values), initial=0.0))
-
-
-def _reach(x: Floats, d: Floats) -> float:
-    """Longest step that keeps a share of positive x."""
-    down = d < 0.0
-    return float(np.min(-(1.0 - KEPT) * x[down] / d[down], initial=np.inf))

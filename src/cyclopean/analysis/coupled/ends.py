@@ -1,20 +1,10 @@
-"""The ends of a path: from an iterate near a coupled state to the state itself, three ways, and the best so far.
+"""The ends of a path: from an iterate near a coupled state to the state itself, two ways, and the best so far.
 
 `settled` reads the sets off an iterate (which points press, rub, are at their bound) and polishes them; `followed`
-frees every alpha and follows the central path; `repaired` is for ends that miss by little because more points press
-than can, as corners of one joint that lie a hair off their plane. There the linear programme
-
-    min  -(p + A_t f_t).dq    s.t.  dn >= -1,  f_t x dd_t = 0 where a point rubs,   over small changes of the motion
-
-picks the points that do press: its multipliers are normal forces that, with friction as it is, balance the loads on
-those alone. By hand: a stone on four corners, one of them low by 1e-9, stands on the three others.
+frees every alpha and follows the central path.
 """
 
-import time
-from typing import Any
-
 import numpy as np
-import scipy.sparse as sp
 
 from cyclopean.analysis.coupled.block_newton import BlockNewton, Sets
 from cyclopean.analysis.coupled.central_path import follow_path
@@ -30,9 +20,6 @@ __all__ = ["Ends"]
 TRACES = (1e-6, 1e-4)  # friction, in weights of the lighter block, up to which there is none
 MENDS = 4  # sets tried in one polish
 CLEAR = 1e-4  # products at the end of a central path from which a polish is worth its time
-NEARLY = 1e-4  # residual from which the repair is tried
-ITERATIONS = 20_000  # of the programme
-FAR = 1e3  # how far it may move a block, in its own unit
 
 
 class Ends:
@@ -77,43 +64,8 @@ class Ends:
         return False
 
     def followed(self, at: Iterate) -> bool:
-        """Follow the central path, then polish and repair where it ends."""
+        """Follow the central path, then polish where it ends."""
         end = follow_path(self.system, self.twice(), self.bounds, at.f, at.dq, self.deadline)
         if self.keep(end.f, end.dq):
             return True
-        if not (end.product < CLEAR):
-            return False
-        return self.polished(end.sets, end.f, end.dq) or (end.residuals.worst < NEARLY and self.repaired(end.f, end.dq))
-
-    def repaired(self, f: Floats, dq: Floats) -> bool:
-        """Let a linear programme say which points press, near (q, 3) forces and a (6 m,) motion, and polish."""
-        from scipy.optimize import linprog
-
-        system = self.system
-        d, weight = system.gap(dq), system.lighter
-        presses = f[:, 0] > TRACES[0] * weight
-        small = max(
-            1e-12, 1e3 * float(np.max(np.abs(d[presses, 0] + 1.0), initial=0.0))
-        )  # a programme knows 1e-7 of it
-        near = (d[:, 0] + 1.0 < small) | presses
-        rubs = np.hypot(f[:, 1], f[:, 2]) > TRACES[0] * weight
-        rows, k = system.A.T.tocsr(), np.flatnonzero(rubs)
-        e = f[k, 1:] / np.hypot(f[k, 1], f[k, 2])[:, None]
-        across = sp.diags(-e[:, 1]) @ rows[3 * k + 1] + sp.diags(e[:, 0]) @ rows[3 * k + 2]
-        turned = (e[:, 0] * d[k, 2] - e[:, 1] * d[k, 1]) / small
-        cost = -system.residual(f * [0.0, 1.0, 1.0])
-        room = (1.0 + d[near, 0]) / small
-        pressing = -rows[3 * np.flatnonzero(near)]
-        limits: dict[str, Any] = {"maxiter": ITERATIONS}
-        if np.isfinite(self.deadline):
-            limits["time_limit"] = max(self.deadline - time.perf_counter(), 0.1)
-        answer = linprog(cost, pressing, room, across, -turned, (-FAR, FAR), method="highs-ds", options=limits)
-        if answer.status != 0:
-            return False
-        fn = np.zeros(system.points)
-        fn[near] = -answer.ineqlin.marginals
-        pressed = fn > 1e-9 * weight
-        g = f.copy()
-        g[:, 0] = np.where(pressed, fn, 0.0)
-        g[~pressed, 1:] = 0.0
-        return self.polished(Sets.of(pressed, pressed & rubs), g, dq + small * answer.x)
+        return end.product < CLEAR and self.polished(end.sets, end.f, end.dq)

@@ -34,13 +34,13 @@ import scipy.sparse as sp
 from cyclopean.analysis.coupled.leaves import ENGAGED, UNLOADED, Cell, root_cell
 from cyclopean.analysis.coupled.programme_a import Prices
 from cyclopean.analysis.coupled.states import Bounds
+from cyclopean.analysis.equilibrium.reference import BIG
 from cyclopean.arrays import Floats, Ints
 from cyclopean.solvers import SOLVERS, Cone, ConicProgram
 from cyclopean.statics import EquilibriumSystem
 
 __all__ = ["Halves", "SlidingAnswer"]
 
-LARGE = 1000  # blocks above which Clarabel's `faer` factorisation beats its `qdldl`
 SHARP, FINE = 1e-10, 1e-9  # gap and residuals of programme A, and of all others
 CERTAIN = 1e-9  # ... and of a proof that there are no forces
 FAINT = 1e-9  # friction that counts as none
@@ -344,7 +344,7 @@ class Halves:
         settings: dict[str, Any] = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), optimal)
         settings |= dict.fromkeys(("tol_infeas_abs", "tol_infeas_rel"), CERTAIN)
         settings["time_limit"] = max(self.deadline - time.perf_counter(), 1e-3)
-        settings["direct_solve_method"] = "faer" if self.system.blocks > LARGE else "qdldl"
+        settings["direct_solve_method"] = "faer" if self.system.blocks > BIG else "qdldl"
         word, _, x, z, iterations = SOLVERS["clarabel"](program, settings)  # what comes of it is measured, not believed
         self.solves += 1
         self.iterations += iterations

@@ -63,7 +63,7 @@ class Doubled:
         self.order = np.argsort(low * n + high)
         self.row, self.column = high[self.order], low[self.order]
         self.diagonal = np.searchsorted(self.column, np.arange(n))
-        return analyse(np.append(self.diagonal, len(self.row)), self.row, self.schur.symbolic.backend)
+        return analyse(np.append(self.diagonal, len(self.row)), self.row)
 
     def factor(self, forces: Floats, mixed: Floats, motion: Floats, shift: float, least: float, tie: float) -> Scaled:
         """Factor [ -A forces A' - shift, A mixed' A' ; A mixed A', A motion A' + tie ], of (q, 3, 3) each.

@@ -15,7 +15,7 @@ system with q further points is solved by the routes of coupled analysis as they
 By hand: a block of weight W whose centre overhangs the edge of its support by a, glued along a line b behind that edge,
 needs t = W a / b. A block on a slope beyond friction cannot be held by glue in a coupled state: its flat joint would
 have to press and pull at once. Nor can an H frame's beam between parallel faces: what one face opens the other closes.
-Then the forces of the convex programme are returned, with the work by which they miss a state.
+Then the forces of the convex programme are returned.
 
 References
 ----------
@@ -24,7 +24,7 @@ References
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,28 +32,16 @@ import scipy.sparse as sp
 from cyclopean.analysis.coupled.alternation import alternation
 from cyclopean.analysis.coupled.continuation import continuation
 from cyclopean.analysis.coupled.halves import Halves
-from cyclopean.analysis.coupled.polish import Attempt, better, nothing
+from cyclopean.analysis.coupled.polish import Attempt, attempt, better, nothing
 from cyclopean.analysis.coupled.programme_a import Prices
-from cyclopean.analysis.coupled.states import Bounds, Residuals, measure, merit
+from cyclopean.analysis.coupled.states import Bounds, measure
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["GlueFigures", "coupled_tension", "glued"]
+__all__ = ["coupled_tension", "glued"]
 
 OPENINGS = (0.5, 0.1)  # w in terms of eta: a smaller one where sliding would exceed eta
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class GlueFigures:
-    """How far what was found is a coupled state with glue, and what it needs."""
-
-    exact: bool  # a coupled state with this glue; if not, no such state was found, and the forces merely balance
-    total: float  # sum of all pulls, in total loads
-    opening: float  # w in eps; 0 where no glue is needed
-    residuals: Residuals  # glue points included
-    mismatch: Floats  # (q,) work by which each point misses a state, in mean block weights x eps; 0 at a state
-    route: str  # "none", "search" with the glue, or "programme" where it is not exact
 
 
 def glued(system: EquilibriumSystem, opening: float) -> EquilibriumSystem:
@@ -88,7 +76,7 @@ def coupled_tension(
     bounds: Bounds,
     state: tuple[Floats, Floats] | None = None,
     seconds: float = 20.0,
-) -> tuple[Floats, Floats, Floats, GlueFigures]:
+) -> tuple[Floats, Attempt]:
     """Measure the tension that a coupled state would need (penalty form).
 
     Parameters
@@ -104,14 +92,11 @@ def coupled_tension(
 
     Returns
     -------
-    f : (q, 3)
-        Scaled forces with fn = fn+ - pull.
     pull : (q,)
         Scaled tension of each point; exactly zero where there is none.
-    dq : (6 m,)
-        The displacement, in eps.
-    figures : GlueFigures
-        Whether the three are a coupled state with glue, and by how much they miss one.
+    found : Attempt
+        A coupled state, or one of the system with glue, whose q further points come last; where there is neither,
+        forces that balance with glue.
 
     Raises
     ------
@@ -119,38 +104,29 @@ def coupled_tension(
         Even with glue no forces balance the loads: blocks that nothing touches, or joints without friction.
     """
     bounds, deadline = bounds.unit(), time.perf_counter() + seconds
-    if state is not None and (residuals := measure(system, bounds, *state)).accepted:
-        return _unglued(system, *state, residuals)
     if system.points == 0 and system.p.any():
         raise SolverError("no forces balance the loads: there is no joint to glue")
-    found = nothing(system, bounds) if system.points == 0 else _searched(system, bounds, deadline)
+    found = nothing(system, bounds) if state is None else attempt(system, bounds, *state)
+    found = found if found.found else _searched(system, bounds, deadline)
     if found.found:
-        return _unglued(system, found.f, found.dq, found.residuals)
-    for share in OPENINGS:
-        opening = share * bounds.eta
+        return np.zeros(system.points), found
+    for opening in (share * bounds.eta for share in OPENINGS):
         found = _searched(glued(system, opening), bounds, deadline)
         if found.found:
-            return _answer(system, bounds, opening, found, "search")
+            return _pull(found, opening), found
     opening = OPENINGS[0] * bounds.eta
-    return _answer(system, bounds, opening, _balanced(system, bounds, opening), "programme")
+    found = _balanced(glued(system, opening), bounds)
+    return _pull(found, opening), found
 
 
 def _searched(system: EquilibriumSystem, bounds: Bounds, deadline: float) -> Attempt:
     """By the continuation, then by alternation."""
-    found = continuation(system, bounds, deadline=deadline).attempt
+    found = continuation(system, bounds, deadline=deadline)
     return found if found.found else better(found, alternation(system, bounds, deadline=deadline))
 
 
-def _unglued(
-    system: EquilibriumSystem, f: Floats, dq: Floats, residuals: Residuals
-) -> tuple[Floats, Floats, Floats, GlueFigures]:
-    zero = np.zeros(system.points)
-    return f, zero, dq, GlueFigures(True, 0.0, 0.0, residuals, zero, "none")
-
-
-def _balanced(system: EquilibriumSystem, bounds: Bounds, opening: float) -> Attempt:
+def _balanced(both: EquilibriumSystem, bounds: Bounds) -> Attempt:
     """Forces and pulls of the convex programme, whose sliding dilates: balanced, but not yet coupled."""
-    both = glued(system, opening)
     one = np.ones(both.points)
     answer = Halves(both, bounds).priced(Prices(one, 2.0 * bounds.beta, one))
     if answer.word != "solved":
@@ -159,15 +135,6 @@ def _balanced(system: EquilibriumSystem, bounds: Bounds, opening: float) -> Atte
     return Attempt(f, answer.dq, measure(both, bounds, f, answer.dq), np.inf)
 
 
-def _answer(
-    system: EquilibriumSystem, bounds: Bounds, opening: float, found: Attempt, route: str
-) -> tuple[Floats, Floats, Floats, GlueFigures]:
-    q, both = system.points, glued(system, opening)
-    f, pull = found.f[:q].copy(), np.maximum(found.f[q:, 0], 0.0) / opening
-    f[:, 0] -= pull
-    loads = system.total or 1.0
-    normal, tangential = merit(both, bounds, found.f, found.dq)
-    mismatch = np.zeros(q) if found.found else normal[:q] + normal[q:] + tangential[:q]
-    glue = float(pull.sum()) / loads
-    figures = GlueFigures(found.found, glue, opening if glue > 0.0 else 0.0, found.residuals, mismatch, route)
-    return f, pull, found.dq, figures
+def _pull(found: Attempt, opening: float) -> Floats:
+    """(q,) of 2 q points, of which the last q are glue."""
+    return np.maximum(found.f[len(found.f) // 2 :, 0], 0.0) / opening

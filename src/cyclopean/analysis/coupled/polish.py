@@ -34,6 +34,7 @@ class Attempt:
     solves: int = 0
     rounds: int = 0
     iterations: int = 0  # of the solver, a factorisation each
+    folds: tuple[int, ...] = ()  # contact points at which a path folds, those whose dilation does most work first
 
     @property
     def found(self) -> bool:

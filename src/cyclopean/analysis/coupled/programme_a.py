@@ -20,6 +20,7 @@ from cyclopean.analysis.quadratic_cones import (
     nesterov_todd,
     product,
     quotient,
+    reach,
     scaled,
 )
 from cyclopean.arrays import Floats
@@ -76,7 +77,7 @@ class _Point:
 
     def room(self, d: "_Point") -> float:
         """Largest step along d that keeps every cone."""
-        flat = min(_reach(self.t, d.t), _reach(self.zt, d.zt))
+        flat = min(reach(self.t, d.t), reach(self.zt, d.zt))
         return min(flat, longest(self.x, d.x), longest(self.zx, d.zx))
 
     @property
@@ -243,9 +244,3 @@ class _Scaling:
         dt = self.D_t * (rt - d[:, 0])
         dzx = along - self.backward(self.backward(dx))
         return _Point(dx, dt, dzx, (corner - at.zt * dt) / at.t, dq)
-
-
-def _reach(x: Floats, d: Floats) -> float:
-    """Largest t with x + t d >= 0."""
-    down = d < 0.0
-    return float(np.min(-x[down] / d[down], initial=np.inf))

@@ -57,7 +57,6 @@ class CoupledOutcome:
     merit: float = np.inf  # of the best triple
     bound: float = 0.0  # share of the tree that is closed
     folds: tuple[int, ...] = ()  # contact points (of q) at which an undecided search ends, the most blamed first
-    route: str = ""  # "RBE", "continuation", "alternation", "tree"
     provenance: dict[str, Any] = field(default_factory=dict)
 
 
@@ -125,7 +124,7 @@ def solve_cra(
     tried = [_entry("RBE", str(rigid.provenance.get("solver", "")), rigid.word, began, factorisations=spent)]
     if rigid.word == "collapse":
         provenance = {**_provenance("RBE", tried), **rigid.provenance, "tried": tried}
-        return CoupledOutcome("collapse", y=rigid.y, merit=np.inf, route="RBE", provenance=provenance)
+        return CoupledOutcome("collapse", y=rigid.y, provenance=provenance)
     parts = components(system)
     if len(parts) <= 1:
         return _component(system, asked, rigid.f, tried)
@@ -155,7 +154,7 @@ def _together(
             folds += part.points[list(found.folds)].tolist()
     if last is None:
         route = str(tried[-1]["route"])
-        return CoupledOutcome("coupled", f, dq.ravel(), merit=merit, route=route, provenance=_provenance(route, tried))
+        return CoupledOutcome("coupled", f, dq.ravel(), merit=merit, provenance=_provenance(route, tried))
     why = f"{last.provenance.get('why', '')} ({open_ones} of {len(parts)} groups of blocks that touch are open)"
     provenance = _provenance("", tried) | {"why": why}
     return CoupledOutcome(
@@ -219,9 +218,9 @@ def _routes(system: EquilibriumSystem, asked: _Asked, given: list[Floats], folds
     hasty = asked.effort < 1.0
 
     def continued(budget: int = asked.factorisations) -> Attempt:
-        found = continuation(system, asked.bounds, None, budget, asked.deadline)
+        found = continuation(system, asked.bounds, budget, asked.deadline)
         folds[:] = found.folds
-        return found.attempt
+        return found
 
     def alternated() -> Attempt:
         large = system.points > TREE_POINTS
@@ -281,7 +280,7 @@ def _refuting(
     best = better(best, answer.best)
     if answer.word == "refuted":
         provenance = _provenance("tree", tried) | {"leaves": answer.leaves}
-        found = CoupledOutcome("refuted", best.f, best.dq, tree=answer.root, merit=best.merit, bound=1.0, route="tree")
+        found = CoupledOutcome("refuted", best.f, best.dq, tree=answer.root, merit=best.merit, bound=1.0)
         return replace(found, provenance=provenance), best, answer
     return (_coupled(best, "tree", tried) if best.found else None), best, answer
 
@@ -295,7 +294,7 @@ def _amiss(system: EquilibriumSystem, bounds: Bounds, best: Attempt) -> list[int
 
 def _coupled(best: Attempt, route: str, tried: Tried) -> CoupledOutcome:
     provenance = _provenance(route, tried)
-    return CoupledOutcome("coupled", best.f, best.dq, merit=best.merit, route=route, provenance=provenance)
+    return CoupledOutcome("coupled", best.f, best.dq, merit=best.merit, provenance=provenance)
 
 
 def _undecided(best: Attempt, tried: Tried, folds: list[int], bound: float, why: str) -> CoupledOutcome:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.statics import EquilibriumSystem
@@ -40,15 +41,8 @@ def connected(count: int, a: Ints, b: Ints) -> Ints:
     >>> connected(4, np.array([3]), np.array([1])).tolist()
     [0, 1, 2, 1]
     """
-    label = np.arange(count)
-    while True:
-        least = label.copy()
-        np.minimum.at(least, label[a], label[b])
-        np.minimum.at(least, label[b], label[a])
-        least = least[least[label]]
-        if (least == label).all():
-            return np.unique(label, return_inverse=True)[1].astype(np.int64)
-        label = least
+    edges = sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(edges, directed=False)[1].astype(np.int64))
 
 
 def lightest(label: Ints, weight: Floats) -> Floats:

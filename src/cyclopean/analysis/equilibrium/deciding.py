@@ -137,8 +137,8 @@ def decide_rigid(
         task = whole if whole.count == 1 else _Task.of(model, part)
         known = None if state is None else _cut(state, part)
         found: Polished | Floats | None = None if known is None else task.accepted(known)
-        if found is None and (motion := _of_part(first, part)) is not None:
-            found = opened(part.system, task.balance, motion)
+        if found is None and first.word == "collapse" and first.y is not None:
+            found = opened(part.system, task.balance, first.y.reshape(-1, 6)[part.blocks].ravel())
         if found is None and solver == "auto":
             found = _at_own_scale(task, known, tried)
             shown[part.points] = found.f if isinstance(found, Polished) else shown[part.points]
@@ -155,11 +155,6 @@ def decide_rigid(
         return Decision("undecided", first.f, first.y, first.balance, first.bound, provenance, own=own)
     state = _merged(system, state, states)
     return Decision("balanced", shown, None, first.balance, 0.0, provenance, state, state.worst)
-
-
-def _of_part(first: Outcome, part: Part) -> Floats | None:
-    """Velocities of the part in what was taken for a mechanism of the whole."""
-    return first.y.reshape(-1, 6)[part.blocks].ravel() if first.word == "collapse" and first.y is not None else None
 
 
 def _at_own_scale(task: _Task, known: Polished | None, tried: list[dict[str, Any]]) -> Polished | Floats | None:

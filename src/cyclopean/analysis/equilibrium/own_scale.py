@@ -12,15 +12,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from cyclopean.analysis.equilibrium.interior import SMALLEST_MU, interior_point
-from cyclopean.analysis.equilibrium.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
-from cyclopean.analysis.equilibrium.rbe import COLLAPSE, NEAR, PROMISING
+from cyclopean.analysis.equilibrium.interior import SMALLEST_MU
+from cyclopean.analysis.equilibrium.newton import collapse_bound, sharpen_mechanism
+from cyclopean.analysis.equilibrium.rbe import COLLAPSE, PROMISING, attempted
 from cyclopean.analysis.equilibrium.reference import Cone, mechanism_program, rbe_program, solve_program
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
 
 __all__ = ["Answer", "answers", "lighter_weight", "own_rows", "own_scaled"]
+
+PATIENT = 30, 80, 12  # caps of the solvers: there is no other scale left
 
 
 def own_rows(weight: Floats, diagonal: Floats) -> Floats:
@@ -99,10 +101,7 @@ def answers(system: EquilibriumSystem, scaled: EquilibriumSystem, columns: Float
         if name == "interior" and scaled.mu.min(initial=np.inf) < SMALLEST_MU:
             continue
         before = schur.factorisations
-        try:
-            found = _by_newton(scaled, schur) if name == "newton" else _by_interior(scaled, schur)
-        except (SolverError, np.linalg.LinAlgError):
-            continue
+        found = attempted(name, scaled, schur, caps=PATIENT)
         y = _sharpened(scaled, schur, found.y, PROMISING)
         yield told(name, found.word, schur.factorisations - before, found.f, y)
     conic = solve_program(rbe_program(scaled, Cone()), system.blocks)
@@ -128,15 +127,3 @@ def _sharpened(scaled: EquilibriumSystem, schur: Schur, y: Floats, promising: fl
         return sharpen_mechanism(scaled, schur, y)
     except (SolverError, np.linalg.LinAlgError):
         return y
-
-
-def _by_newton(scaled: EquilibriumSystem, schur: Schur) -> DualAnswer:
-    return newton(scaled, schur, cap=30)
-
-
-def _by_interior(scaled: EquilibriumSystem, schur: Schur) -> DualAnswer:
-    near = interior_point(scaled, schur, cap=80)
-    if near.word == "collapse" or not (near.residual <= NEAR):
-        return near
-    final = newton(scaled, schur, start=near.y, cap=12)
-    return final if final.word == "balanced" else near

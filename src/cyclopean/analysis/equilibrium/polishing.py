@@ -17,7 +17,6 @@ from cyclopean.analysis.equilibrium.own_scale import lighter_weight, own_rows, o
 from cyclopean.analysis.quadratic_cones import apply, determinant, longest
 from cyclopean.arrays import Floats
 from cyclopean.errors import SolverError
-from cyclopean.solvers import Factor
 from cyclopean.statics import EquilibriumSystem, Schur
 
 __all__ = ["ENOUGH", "PLAIN", "Polished", "Polisher"]
@@ -121,7 +120,7 @@ class Polisher:
         def worst(state: Polished) -> float:
             return float(np.max(state.own * scale, initial=0.0))
 
-        best = at = self._measured(self._world(f), f, 0)
+        best = at = self._measured((self._turned(self.system.true_forces(f)), None), f, 0)
         steps = 0
         while (PLAIN if at.low is None else ENOUGH) < worst(at) and at.worst <= HOPELESS and steps < ROUNDS and len(f):
             try:
@@ -150,7 +149,7 @@ class Polisher:
             S cannot be factorised.
         """
         D = self._metric(f)
-        y = self._factor(D).solve(wanted)
+        y = self.schur.factor(D, SHIFT).solve(wanted)
         return apply(D, self.scaled.gap(y))
 
     def room(self, f: Floats, step: Floats) -> float:
@@ -167,9 +166,6 @@ class Polisher:
         D[self.straight, 1:, 1:] = 0.0
         return np.asarray(D / (self.stretch[:, :, None] * self.stretch[:, None, :]))
 
-    def _factor(self, D: Floats) -> Factor:
-        return self.schur.factor(D, SHIFT)
-
     def _in_own_units(self, residual: Floats) -> Floats:
         """(6 m,) of (m, 6) N, N m."""
         return residual.ravel() * own_rows(self.balance.weight, self.balance.diagonal)
@@ -178,11 +174,8 @@ class Polisher:
         residual = self.balance.residual(parts)
         return Polished(*parts, f, residual, self.balance.own(residual), steps)
 
-    def _world(self, f: Floats) -> Parts:
-        """True forces of (q, 3) f in N, as `Balance` wants them."""
-        return self._turned(self.system.true_forces(f)), None
-
     def _turned(self, local: Floats) -> Floats:
+        """(q, 3) forces in N, as `Balance` wants them, of those in the system's units and frames."""
         force = np.einsum("qi,qij->qj", local * self.system.force_unit, self.system.frame)
         if self.balance.sliding.any():
             at = self.balance.sliding

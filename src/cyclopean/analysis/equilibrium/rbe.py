@@ -21,13 +21,25 @@ from cyclopean.errors import InputError, SolverError
 from cyclopean.solvers import EXTRAS, load_osqp, solve
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
 
-__all__ = ["BALANCE", "COLLAPSE", "SOLVERS", "Outcome", "balanced", "falling", "solve_rbe", "tension", "weighted"]
+__all__ = [
+    "BALANCE",
+    "COLLAPSE",
+    "SOLVERS",
+    "Outcome",
+    "attempted",
+    "balanced",
+    "falling",
+    "solve_rbe",
+    "tension",
+    "weighted",
+]
 
 SOLVERS = ("auto", "newton", "interior", "clarabel", "osqp")
 BALANCE = 1e-9  # the certificate's own threshold: ||A f + p|| in total loads
 LOST = 0.6  # least-norm states of standing models come to 0.1 to 0.3 of the total load, more where blocks are few
 PROMISING = 1e3  # collapse bound from which a solver's velocities are worth sharpening rather than handing over
 NEAR = 1e-5  # scaled residual from which an interior point's forces are worth mending
+CAPS = 20, 50, 8  # steps of Newton, of the interior point, and of Newton after it
 COLLAPSE = 1e6  # likewise: p'y / ||P_K(-A'y)|| in total loads
 FACES = (16, 64)  # of the pyramids that OSQP gets in place of exact cones: up to 1.9 % and 0.12 % of friction off
 
@@ -119,7 +131,7 @@ def solve_rbe(
         if name == "interior" and scaled.mu.min() < SMALLEST_MU:
             continue
         before = columns.factorisations
-        answer = _attempt(name, scaled, columns, lost if solver == "auto" else np.inf)
+        answer = attempted(name, scaled, columns, lost if solver == "auto" else np.inf)
         tried.append({"solver": name, "word": answer.word, "factorisations": columns.factorisations - before})
         found = replace(answer, f=answer.f * stretch)
         outcome = _settled(system, found, name, tried, schur)
@@ -154,14 +166,17 @@ def tension(system: EquilibriumSystem, gamma: float = 1e6) -> tuple[Floats, Floa
     return f, pull
 
 
-def _attempt(name: str, system: EquilibriumSystem, schur: Schur, lost: float) -> DualAnswer:
+def attempted(
+    name: str, system: EquilibriumSystem, schur: Schur, lost: float = np.inf, caps: tuple[int, int, int] = CAPS
+) -> DualAnswer:
+    """What "newton" or "interior" comes to; "unfinished" where it is numerically beyond it."""
     try:
         if name == "newton":
-            return newton(system, schur, lost=lost)
-        near = interior_point(system, schur)
+            return newton(system, schur, cap=caps[0], lost=lost)
+        near = interior_point(system, schur, cap=caps[1])
         if near.word == "collapse" or not (near.residual <= NEAR):
             return near
-        final = newton(system, schur, start=near.y, cap=8)  # from its optimum y, two or three steps to rounding
+        final = newton(system, schur, start=near.y, cap=caps[2])  # from its optimum y, two or three steps to rounding
         return final if final.word == "balanced" else replace(near, word="balanced")
     except (SolverError, np.linalg.LinAlgError):
         return DualAnswer("unfinished", np.zeros((system.points, 3)), np.zeros(schur.size), np.inf, 0)

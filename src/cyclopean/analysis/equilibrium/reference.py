@@ -14,6 +14,7 @@ from cyclopean.statics import EquilibriumSystem, pyramid_rows
 
 __all__ = [
     "Cone",
+    "conic_options",
     "dual_rows",
     "force_rows",
     "mechanism_program",
@@ -24,6 +25,7 @@ __all__ = [
 ]
 
 BIG = 1000  # blocks above which Clarabel's `faer` factorisation beats its `qdldl`
+TOLERANCES = (1e-10, 1e-8), (1e-8, 1e-6)  # of an optimum, and of a proof that there is none, one after the other
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,9 +94,7 @@ def mechanism_program(system: EquilibriumSystem) -> ConicProgram:
     so near their limit that the force side alone is inconclusive. (Where some joints must stay shut, t is 0.)
     """
     q, n = system.points, len(system.p)
-    stretch = np.ones((q, 3))
-    stretch[:, 1:] = system.mu[:, None]
-    opening = sp.hstack([sp.diags(-stretch.ravel()) @ system.A.T, np.tile([[1.0], [0.0], [0.0]], (q, 1))])
+    opening = sp.hstack([dual_rows(system, 0.0)[0], np.tile([[1.0], [0.0], [0.0]], (q, 1))])
     power = sp.hstack([sp.csr_matrix(-system.p[None, :]), [[1.0]]])
     ball = sp.vstack([sp.csr_matrix((1, n + 1)), sp.hstack([-sp.identity(n), sp.csr_matrix((n, 1))])])
     A = sp.vstack([power, opening, ball], format="csc")
@@ -110,21 +110,18 @@ def solve_program(program: ConicProgram, blocks: int) -> ConicAnswer:
     The second attempt is for models so near their limit that the first gives up; what it finds is mended and checked
     like everything else.
     """
-    method = "faer" if blocks > BIG else "qdldl"
-    answer = solve(program, direct_solve_method=method, max_iter=200, **_tolerances(1e-10, 1e-8))
-    if answer.word == "failed":
-        answer = solve(program, direct_solve_method=method, max_iter=200, **_tolerances(1e-8, 1e-6))
+    for optimal, infeasible in TOLERANCES:
+        loose: dict[str, Any] = dict.fromkeys(("tol_infeas_abs", "tol_infeas_rel"), infeasible)
+        answer = solve(program, **conic_options(blocks, optimal), **loose)
+        if answer.word != "failed":
+            break
     return answer
 
 
-def _tolerances(optimal: float, infeasible: float) -> dict[str, Any]:
-    return {
-        "tol_gap_abs": optimal,
-        "tol_gap_rel": optimal,
-        "tol_feas": optimal,
-        "tol_infeas_abs": infeasible,
-        "tol_infeas_rel": infeasible,
-    }
+def conic_options(blocks: int, tolerance: float) -> dict[str, Any]:
+    """Clarabel's settings for a programme of a model of so many free blocks, to a tolerance of its optimum."""
+    tolerances = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
+    return {"direct_solve_method": "faer" if blocks > BIG else "qdldl", "max_iter": 200, **tolerances}
 
 
 def dual_rows(system: EquilibriumSystem, delta: float) -> tuple[Any, tuple[Any, ...], Floats]:

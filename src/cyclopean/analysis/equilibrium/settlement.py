@@ -31,13 +31,13 @@ import scipy.sparse as sp
 
 from cyclopean.analysis.equilibrium.newton import newton
 from cyclopean.analysis.equilibrium.rbe import BALANCE, balanced, solve_rbe
-from cyclopean.analysis.equilibrium.reference import BIG, Cone, rbe_program
+from cyclopean.analysis.equilibrium.reference import Cone, conic_options, rbe_program
 from cyclopean.arrays import Bools, Floats
 from cyclopean.errors import SolverError
 from cyclopean.solvers import ConicProgram, solve
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
 
-__all__ = ["SettledOutcome", "follow", "settle", "support_gap"]
+__all__ = ["SettledOutcome", "settle", "support_gap"]
 
 SHUT = 1e-6  # of the largest settlement: gaps below it are those of a hinge
 TOLERANCES = (1e-10, 1e-8)  # of the conic solver, one after the other
@@ -82,28 +82,13 @@ def settle(system: EquilibriumSystem, gap: Floats) -> SettledOutcome:
     if rigid.word != "balanced" or rigid.f is None:
         word: Literal["collapse", "undecided"] = "collapse" if rigid.word == "collapse" else "undecided"
         return SettledOutcome(word, None, rigid.y, None, rigid.balance, rigid.bound, np.inf, rigid.provenance)
-    return follow(system, gap)
-
-
-def follow(system: EquilibriumSystem, gap: Floats) -> SettledOutcome:
-    """Do the same for a model of which nothing is known; "collapse" then is what the conic solver says, unproved.
-
-    Parameters
-    ----------
-    system : EquilibriumSystem
-        Scaled.
-    gap : (q, 3)
-        dd0 of each point: what the ground does to it, and how far it is open already.
-    """
     tried: list[dict[str, Any]] = []
     slides: SettledOutcome | None = None
     for tolerance in TOLERANCES:
-        answer = solve(_program(system, gap), **_options(system, tolerance))
+        answer = solve(_program(system, gap), **conic_options(system.blocks, tolerance))
         tried.append({"solver": "clarabel", "word": answer.status, "factorisations": answer.iterations})
         if _locked(system, gap, answer.x):
             return SettledOutcome("locked", provenance=_told(tried))
-        if answer.word == "infeasible":
-            return SettledOutcome("collapse", provenance=_told(tried))
         if answer.word != "solved":
             continue
         y = system.still(answer.z[: len(system.p)])
@@ -175,16 +160,6 @@ def _program(system: EquilibriumSystem, gap: Floats) -> ConicProgram:
     return ConicProgram(sp.csc_matrix((q, q)), gap.ravel().copy(), base.A, base.b, base.cones)
 
 
-def _options(system: EquilibriumSystem, tolerance: float) -> dict[str, Any]:
-    return {
-        "direct_solve_method": "faer" if system.blocks > BIG else "qdldl",
-        "max_iter": 200,
-        "tol_gap_abs": tolerance,
-        "tol_gap_rel": tolerance,
-        "tol_feas": tolerance,
-    }
-
-
 def _told(tried: list[dict[str, Any]]) -> dict[str, Any]:
     last = tried[-1]
     count = sum(entry["factorisations"] for entry in tried)
@@ -197,6 +172,8 @@ def _polished(system: EquilibriumSystem, gap: Floats, y: Floats) -> tuple[Floats
     What is shut gives three equations, dd = 0; what slides one, dn = mu e.dd_t with e its own direction. They are
     solved for the smallest change of y.
     """
+    from scipy.sparse.linalg import lsqr
+
     shut, slides = _sorted(system, system.gap(y) + gap)
     for _ in range(ROUNDS):
         dd = system.gap(y) + gap
@@ -205,28 +182,19 @@ def _polished(system: EquilibriumSystem, gap: Floats, y: Floats) -> tuple[Floats
         lean[:, 0] = 1.0
         lean[:, 1:] = -system.mu[:, None] * dd[:, 1:] / np.maximum(tangent, 1e-300)[:, None]
         rows = np.flatnonzero(np.repeat(shut, 3))
+        column = 3 * np.flatnonzero(slides)[:, None] + np.arange(3)
         along = sp.csr_matrix(
-            (lean[slides].ravel(), (3 * np.flatnonzero(slides)[:, None] + np.arange(3)).ravel(), _starts(slides)),
-            shape=(int(slides.sum()), 3 * system.points),
+            (lean[slides].ravel(), column.ravel(), 3 * np.arange(len(column) + 1)),
+            shape=(len(column), 3 * system.points),
         )
         gaps = system.A.T.tocsr()
         matrix = sp.vstack([gaps[rows], along @ gaps], format="csr")
         off = np.concatenate([dd.ravel()[rows], along @ dd.ravel()])
         if not len(off) or not (np.abs(off).max() > 1e-15):
             break
-        y = y - system.still(_least_change(matrix, off))
+        least = lsqr(matrix, off, atol=1e-16, btol=1e-16, iter_lim=20 * sum(matrix.shape))[0]
+        y = y - system.still(least)
     return y, shut, slides
-
-
-def _starts(rows: Bools) -> Any:
-    return 3 * np.arange(int(rows.sum()) + 1)
-
-
-def _least_change(matrix: Any, off: Floats) -> Floats:
-    """The least d with matrix d = off."""
-    from scipy.sparse.linalg import lsqr
-
-    return np.asarray(lsqr(matrix, off, atol=1e-16, btol=1e-16, iter_lim=20 * sum(matrix.shape))[0])
 
 
 def _sorted(system: EquilibriumSystem, dd: Floats) -> tuple[Bools, Bools]:

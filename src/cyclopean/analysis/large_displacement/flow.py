@@ -18,12 +18,12 @@ References
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 
-from cyclopean.analysis.equilibrium.reference import BIG
+from cyclopean.analysis.equilibrium.reference import conic_options
 from cyclopean.arrays import Floats
 from cyclopean.solvers import Cone as ConeKind
 from cyclopean.solvers import ConicProgram, solve
@@ -34,7 +34,7 @@ __all__ = ["DryFlow", "Stuck", "dry_flow"]
 ROUNDS = 8  # of pressures and bounds
 AGREE = 1e-3  # of the largest pressure: they agree
 SETTLES = 3  # rounds after which the mean of two pressures is taken: they may alternate
-TOLERANCES: dict[str, Any] = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10}  # as of settlements
+TOLERANCE = 1e-10  # of the conic solver, as of settlements
 FLOOR = 1e-6  # of the largest pressure: of friction at every point, so that no cone is without inside
 SLIDES = 1e-6  # of the largest of all motions: a point that presses and moves more slides, so that its bound matters
 Stuck = Literal["falls", "locked", "undecided"]
@@ -66,11 +66,12 @@ def dry_flow(system: EquilibriumSystem, pressure: Floats, gap: Floats) -> DryFlo
     found: DryFlow | Stuck = "undecided"
     for k in range(ROUNDS):
         bound = system.mu * pressure + FLOOR * float(np.max(pressure, initial=0.0))
-        method = "faer" if system.blocks > BIG else "qdldl"
-        answer = solve(_program(system, bound, gap), direct_solve_method=method, max_iter=200, **TOLERANCES)
+        answer = solve(_program(system, bound, gap), **conic_options(system.blocks, TOLERANCE))
         if answer.word != "solved":
             if isinstance(found, str):
-                found = "locked" if "DualInfeasible" in answer.status else _STUCK[answer.word]
+                found = "falls" if answer.word == "infeasible" else "undecided"
+                if "DualInfeasible" in answer.status:
+                    found = "locked"
             break
         y = system.still(answer.z[: len(system.p)])
         found = DryFlow(answer.x[: 3 * system.points].reshape(-1, 3), y, system.gap(y) + gap)
@@ -81,9 +82,6 @@ def dry_flow(system: EquilibriumSystem, pressure: Floats, gap: Floats) -> DryFlo
             break
         pressure = now if k < SETTLES else (now + pressure) / 2.0
     return found
-
-
-_STUCK: dict[str, Stuck] = {"infeasible": "falls", "failed": "undecided"}
 
 
 def _program(system: EquilibriumSystem, bound: Floats, gap: Floats) -> ConicProgram:

@@ -1,7 +1,7 @@
 """For how large a length does the answer hold in every drawing within it? What is told has passed the checker."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,14 +25,6 @@ FURTHER = 50.0  # by which the next length is larger or smaller at most
 FIRST = 1e-3  # of the smallest contact's width: the length that is tried first where none is asked for
 
 Attempt = Callable[[float], tuple[dict[str, Any] | None, float]]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Found:
-    """The largest length (m) at which an attempt succeeded, and the certificate of it."""
-
-    length: float = 0.0
-    certificate: dict[str, Any] | None = None
 
 
 def require_known(model: PreparedModel) -> None:
@@ -70,11 +62,11 @@ def drawings(model: PreparedModel, result: Result, length: float, degrees: float
     """
     moved = np.zeros((0, 6)) if result.mechanism is None else result.mechanism
     attempt = _attempt(model, Family(length, degrees), None if result.verdict == "stable" else moved)
-    found = _Found() if result.verdict == "undecided" else _search(attempt, length, False)
-    within = Within(length, degrees, found.length >= length, found.length)
+    certain, certificate = (0.0, None) if result.verdict == "undecided" else _search(attempt, length, False)
+    within = Within(length, degrees, certain >= length, certain)
     if within.holds:
         reason = f"{result.reason} {within.words()}"
-        return replace(result, reason=reason, within=within, certificate=found.certificate)
+        return replace(result, reason=reason, within=within, certificate=certificate)
     if result.verdict == "undecided":
         return replace(result, within=within)
     reason = f"As drawn it is {result.verdict}. {within.words()}"
@@ -93,35 +85,31 @@ def certain_length(model: PreparedModel, mechanism: Floats | None = None) -> flo
     if not len(model.contacts) or model.fixed.all():
         return 0.0
     first = FIRST * float(np.min(model.contacts.area / model.contacts.perimeter))
-    return _search(_attempt(model, Family(first), mechanism), first, True).length
+    return _search(_attempt(model, Family(first), mechanism), first, True)[0]
 
 
 def _attempt(model: PreparedModel, family: Family, mechanism: Floats | None) -> Attempt:
     """A proof for one length, and the share of it that was needed, where that can be told; else infinite."""
-    if mechanism is None:
-        return lambda length: _certified(model, "rbe-state-within", standing(model, family.of(length)))
     system = model.system()
-    labels = list(bodies(system, mechanism)) if len(mechanism) else []
+    labels = [] if mechanism is None or not len(mechanism) else list(bodies(system, mechanism))
 
-    def fall(length: float) -> tuple[dict[str, Any] | None, float]:
-        found = next(filter(None, (falling(model, system, label, family.of(length)) for label in labels)), None)
-        return _certified(model, "rbe-mechanism-within", (found, np.inf))
+    def attempt(length: float) -> tuple[dict[str, Any] | None, float]:
+        if mechanism is None:
+            kind, (found, share) = "rbe-state-within", standing(model, family.of(length))
+        else:
+            proofs = (falling(model, system, label, family.of(length)) for label in labels)
+            kind, found, share = "rbe-mechanism-within", next(filter(None, proofs), None), np.inf
+        return None if found is None else certify(model, system, kind, found), share
 
-    return fall
-
-
-def _certified(
-    model: PreparedModel, kind: str, found: tuple[dict[str, Any] | None, float]
-) -> tuple[dict[str, Any] | None, float]:
-    return None if found[0] is None else certify(model, model.system(), kind, found[0]), found[1]
+    return attempt
 
 
-def _search(attempt: Attempt, first: float, grows: bool) -> _Found:
-    """The largest length to a tenth; no larger than the first unless it `grows`.
+def _search(attempt: Attempt, first: float, grows: bool) -> tuple[float, dict[str, Any] | None]:
+    """The largest length (m) to a tenth, and its certificate; no larger than the first unless it `grows`.
 
     What is needed grows with the length about in proportion, which tells where to look next.
     """
-    known: list[_Found] = []
+    known: list[tuple[float, dict[str, Any]]] = []
     low, high, length = 0.0, np.inf, first
     for _ in range(TRIES):
         certificate, share = attempt(length)
@@ -129,7 +117,7 @@ def _search(attempt: Attempt, first: float, grows: bool) -> _Found:
             high = length
         else:
             low = length
-            known.append(_Found(length, certificate))
+            known.append((length, certificate))
         if (low == first and not grows) or high <= CLOSE * low:
             break
         guess = 0.95 * length / share if 0.0 < share < np.inf else length * (8.0 if low else 0.125)
@@ -139,4 +127,4 @@ def _search(attempt: Attempt, first: float, grows: bool) -> _Found:
         length = float(np.clip(guess, length / FURTHER, FURTHER * length))
         if length < LEAST * first:
             break
-    return next((one for one in reversed(known) if verify(one.certificate or {}).proved), _Found())
+    return next((one for one in reversed(known) if verify(one[1]).proved), (0.0, None))

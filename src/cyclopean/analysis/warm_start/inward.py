@@ -28,6 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cyclopean.analysis.coupled.block_newton import Sets
 from cyclopean.analysis.coupled.kkt import Doubled, Eliminated, PointRows
 from cyclopean.analysis.coupled.states import Bounds, Residuals, measure
 from cyclopean.analysis.warm_start.region import Region
@@ -71,14 +72,6 @@ class _Wall:
         rate = -np.einsum("kj,kj->k", self.row, step[self.point])
         room = np.where(self.slack > self.floor, SHARE * self.slack, np.maximum(self.slack, 0.0) + 0.5 * self.floor)
         return float(np.min(room[rate > 0.0] / rate[rate > 0.0], initial=1.0))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Sets:
-    """Which points press, which of them rub."""
-
-    pressed: Bools  # (q,)
-    rubbing: Bools  # (q,)
 
 
 def inward(
@@ -130,7 +123,7 @@ def inward(
     return f, dq, found
 
 
-def _begun(system: EquilibriumSystem, bounds: Bounds, rim: Bools, f: Floats, d: Floats) -> tuple[Floats, _Sets]:
+def _begun(system: EquilibriumSystem, bounds: Bounds, rim: Bools, f: Floats, d: Floats) -> tuple[Floats, Sets]:
     """The sets, and a trace of friction wherever a point that presses slides far enough to have some."""
     tangent, slide = np.hypot(f[:, 1], f[:, 2]), np.hypot(d[:, 1], d[:, 2])
     pressed = f[:, 0] > PRESSED
@@ -140,24 +133,22 @@ def _begun(system: EquilibriumSystem, bounds: Bounds, rim: Bools, f: Floats, d: 
     trace = -(TRACE * system.mu * f[:, 0] / np.maximum(slide, 1e-12))[:, None] * d[:, 1:]
     begun = np.where(pressed[:, None], f, 0.0)
     begun[:, 1:] = np.where(little[:, None], trace, np.where(rubbing[:, None], begun[:, 1:], 0.0))
-    return begun, _Sets(pressed, rubbing)
+    return begun, Sets.of(pressed, rubbing)
 
 
-def _let_go(sets: _Sets, before: Floats, f: Floats) -> tuple[Floats, _Sets]:
+def _let_go(sets: Sets, before: Floats, f: Floats) -> tuple[Floats, Sets]:
     """Make forces that vanish vanish."""
     was, now = np.hypot(before[:, 1], before[:, 2]), np.hypot(f[:, 1], f[:, 2])
     lost = sets.pressed & (f[:, 0] < LOST[0]) & (f[:, 0] < 0.5 * before[:, 0])
     idle = sets.rubbing & (now < LOST[1]) & (now < 0.5 * was)
     if not (lost.any() or idle.any()):
         return f, sets
-    left = _Sets(sets.pressed & ~lost, sets.rubbing & ~lost & ~idle)
-    f = np.where(left.pressed[:, None], f, 0.0)
-    f[~left.rubbing, 1:] = 0.0
-    return f, left
+    left = Sets.of(sets.pressed & ~lost, sets.rubbing & ~lost & ~idle)
+    return left.without(f), left
 
 
 def _walls(
-    system: EquilibriumSystem, bounds: Bounds, sets: _Sets, f: Floats, d: Floats
+    system: EquilibriumSystem, bounds: Bounds, sets: Sets, f: Floats, d: Floats
 ) -> tuple[list[_Wall], list[_Wall]]:
     """Inequalities of forces and of displacements."""
     E, T, free = (np.flatnonzero(s) for s in (sets.pressed, sets.rubbing, ~sets.pressed))
@@ -188,7 +179,7 @@ def _rows(normal: Floats | float, tangential: Floats) -> Floats:
 def _step(
     system: EquilibriumSystem,
     doubled: Doubled,
-    sets: _Sets,
+    sets: Sets,
     metrics: tuple[Floats, Floats, Floats, Floats],
     f: Floats,
     d: Floats,
@@ -204,7 +195,7 @@ def _step(
 
 
 def _metrics(
-    sets: _Sets, rim: Bools, walls: tuple[list[_Wall], list[_Wall]], c: float
+    sets: Sets, rim: Bools, walls: tuple[list[_Wall], list[_Wall]], c: float
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """W and the barrier's slope on forces; M and its slope on displacements. At the rim no force moves."""
     q = len(sets.pressed)

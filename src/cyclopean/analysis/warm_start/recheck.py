@@ -10,6 +10,7 @@ state, and only the others are searched.
 """
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -146,14 +147,22 @@ def _continued(model: PreparedModel, settings: Settings, system: EquilibriumSyst
             lost = coupled_claim(replace(found, f=None, dq=None, part=own, folds=folds))
             return None if found.word == "collapse" else lost
         f[k], dq[b] = found.f * force, found.dq.reshape(-1, 6) / np.repeat([1.0, length], 3)
-    return _claim(f, dq.ravel(), rounds)
+    provenance = {"route": CONTINUED, "solver": "newton", "iterations": rounds, "factorisations": 0, "tried": []}
+    return coupled_claim(CoupledOutcome("coupled", f, dq.ravel(), merit=0.0, provenance=provenance))
 
 
 def _near(
     system: EquilibriumSystem, bounds: Bounds, fresh: Ints, old_point: Bools, f: Floats, dq: Floats
 ) -> tuple[Floats, Floats, int] | None:
     """A coupled state near (f, dq) with some (k,) fresh blocks, and what it took; None where none is found."""
-    down, rooms = way_down(system, fresh), _Rooms(system)
+    down = way_down(system, fresh)
+
+    @cache
+    def cut(rows: bytes) -> tuple[Region, Doubled]:
+        """A region and its matrix, ordered once."""
+        found = region(system, np.frombuffer(rows, np.int64))
+        return found, Doubled(Schur(found.part))
+
     for radius in RADII:
         blocks = around(system, fresh, radius)
         if radius and len(blocks) > MOST * system.blocks:
@@ -162,8 +171,8 @@ def _near(
         if start is not None:
             if attempt(system, bounds, *start).found:
                 return *start, radius + 1
-            for room in rooms.about(np.union1d(down, blocks)):
-                near, moved, residuals = inward(system, *rooms.of(room), bounds, *start)
+            for room in _rooms(system, np.union1d(down, blocks)):
+                near, moved, residuals = inward(system, *cut(room.tobytes()), bounds, *start)
                 if residuals.accepted:
                     return near, moved, radius + 1
         if not len(fresh):
@@ -171,24 +180,10 @@ def _near(
     return None
 
 
-class _Rooms:
-    """Regions, each with its matrix ordered once."""
-
-    def __init__(self, system: EquilibriumSystem) -> None:
-        self.system = system
-        self.known: dict[bytes, tuple[Region, Doubled]] = {}
-
-    def about(self, blocks: Ints) -> list[Ints]:
-        """What is near these blocks, then all; only that where it is most of them."""
-        near, everything = around(self.system, blocks, AISLE), np.arange(self.system.blocks)
-        return [everything] if len(near) > MOST * len(everything) else [near, everything]
-
-    def of(self, blocks: Ints) -> tuple[Region, Doubled]:
-        """The region of these blocks, and its matrix."""
-        if (key := blocks.tobytes()) not in self.known:
-            cut = region(self.system, blocks)
-            self.known[key] = cut, Doubled(Schur(cut.part))
-        return self.known[key]
+def _rooms(system: EquilibriumSystem, blocks: Ints) -> list[Ints]:
+    """What is near these blocks, then all; only that where it is most of them."""
+    near, everything = around(system, blocks, AISLE), np.arange(system.blocks)
+    return [everything] if len(near) > MOST * len(everything) else [near, everything]
 
 
 def _seat(
@@ -199,11 +194,6 @@ def _seat(
         return seated(system, bounds, blocks, old, f, dq) if len(blocks) else (f, dq)
     except SolverError:
         return None
-
-
-def _claim(f: Floats, dq: Floats, rounds: int) -> Claim:
-    provenance = {"route": CONTINUED, "solver": "newton", "iterations": rounds, "factorisations": 0, "tried": []}
-    return coupled_claim(CoupledOutcome("coupled", f, dq, merit=0.0, route=CONTINUED, provenance=provenance))
 
 
 def _placed(model: PreparedModel, system: EquilibriumSystem, known: Known) -> tuple[Floats, Floats, Bools, Bools]:

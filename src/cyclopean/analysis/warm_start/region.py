@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import breadth_first_order
 
 from cyclopean.analysis.equilibrium.components import group
 from cyclopean.arrays import Bools, Floats, Ints
@@ -53,21 +55,12 @@ def around(system: EquilibriumSystem, blocks: Ints, radius: int) -> Ints:
 def way_down(system: EquilibriumSystem, blocks: Ints) -> Ints:
     """Blocks on one shortest way, joint by joint, from each of the given ones to a support; sorted, these included."""
     m = system.blocks
-    ends = np.stack([system.row_a, system.row_b], 1)
-    ends = np.unique(np.where(ends >= 0, ends, m), axis=0)  # all supports are one
-    ends = np.concatenate([ends, ends[:, ::-1]])
-    far = np.full(m + 1, m + 1)
-    far[m] = 0
-    for step in range(1, m + 1):
-        reached = ends[far[ends[:, 0]] == step - 1, 1]
-        reached = reached[far[reached] > step]
-        if not len(reached):
-            break
-        far[reached] = step
+    a, b = (np.where(row >= 0, row, m) for row in (system.row_a, system.row_b))  # all supports are one
+    joints = sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(m + 1, m + 1))
+    below = breadth_first_order(joints, m, directed=False)[1]
     found = set()
     for block in blocks.tolist():
-        while block != m and block not in found:
+        while block >= 0 and block != m and block not in found:
             found.add(block)
-            beside = ends[ends[:, 0] == block, 1]
-            block = int(beside[np.argmin(far[beside])]) if len(beside) else m
+            block = int(below[block])
     return np.array(sorted(found), int)
