@@ -155,6 +155,29 @@ def test_a_force_just_outside_its_cone_is_refused(browser: Chromium, proofs) -> 
         assert answer["where"] == ({"contact": 0, "point": 0} if factor > 1 else answer["where"])
 
 
+@pytest.mark.parametrize(("part", "turned"), [(1.0, False), (1.0, True), (0.6, False), (0.0, False)])
+def test_a_joint_that_is_listed_twice_does_not_pull_twice(browser: Chromium, proofs, tmp_path, part, turned) -> None:
+    """Each of both with its share of pull and force; `part` of the first is listed again, or goes round it twice."""
+    proof = json.loads(json.dumps(proofs["tension"]))
+    first, count = proof["contacts"][0], len(proof["contacts"][0]["polygon"])
+    low = min(point[1] for point in first["polygon"])
+    assert page_says(browser, json.dumps(proof))["proved"]
+    if part:
+        ring = [[x, low + part * (y - low), z] for x, y, z in first["polygon"]]
+        again = (
+            first | {"polygon": ring[::-1], "a": first["b"], "b": first["a"]} if turned else first | {"polygon": ring}
+        )
+        proof["contacts"].append(again)
+        proof["forces"] += [[0.0, 0.0, 0.0]] * count
+    else:
+        first["polygon"] = first["polygon"] * 2
+        proof["forces"][count:count] = [[0.0, 0.0, 0.0]] * count
+    proof["seal"] = seal(proof)
+    assert not python_says(json.dumps(proof), tmp_path / "proof.json")
+    assert "would pull there twice" in verify_file(tmp_path / "proof.json").reason
+    assert "would pull there twice" in page_says(browser, json.dumps(proof))["reason"]
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from shapely import Polygon
 
 from coupled_cases import prism
 from cyclopean.analysis import Settings, check, solve_cra
@@ -145,6 +146,37 @@ def test_more_points_on_a_joint_change_nothing() -> None:
         contacts = Contacts.of([(0, 1)] * len(polygons), polygons)
         for share, word in ((0.9999, "unstable"), (1.0001, "stable")):
             assert of(replace(HANGING, contacts=contacts), share * 15 * W).verdict == word
+
+
+@pytest.mark.parametrize("part", [1.0, 0.6])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_joint_that_is_listed_twice_does_not_pull_twice(part: float, turned: bool) -> None:
+    """Of both polygons together as much would be pulled as of one that stands; nor may one polygon go round twice."""
+    whole = detect(HANGING).contacts.polygon(0)
+    again = whole * [1.0, part, 1.0]
+    listed = Contacts.of([(0, 1), (1, 0) if turned else (0, 1)], [whole, again[::-1] if turned else again])
+    assert listed.frame[1, 0] @ listed.frame[0, 0] == pytest.approx(-1.0 if turned else 1.0)
+    found = of(replace(HANGING, contacts=listed), 15.1 / (1.0 + part) * W)
+    assert found.verdict == "undecided"
+    assert "lie on each other" in found.reason
+    round_twice = replace(HANGING, contacts=Contacts.of([(0, 1)], [np.concatenate([whole, whole])]))
+    assert "goes round some of its area twice" in of(round_twice, 7.6 * W).reason
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(3, 7), st.integers(3, 7))
+def test_the_area_in_common_is_that_of_an_overlay(seed: int, one: int, two: int) -> None:
+    """Polygons on whole numbers, some with corners and sides in common; none crosses itself."""
+    rng = np.random.default_rng(seed)
+    rings = []
+    for count in (one, two):
+        at = rng.integers(0, 9, (count, 2))
+        middle = at.mean(axis=0)
+        rings.append([(int(x), int(y)) for x, y in at[np.argsort(np.arctan2(*(at - middle).T))]])
+    a, b = map(Polygon, rings)
+    assume(a.is_valid and b.is_valid)
+    assert float(checker._in_common(*rings)) == pytest.approx(2.0 * a.intersection(b).area, abs=1e-9)
+    assert checker._in_common(rings[0], rings[0]) == checker._twice_area(rings[0])
 
 
 # ---------------------------------------------------------------------------------------------------------------------

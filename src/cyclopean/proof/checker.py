@@ -155,6 +155,7 @@ STANDARD_GRAVITY = 9.80665  # by which a block's own weight is counted in a mode
 STEEP = 5  # friction above which forces are not corrected, see `_require_modest`
 LEAN = 10**6  # 1 / sin^2 of the angle, a thousandth, by which a contact's normal may lean from the faces it lies on
 NARROW = 4  # tolerances: a contact no wider (area over half its perimeter) carries nothing: it may not be there
+TWICE = Fraction(1, 1000)  # share of a joint's area that may pull twice
 CROSSING = 100  # 1 / sin^2 of the least angle, a tenth, of two edges that touch across each other
 
 TOLD_LEAN, TOLD_SHARE = 1e-4, 1e-5  # lean, and misfit by the smaller block's size, from which the claim tells them
@@ -1576,6 +1577,7 @@ def _fitted(
         misfit.note(one, two, math.sqrt(_as_float(box2, 1 << 2 * k)))
         patches += _edged(sheet, patch, k) if joint.edges else [patch]
         first = patches[-1].rows.stop
+    _require_single_pulls(sheet, patches, looks)
     return solids, patches, misfit
 
 
@@ -1731,6 +1733,68 @@ def _area_checked(sheet: _Sheet, i: int, points: Sequence[Vec], tolerance2: Rati
     if not sheet.joints[i].bent and not _is_wide(points, normal2, tolerance2):
         _refuse(f"{_label(sheet, i)}: polygon is no wider than {NARROW} tolerances; it carries nothing, leave it out")
     return normal, normal2
+
+
+def _require_single_pulls(sheet: _Sheet, patches: Sequence[_Patch], looks: "_Budget") -> None:
+    """Require that no area pulls twice: that no polygon of a joint that pulls goes round a part of itself twice, and no
+    two of the same blocks lie on each other, by more than `TWICE` of the smaller.
+    """
+    beside: dict[tuple[int, ...], list[_Patch]] = {}
+    for patch in patches:
+        if not patch.joint.tension:
+            continue
+        ring, where = _seen_along(patch, patch.points), _label(sheet, patch.number)
+        looks.spend(8 * len(ring) ** 2)
+        if not _in_common(ring, ring) <= (1 + TWICE) * _twice_area(ring):
+            _refuse(f"{where}: its polygon goes round some of its area twice, and would pull there twice")
+        others = beside.setdefault(tuple(sorted((patch.a, patch.b))), [])
+        for other in others:
+            if _is_beside(patch, other):
+                looks.spend(8 * len(ring) * len(other.points))
+                there = _seen_along(patch, other.points)
+                if not _in_common(ring, there) <= TWICE * min(_twice_area(ring), _twice_area(there)):
+                    _refuse(f"{_label(sheet, other.number)} and {where} lie on each other, and would pull there twice")
+        others.append(patch)
+
+
+def _is_beside(patch: _Patch, other: _Patch) -> bool:
+    """Whether another contact of the same blocks looks along this one, within 36 degrees, and comes near its plane."""
+    along = _dot(patch.normal, other.normal) * (1 if patch.a == other.a else -1)
+    if not (along > 0 and 25 * along * along >= 16 * patch.normal2 * other.normal2):
+        return False
+    rise = min(abs(_dot(_minus(point, patch.points[0]), patch.normal)) for point in other.points)
+    return any(rise * rise * u <= NARROW**2 * t * patch.normal2 for t, u in (patch.tolerance2, other.tolerance2))
+
+
+def _seen_along(patch: _Patch, points: Sequence[Vec]) -> list[tuple[int, int]]:
+    """Points as they are seen along a contact's normal, in the axes of the world but the one next to it."""
+    drop = max(range(3), key=lambda axis: abs(patch.normal[axis]))
+    seen = [_minus(_times(patch.normal2, r), _times(_dot(r, patch.normal), patch.normal)) for r in points]
+    return [(point[drop - 2], point[drop - 1]) for point in seen]
+
+
+def _twice_area(ring: Sequence[tuple[int, int]]) -> int:
+    return abs(sum(ax * by - ay * bx for (ax, ay), (bx, by) in _around(ring)))
+
+
+def _in_common(one: Sequence[tuple[int, int]], two: Sequence[tuple[int, int]]) -> Fraction:
+    """Twice the area that two polygons have in common, each part as often as one goes round it times the other.
+
+    A polygon is the signed sum of the areas below its sides, down to a line below both: so what they have in common is
+    that of the areas below the lower of two sides, one of each.
+    """
+    base, total = min(y for _, y in (*one, *two)), Fraction(0)
+    for ((ax, ay), (bx, by)), ((cx, cy), (dx, dy)) in product(_around(one), list(_around(two))):
+        left, right = max(min(ax, bx), min(cx, dx)), min(max(ax, bx), max(cx, dx))
+        if left < right:
+            here = [ay - base + Fraction((by - ay) * (x - ax), bx - ax) for x in (left, right)]
+            there = [cy - base + Fraction((dy - cy) * (x - cx), dx - cx) for x in (left, right)]
+            first, last = (p - q for p, q in zip(here, there, strict=True))
+            below = min(here[0], there[0]) + min(here[1], there[1])
+            if first * last < 0:  # they cross, and the lower of them rises to there
+                below -= first * last / (abs(first) + abs(last))
+            total += (right - left) * (below if (ax < bx) == (cx < dx) else -below)
+    return abs(total)
 
 
 def _is_wide(points: Sequence[Vec], normal2: int, tolerance2: Ratio2) -> bool:
@@ -4147,11 +4211,9 @@ def _aside2(patch: _Patch, corner: Sequence[Vec]) -> Fraction | None:
 def _hull(patch: _Patch) -> list[tuple[int, int, int]]:
     """The corners of the convex outline of a contact, seen along N, each between the ones beside it.
 
-    In the plane without the axis along which N is longest: that leaves convex what is convex. Andrew's monotone chain.
+    Andrew's monotone chain.
     """
-    drop = max(range(3), key=lambda axis: abs(patch.normal[axis]))
-    seen = [_minus(_times(patch.normal2, r), _times(_dot(r, patch.normal), patch.normal)) for r in patch.points]
-    flat = [(point[drop - 2], point[drop - 1]) for point in seen]
+    flat = _seen_along(patch, patch.points)
     outline: list[int] = []
     order = sorted(range(len(flat)), key=flat.__getitem__)
     for way in (order, order[::-1]):

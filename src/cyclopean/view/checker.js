@@ -878,11 +878,17 @@ function apart2(x, e) { // of x from the segment from 0 to e, squared: a fractio
 
 const leansLittle = (N, NN, M, MM) => square(cross(N, M)) * 1000000n <= NN * MM; // sine at most 1e-3
 
+const isRough = ({ surface }) => surface === "rough" || surface === "curved";
+
+function toleranceAt(model, contact) { // squared, times 40000
+  const { blocks } = model.all ?? model, small = least(blocks[contact.a].DD, blocks[contact.b].DD);
+  return least(40000n * model.tol * model.tol, small * (isRough(contact) ? 25n : 1n));
+}
+
 function checkContact(model, contact) {
   const { k, points, N, NN, surface } = contact, where = { contact: k }, all = model.all ?? model;
   const sides = [all.blocks[contact.a], all.blocks[contact.b]];
-  const rough = surface === "rough" || surface === "curved";
-  const small = least(sides[0].DD, sides[1].DD), tol4 = least(40000n * model.tol * model.tol, small * (rough ? 25n : 1n));
+  const rough = isRough(contact), small = least(sides[0].DD, sides[1].DD), tol4 = toleranceAt(model, contact);
   const told = jointName(all, contact);
   if (surface !== "point") {
     const plane = { N, NN, n: BigInt(points.length), sum: points.reduce(add) };
@@ -895,6 +901,53 @@ function checkContact(model, contact) {
   else seats.forEach((pair, i) => pair.forEach((seat, side) => demand(seat, () => `${told}: point ${i} is not on a face of ${quoted(sides[side].id)}`, where)));
   if (rough) contact.near = seats.map((pair) => pair.map(({ on }, side) => on.map((f) => (side ? times(f.N, -1n) : f.N))));
   noteFit(model, seats, looking.flat(), contact, Math.sqrt(ratio(small, 1n)));
+}
+
+// No area pulls twice: no polygon goes round more than a thousandth of itself twice, nor lie two of the same blocks on each other by more.
+function checkPulls(model) {
+  const pulling = model.contacts.filter((contact) => contact.tension), fits = (shared, area) => 1000n * shared <= area << GUARD;
+  pulling.forEach((contact, i) => {
+    const ring = seenAlong(contact, contact.points), area = twiceArea(ring), where = { contact: contact.k };
+    demand(fits(inCommon(ring, ring) - (area << GUARD), area), () => `${jointName(model, contact)} goes round some of its area twice, and would pull there twice`, where);
+    for (const other of pulling.slice(0, i)) {
+      if (!isBeside(model, contact, other)) continue;
+      const there = seenAlong(contact, other.points);
+      demand(fits(inCommon(ring, there), least(area, twiceArea(there))), () => `${jointName(model, other)} and ${jointName(model, contact)} lie on each other, and would pull there twice`, where);
+    }
+  });
+}
+
+function isBeside(model, one, other) { // of the same blocks, looking the same way within 36 degrees, and near its plane
+  if (!(one.a === other.a && one.b === other.b) && !(one.a === other.b && one.b === other.a)) return false;
+  const along = dot(one.N, other.N) * (one.a === other.a ? 1n : -1n);
+  if (along <= 0n || 25n * along * along < 16n * one.NN * other.NN) return false;
+  const rise = other.points.map((r) => size(dot(sub(r, one.points[0]), one.N))).reduce(least);
+  return 40000n * rise * rise <= 16n * most(toleranceAt(model, one), toleranceAt(model, other)) * one.NN;
+}
+
+function seenAlong({ N, NN }, points) { // along N, in two axes of the world
+  const drop = [0, 1, 2].reduce((x, y) => (size(N[y]) > size(N[x]) ? y : x));
+  return points.map((r) => sub(times(r, NN), times(N, dot(r, N))).filter((_, axis) => axis !== drop));
+}
+
+const twiceArea = (ring) => size(edgesOf(ring).reduce((sum, [a, b]) => sum + a[0] * b[1] - a[1] * b[0], 0n));
+
+// Twice the area in common, to 2^-128, each part as often as one goes round it times the other: of what is below their sides.
+function inCommon(one, two) {
+  const base = [...one, ...two].map((r) => r[1]).reduce(least);
+  const sides = (ring) => edgesOf(ring).filter(([a, b]) => a[0] !== b[0]).map(([a, b]) => (a[0] < b[0] ? [a, b, 1n] : [b, a, -1n]));
+  let total = 0n;
+  for (const [a, b, way] of sides(one)) {
+    for (const [c, d, back] of sides(two)) {
+      const left = most(a[0], c[0]), right = least(b[0], d[0]), wide = b[0] - a[0], long = d[0] - c[0];
+      if (left >= right) continue;
+      const ends = [left, right].map((x) => [((a[1] - base) * wide + (b[1] - a[1]) * (x - a[0])) * long, ((c[1] - base) * long + (d[1] - c[1]) * (x - c[0])) * wide]);
+      const [first, last] = ends.map(([p, q]) => p - q), below = least(...ends[0]) + least(...ends[1]);
+      const bend = first < 0n !== last < 0n && first && last ? over(-first * last, size(first) + size(last)) : 0n; // they cross
+      total += way * back * ceilDiv((right - left) * ((below << GUARD) + bend), wide * long);
+    }
+  }
+  return size(total);
 }
 
 function facetsAlong(model, block, { points, N, NN }, side, tol4, rough) { // near a contact, that look along its normal
@@ -1871,6 +1924,7 @@ function verifyCertificate(text, progress = () => {}) {
     toUnits(model);
     all.blocks.forEach((block, k) => { if (k % 64 === 0) progress(0.1 + 0.2 * k / all.blocks.length, "blocks"); measure(block); });
     all.contacts.forEach((contact, k) => { if (k % 64 === 0) progress(0.3 + 0.3 * k / all.contacts.length, "joints"); checkContact(model, contact); });
+    checkPulls(model);
     for (const contact of model.contacts) if (contact.tension) spreadPull(model, contact);
     model.overlaps = overlapsOf(model);
     const [said, worth] = PROOFS[kind](model, ownWeights(model), (share) => progress(0.6 + 0.4 * share, "proof"));
