@@ -20,6 +20,7 @@ from cyclopean import Settings
 from cyclopean.io import write_text
 from cyclopean.proof import NotACertificateError, seal, verify_file
 from cyclopean.view.proof_here import proof_page
+from test_proof_points import knife
 
 pytestmark = pytest.mark.skipif(FOUND is None, reason="no chromium on this machine")
 CHECKER = Path(cyclopean.__file__).parent / "view" / "checker.js"
@@ -176,6 +177,13 @@ def test_a_joint_that_is_listed_twice_does_not_pull_twice(browser: Chromium, pro
     assert not python_says(json.dumps(proof), tmp_path / "proof.json")
     assert "would pull there twice" in verify_file(tmp_path / "proof.json").reason
     assert "would pull there twice" in page_says(browser, json.dumps(proof))["reason"]
+
+
+@pytest.mark.parametrize(("half", "mu"), [(5.0, 0.2), (45.0, 1.0), (60.0, 0.5)])
+def test_an_edge_on_an_edge_grips_no_more_than_about_one_normal(browser: Chromium, half, mu) -> None:
+    grip = np.cos(np.radians(half)) / np.hypot(1.0, mu * np.sin(np.radians(half)))
+    assert page_says(browser, json.dumps(knife(half, mu, grip * (1 - 1e-6), 0.2)[0]))["proved"]
+    assert "outside its cone" in page_says(browser, json.dumps(knife(half, mu, grip * (1 + 1e-6), 0.2)[0]))["reason"]
 
 
 @pytest.mark.parametrize(

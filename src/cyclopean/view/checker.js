@@ -18,7 +18,7 @@ const TINY = 1e-150, HUGE = 1e100;
 const STEEP = 5, SLIPPERY = 2, ROUNDED_MU = 1e-9;
 const MAX_DEPTH = 250, MAX_NODES = 1000000;
 const LARGEST = 1 << 30;
-const GUARD = 128n; // bits behind the unit that roots and quotients keep
+const GUARD = 128n, UNIT = 1n << GUARD; // bits behind the unit that roots and quotients keep
 const FAMILY = "cyclopean.certificate/", SCHEMA = FAMILY + "2";
 const TOLD_LEAN = 1e-4, TOLD_SHARE = 1e-5; // from which the claim tells how badly contacts fit
 const MAX_CONVEX = 4000, MAX_PAIRS = 100000, MAX_PROJECTED = 4e6; // how far it is looked for overlaps
@@ -985,13 +985,43 @@ function noteFit(model, seats, facets, { N, NN }, small) { // the most of what c
 
 function checkPoint(model, contact, sides, tol4, told, seats) {
   const { N, NN, points: [p] } = contact;
-  const tips = sides.map((block, side) => touching(facetsOf(model, block).filter((f) => beside2(f, p, tol4)), block, side ? times(N, -1n) : N, p, tol4));
-  if ((seats[0] && tips[1]) || (seats[1] && tips[0])) return;
+  const up = (side) => (side ? times(N, -1n) : N), there = sides.map((block) => facetsOf(model, block).filter((f) => beside2(f, p, tol4)));
+  const tips = sides.map((block, side) => touching(there[side], block, up(side), p, tol4));
+  if ((seats[0] && tips[1]) || (seats[1] && tips[0])) {
+    contact.ridged = seats.some((seat, side) => seat && there[side].some((f) => fallsFrom(f, sides[side], up(side), NN, p, tol4)));
+    return;
+  }
   if (tips[0] && tips[1] && tips[0].edge && tips[1].edge) {
     const [e, f] = [tips[0].edge, tips[1].edge], m = cross(e, f), mm = square(m);
     if (100n * mm >= square(e) * square(f) && leansLittle(m, mm, N, NN)) return;
   }
   throw new NotProved(`${told}: the blocks do not touch there so that this is the normal`, { contact: contact.k });
+}
+
+function fallsFrom(f, block, N, NN, p, tol4) { // a facet that does not look along N, and is nowhere before the plane
+  if (dot(f.N, N) > 0n && leansLittle(f.N, f.NN, N, NN)) return false;
+  const rise = f.face.map((i) => dot(sub(block.corners[i], p), N)).reduce(most);
+  return rise <= 0n || 40000n * rise * rise <= tol4 * NN;
+}
+
+// Edges or corners of two blocks on each other have some direction between all the normals listed of them, a force friction about that:
+// in the cones of mu' they add up to no more, mu'^2 = mu^2 (1 + cos) / (2 + mu^2 (1 - cos)) with the largest angle between any two.
+function loosenRidges({ contacts }) {
+  const groups = new Map(), pair = ({ a, b }) => `${Math.min(a, b)} ${Math.max(a, b)}`;
+  for (const one of contacts) if (one.ridged) groups.set(pair(one), [...(groups.get(pair(one)) ?? []), one]);
+  for (const group of groups.values()) {
+    const cosine = group.flatMap((one, i) => group.slice(i + 1).map((two) => cosineBelow(one, two))).reduce(least, UNIT);
+    for (const one of cosine < UNIT ? group : []) {
+      const pp = one.p * one.p, qq = one.q * one.q;
+      one.grip = [isqrt(floorDiv(pp * (UNIT + cosine) << (2n * GUARD), 2n * qq * UNIT + pp * (UNIT - cosine))), UNIT];
+    }
+  }
+}
+
+function cosineBelow(one, two) { // of the angle between the normals, from the same block
+  const along = dot(one.N, two.N) * (one.a === two.a ? 1n : -1n), whole = one.NN * two.NN;
+  if (along > 0n && along * along === whole) return UNIT;
+  return most(floorDiv(along << (2n * GUARD), along > 0n ? rootUp(whole) : rootDown(whole)), -UNIT);
 }
 
 // With what a block touches at a point, looking along N out of it: {edge}, {} for a corner, or nothing.
@@ -1139,7 +1169,8 @@ function slack(F, axis, p, q, pull = 0n, unit = 1n) {
 
 function slackAt(contact, i, F, { pulls = true, scale = 1n } = {}) { // of F / scale, in all cones at the point
   const pull = pulls && contact.pull ? contact.pull[i] * scale : 0n;
-  let worst = slack(F, contact.N, contact.p, contact.q, pull, contact.pull ? contact.pullUnit : 1n);
+  const [p, q] = contact.grip ?? [contact.p, contact.q];
+  let worst = slack(F, contact.N, p, q, pull, contact.pull ? contact.pullUnit : 1n);
   for (const axes of contact.near ? contact.near[i] : []) {
     if (axes) worst = Math.min(worst, Math.max(...axes.map((axis) => slack(F, axis, contact.p, contact.q))));
   }
@@ -1925,6 +1956,7 @@ function verifyCertificate(text, progress = () => {}) {
     all.blocks.forEach((block, k) => { if (k % 64 === 0) progress(0.1 + 0.2 * k / all.blocks.length, "blocks"); measure(block); });
     all.contacts.forEach((contact, k) => { if (k % 64 === 0) progress(0.3 + 0.3 * k / all.contacts.length, "joints"); checkContact(model, contact); });
     checkPulls(model);
+    loosenRidges(model);
     for (const contact of model.contacts) if (contact.tension) spreadPull(model, contact);
     model.overlaps = overlapsOf(model);
     const [said, worth] = PROOFS[kind](model, ownWeights(model), (share) => progress(0.6 + 0.4 * share, "proof"));
