@@ -22,13 +22,14 @@ from cyclopean.analysis import Settings, check, solve_cra
 from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.sensitivity_study.ranges import Range
 from cyclopean.analysis.sensitivity_study.throughout import corners
-from cyclopean.assembly import Assembly, Contacts, detect, supports
+from cyclopean.assembly import Assembly, Block, Contacts, Load, detect, supports
 from cyclopean.design import wall
 from cyclopean.errors import InputError
 from cyclopean.io import read_model, write_model
 from cyclopean.proof import checker, seal, verify
 from cyclopean.statics import equilibrium_system
 from laws import examples
+from test_proof_solids import extruded
 
 G = 9.80665
 W = 2400.0 * G
@@ -114,7 +115,9 @@ def test_the_checker_finds_the_same_pulls(seed: int, corners: int, convex: bool,
     points = checker._vectors(polygon.tolist(), k)
     normal = checker._area_vector(points)
     joint, rows = checker._Joint(0, 1, polygon.tolist(), 0.5, strength), slice(0, corners)
-    patch = checker._Patch(0, joint, 0, rows, 0, 1, 1, 2, points, normal, checker._dot(normal, normal), (0, 1), [])
+    patch = checker._Patch(
+        0, joint, 0, rows, 0, 1, 1, 2, (1, 2), points, normal, checker._dot(normal, normal), (0, 1), []
+    )
     unit, shares = checker._pulls(patch, per, k)
     found = [float(unit * share) / 2.0 ** (per + 2 * k) for share in shares]
     assert found == pytest.approx(contacts.pull * 2.0 * contacts.area[0], rel=1e-9, abs=1e-9 * strength)
@@ -161,6 +164,25 @@ def test_a_joint_that_is_listed_twice_does_not_pull_twice(part: float, turned: b
     assert "lie on each other" in found.reason
     round_twice = replace(HANGING, contacts=Contacts.of([(0, 1)], [np.concatenate([whole, whole])]))
     assert "goes round some of its area twice" in of(round_twice, 7.6 * W).reason
+
+
+def test_a_joint_does_not_pull_where_no_faces_are() -> None:
+    """A block of 1.1 m3 on two feet, each 0.1 m wide, is lifted by 2 W: the feet have to pull 0.9 W, 4.5 W a m2.
+
+    One polygon over both and the gap between them would do it at 0.45.
+    """
+    outline = [(0, 1), (0.1, 1), (0.1, 1.5), (1.9, 1.5), (1.9, 1), (2, 1), (2, 2), (0, 2)]
+    low = replace(prism("low", [(-1, 0), (3, 0), (3, 1), (-1, 1)], 1.0), fixed=True)
+    vertices, faces = extruded(outline)
+    blocks = (low, Block("feet", np.array(vertices, float), faces))
+    lifted = Assembly(blocks, loads=(Load(1, np.array([0.0, 0.0, 2.0 * W]), np.array([1.0, 0.5, 2.0])),))
+    for strength, word in ((4.49, "unstable"), (4.51, "stable")):
+        assert of(lifted, strength * W).verdict == word
+    over = Contacts.of([(0, 1)], [np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 1.0], [0.0, 1.0, 1.0]])])
+    found = of(replace(lifted, contacts=over), 1.0 * W)
+    assert found.verdict == "undecided"
+    assert "less than half of it is on faces" in found.reason
+    assert check(replace(lifted, loads=(), contacts=over), Settings(method="rbe")).verdict == "stable"  # dry it stands
 
 
 @settings(max_examples=examples(40), deadline=None)

@@ -1577,6 +1577,9 @@ def _fitted(
         patch.normals.extend(zip(one.normals, two.normals, strict=True))
         if joint.pointlike and _require_plane(sheet, patch, one, two):
             ridged.append(len(patches))
+        if joint.tension and not joint.bent:
+            _require_on_faces(sheet, a, patch, 1, looks)
+            _require_on_faces(sheet, b, patch, -1, looks)
         misfit.note(one, two, math.sqrt(_as_float(box2, 1 << 2 * k)))
         patches += _edged(sheet, patch, k) if joint.edges else [patch]
         first = patches[-1].rows.stop
@@ -1758,6 +1761,20 @@ def _require_single_pulls(sheet: _Sheet, patches: Sequence[_Patch], looks: "_Bud
                 if not _in_common(ring, there) <= TWICE * min(_twice_area(ring), _twice_area(there)):
                     _refuse(f"{_label(sheet, other.number)} and {where} lie on each other, and would pull there twice")
         others.append(patch)
+
+
+def _require_on_faces(sheet: _Sheet, solid: _Solid, patch: _Patch, sign: int, looks: "_Budget") -> None:
+    """Require that at least half of a flat joint that pulls lies on faces of a block that look along `sign` N."""
+    local = patch._replace(points=[_minus(point, solid.origin) for point in patch.points])
+    facets, _ = _facets_along(solid.shape.near(local)[0], local, sign)
+    ring = _seen_along(local, local.points)
+    looks.spend(8 * len(ring) * sum(len(facet.ring) for facet in facets))
+    shared = sum((_in_common(ring, _seen_along(local, facet.ring)) for facet in facets), Fraction(0))
+    if not 2 * shared >= _twice_area(ring):
+        side = "a" if sign == 1 else "b"
+        _refuse(
+            f"{_label(sheet, patch.number)}: less than half of it is on faces of its block {side}, and all would pull"
+        )
 
 
 def _is_beside(patch: _Patch, other: _Patch) -> bool:

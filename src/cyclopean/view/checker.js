@@ -897,6 +897,11 @@ function checkContact(model, contact) {
   }
   const looking = sides.map((block, side) => facetsAlong(model, block, contact, side, tol4, rough));
   const seats = points.map((r) => looking.map((facets) => seatOf(facets, r, tol4)));
+  if (contact.tension && !rough) {
+    const ring = seenAlong(contact, points), on = (f) => inCommon(ring, seenAlong(contact, f.points));
+    looking.forEach((facets, side) => demand(2n * facets.reduce((sum, f) => sum + on(f), 0n) >= twiceArea(ring) << GUARD,
+      () => `${told}: less than half of it is on faces of ${quoted(sides[side].id)}, and all would pull`, where));
+  }
   if (surface === "point") checkPoint(model, contact, sides, tol4, told, seats[0]);
   else seats.forEach((pair, i) => pair.forEach((seat, side) => demand(seat, () => `${told}: point ${i} is not on a face of ${quoted(sides[side].id)}`, where)));
   if (rough) contact.near = seats.map((pair) => pair.map(({ on }, side) => on.map((f) => (side ? times(f.N, -1n) : f.N))));
