@@ -309,3 +309,20 @@ def test_an_edge_on_an_edge_with_one_normal_grips_as_that_one_does():
     certificate["blocks"][1]["held"] = ["x", "rx", "ry", "rz"]
     certificate["forces"] = [[2.0 * x for x in row] for row in certificate["forces"]]
     assert verify(sealed(certificate)).proved
+
+
+def test_an_edge_is_not_far_from_an_edge_because_the_tolerance_has_room():
+    """The knife edge is 0.6 tolerances down a face from the ridge, points with its normal 1.4, others on the ridge."""
+    grip, across, up = math.sqrt(0.75 / 1.25), TOLERANCE * math.sqrt(0.75), TOLERANCE / 2.0
+    for share, proved in ((1.0 - 1e-6, True), (1.0 + 1e-6, False), (1.2, False)):
+        certificate = knife(30.0, 1.0, grip * share, 0.0)[0]
+        top = certificate["blocks"][1]
+        top["vertices"] = [[x - 0.6 * across, y, 4.0 * z - 0.6 * up] for x, y, z in top["vertices"]]  # it is sharper
+        top["density"] /= 4.0
+        for joint in certificate["contacts"]:
+            ((x, y, z),) = joint["polygon"]
+            down = 1.4 if joint["normal"][0] < 0.0 else 0.0
+            joint["polygon"] = [[x - down * across, 0.5 + y / 2.0, z - down * up]]
+        report = verify(sealed(certificate))
+        assert report.proved is proved, report.reason
+        assert proved or "friction cone" in report.reason

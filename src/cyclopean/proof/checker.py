@@ -1627,7 +1627,7 @@ def _on_solid(sheet: _Sheet, solid: _Solid, patch: _Patch, sign: int, k: int, lo
     seat = shape.seats.get(place)
     if seat is None:
         local = patch._replace(points=points)
-        facets, count = shape.near(local)
+        facets, count = shape.near(_widened(local) if patch.joint.pointlike else local)
         looks.spend(count)
         seat = _seat(sheet, facets, local, sign, k, looks)
         if len(points) <= MAX_KEPT and len(shape.seats) < MAX_KEPT:
@@ -2415,7 +2415,8 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
     heights: dict[int, float] = {}
     normals: list[list[Vec]] = []
     tops: list[tuple[bool, Vec | None, bool]] = []
-    beside = _facets_beside(facets, patch) if pointlike else []
+    wide = _widened(patch)
+    beside = _facets_beside(facets, wide) if pointlike else []
     looks.spend((len(near) + len(beside)) * len(patch.points))
     for number, point in enumerate(patch.points):
         reaching = [facet for facet in near if facet.reaches(point, patch.tolerance2)]
@@ -2431,9 +2432,8 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
                 found.append((_as_float(beside2[0], beside2[1] << 2 * k), facet.height_of(point, k)))
                 normals[-1].append(_times(sign, facet.normal))
         if pointlike:
-            reached = [facet for facet in beside if facet.reaches(point, patch.tolerance2)]
-            there = [facet for facet in reached if facet.beside2(point, patch.tolerance2, looks)]
-            tops.append((bool(found), _top(there, patch, point, sign), _is_ridge(there, patch, point, sign)))
+            there, around = (_facets_at(beside, point, one.tolerance2, looks) for one in (patch, wide))
+            tops.append((bool(found), _top(there, patch, point, sign), _is_ridge(around, wide, point, sign)))
             if not found and tops[-1][1] is not None:
                 continue
         if not found:
@@ -2450,6 +2450,18 @@ def _facets_beside(facets: Sequence[_Facet], patch: _Patch) -> list[_Facet]:
     """Facets near a contact, whichever way they look."""
     low, high = _box(patch.points)
     return [facet.edged() for facet in facets if facet.prepared().is_near(low, high, patch.tolerance2)]
+
+
+def _facets_at(facets: Sequence[_Facet], point: Vec, tolerance2: Ratio2, looks: _Budget) -> list[_Facet]:
+    """Facets within tolerance of a point."""
+    reached = [facet for facet in facets if facet.reaches(point, tolerance2)]
+    return [facet for facet in reached if facet.beside2(point, tolerance2, looks)]
+
+
+def _widened(patch: _Patch) -> _Patch:
+    """The same contact with `NARROW` times its tolerance."""
+    t, u = patch.tolerance2
+    return patch._replace(tolerance2=(NARROW**2 * t, u))
 
 
 def _is_ridge(facets: Sequence[_Facet], patch: _Patch, point: Vec, sign: int) -> bool:

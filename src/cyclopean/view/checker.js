@@ -990,10 +990,10 @@ function noteFit(model, seats, facets, { N, NN }, small) { // the most of what c
 
 function checkPoint(model, contact, sides, tol4, told, seats) {
   const { N, NN, points: [p] } = contact;
-  const up = (side) => (side ? times(N, -1n) : N), there = sides.map((block) => facetsOf(model, block).filter((f) => beside2(f, p, tol4)));
-  const tips = sides.map((block, side) => touching(there[side], block, up(side), p, tol4));
+  const up = (side) => (side ? times(N, -1n) : N), there = (side, room) => facetsOf(model, sides[side]).filter((f) => beside2(f, p, room));
+  const tips = sides.map((block, side) => touching(there(side, tol4), block, up(side), p, tol4));
   if ((seats[0] && tips[1]) || (seats[1] && tips[0])) {
-    contact.ridged = seats.some((seat, side) => seat && there[side].some((f) => fallsFrom(f, sides[side], up(side), NN, p, tol4)));
+    contact.ridged = seats.some((seat, side) => seat && there(side, 16n * tol4).some((f) => fallsFrom(f, sides[side], up(side), NN, p, 16n * tol4)));
     return;
   }
   if (tips[0] && tips[1] && tips[0].edge && tips[1].edge) {
