@@ -400,7 +400,7 @@ def carve(
         The match cannot be read, or stones or wall have changed since.
     """
     from cyclopean.assembly import supports as held_blocks
-    from cyclopean.design.carving.carve import LEAST, carve_all, carve_match, total
+    from cyclopean.design.carving.carve import LEAST, carve_all, total
     from cyclopean.design.carving.carved_wall import carved_wall
     from cyclopean.io.matches import read_match, read_matched
 
@@ -410,7 +410,7 @@ def carve(
     if isinstance(found, StoneMatch):
         wall, rule, new = found.assembly, supports or found.supports, found.cells.sawn.tolist()
         stones = tuple(found.stones)
-        cut = carve_match(found.match, found.stones, found.cells, least=depth, progress=progress)
+        cut = carve_all(found.match.placed(found.stones, found.cells), least=depth, progress=progress)
     else:
         stored = read_match(found)
         wall, placed, stones = read_matched(stored)

@@ -126,7 +126,7 @@ def _fitted(
     from cyclopean import analysis
     from cyclopean.api.stones import StoneCarving
     from cyclopean.assembly import supports
-    from cyclopean.design.carving.carve import carve_match, total
+    from cyclopean.design.carving.carve import carve_all, total
     from cyclopean.design.carving.carved_wall import carved_wall
     from cyclopean.design.matching.cells import cells_of
     from cyclopean.design.matching.match import MatchSettings
@@ -134,7 +134,7 @@ def _fitted(
 
     talk = negotiate(stones, drawn, MatchSettings(gap=gap), Moving(rounds=TURNS, sawn=tuple(sawn)))
     wall = talk.wall.assembly
-    carved = carve_match(talk.match, stones, cells_of(wall, None, sawn))
+    carved = carve_all(talk.match.placed(stones, cells_of(wall, None, sawn)))
     built = carved_wall(wall, carved, sawn=sawn)
     made = StoneCarving(carved, total(carved), wall, supports(wall)[0], built, built.notes, stones)
     return talk, made, analysis.check(built.assembly)
