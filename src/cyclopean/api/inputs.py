@@ -111,6 +111,10 @@ def _refuse_units(units: str | None) -> None:
         raise InputError(f"units: '{units}' is for files; what is in memory is in metres")
 
 
+def silent(_: str) -> None:
+    """Tell nobody."""
+
+
 def said(base: Chosen, /, **options: Any) -> Chosen:
     """Settings in which the options that were given (are not None) stand instead."""
     given = {name: value for name, value in options.items() if value is not None}

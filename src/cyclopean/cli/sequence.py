@@ -14,6 +14,7 @@ from cyclopean.cli.outputs import Files
 from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, of_file, warn
 from cyclopean.cli.workers import Hands, workers
+from cyclopean.texts import first_few
 
 if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
@@ -148,6 +149,5 @@ def _falling(found: "BuildSequence", data: dict[str, Any]) -> Iterator[str]:
         yield f"           and {len(found.props) - SHOWN} more, in the file"
 
 
-def _some(names: list[str], most: int = 6) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(f"'{name}'" for name in names[:most]) + more
+def _some(names: list[str]) -> str:
+    return first_few([f"'{name}'" for name in names], 6)

@@ -63,7 +63,7 @@ def studio(
             )
         for warning in warnings:
             warn(warning)
-        if not _local(host):
+        if host not in LOCAL and not host.startswith("127."):
             warn(f"--host {host}: whoever sees the address can use the page, and save files into {place}")
         return _waited(served.address, not page.no_browser)
 
@@ -81,10 +81,6 @@ def _waited(address: str, browse: bool) -> int:
     except KeyboardInterrupt:
         say("")
     return 0
-
-
-def _local(host: str) -> bool:
-    return host in LOCAL or host.startswith("127.")
 
 
 def _listenable(host: str, port: int) -> None:
