@@ -140,9 +140,13 @@ def _trouble(status: int, said: str) -> Reply:
 
 def _work(pipe: Connection, context: Context) -> None:
     """What a process does: answer requests until nobody is at the other end."""
+    import rhino3dm  # noqa: F401
+
+    from cyclopean.analysis import check
+    from cyclopean.design import stack
     from cyclopean.service.solving import solved
 
-    _warm()
+    check(stack(1))  # what nearly every solve needs is loaded while nobody waits
     try:
         pipe.send_bytes(READY)
         while True:
@@ -151,13 +155,3 @@ def _work(pipe: Connection, context: Context) -> None:
             pipe.send_bytes(status.to_bytes(2, "big") + answer)
     except (EOFError, OSError):
         return
-
-
-def _warm() -> None:
-    """Load what nearly every solve needs, while nobody waits: a block is checked."""
-    import rhino3dm  # noqa: F401
-
-    from cyclopean.analysis import check
-    from cyclopean.design import stack
-
-    check(stack(1))
