@@ -78,22 +78,25 @@ def carving_svg(
     `fixed` (n,) are its held blocks, `sawn` the ids of those that are sawn new; the title is for readers that do not
     see it.
     """
-    paper = _paper(wall, carved, fixed, when)
+    held, free = ([b for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
+    whole = [b.vertices for b in free] or [np.zeros((1, 3))]  # held blocks may reach beyond, and are cut off there
+    off = [piece.vertices for c in carved for piece in c.offcuts] if when == "before" else []
+    view = front_view(np.concatenate(whole))
+    paper = fitted(view, np.concatenate([*whole, *off]), TALLEST, (MARGIN,) * 4, wide=True)
     outline = {b.id: _outline(paper.of(b.vertices), fans(b.faces)) for b in wall.blocks}
-    held, free = ([b.id for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
     filled = {c.cell for c in carved if len(c.triangles)} | {*sawn}
     placed = [(k, c) for k, c in enumerate(carved) if c.cell in outline]
     stones = (_stone(paper, c, outline[c.cell], f"{when}-{k}", when, stone(k)) for k, c in placed)
     corners = {b.id: b.vertices for b in wall.blocks}
     parts = [
-        layer("supports", (f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held)),
+        layer("supports", (f'<path d="{outline[b.id]}" fill="url(#held)" stroke="{HATCH}"/>' for b in held)),
         layer("sawn", (f'<path d="{outline[name]}" fill="{SAWN}"/>' for name in sawn)),
         layer("stones", ['<g class="grain">', *stones, "</g>"]),
-        layer("cells", (_cell(outline[name], name in filled) for name in free)),
+        layer("cells", (_cell(outline[b.id], b.id in filled) for b in free)),
         layer("shares", (_share(paper.of(corners[c.cell]), c.carved_share) for _, c in placed)),
     ]
     clip = f'<clipPath id="{when}">{rect(0.0, 0.0, WIDTH, paper.height, "")}</clipPath>'
-    told = layer("legend", [*_legend(carved, paper.height, when), *_sawn_key(len(sawn), paper.height)])
+    told = layer("legend", _legend(carved, paper.height, when, len(sawn)))
     shown = [_patterns(), clip, f'<g clip-path="url(#{when})">', *parts, "</g>", told]
     more = to_scale(paper.scale, paper.foot)
     return sheet((WIDTH, paper.height + LEGEND), title, shown, letters=17.0, more=more)
@@ -103,14 +106,6 @@ def _cell(outline: str, filled: bool) -> str:
     """A cell as it was drawn, dashed where it has no stone."""
     stroke = f'stroke="{INK}"' if filled else f'stroke="{GHOST}" stroke-dasharray="6 5"'
     return f'<path d="{outline}" fill="none" stroke-width="1.6" stroke-linejoin="round" {stroke}/>'
-
-
-def _paper(wall: Assembly, carved: Sequence[Carved], fixed: Bools, when: When) -> Paper:
-    """Fit the free blocks and what is drawn of the stones; held blocks may reach beyond, and are cut off there."""
-    free = [b.vertices for b, held in zip(wall.blocks, fixed, strict=True) if not held] or [np.zeros((1, 3))]
-    off = [piece.vertices for c in carved for piece in c.offcuts] if when == "before" else []
-    view = front_view(np.concatenate(free))
-    return fitted(view, np.concatenate([*free, *off]), TALLEST, (MARGIN,) * 4, wide=True)
 
 
 def _outline(flat: Floats, triangles: Ints) -> str:
@@ -172,9 +167,13 @@ def _patterns() -> str:
     return f"<defs>{grain()}{off}{held}</defs>"
 
 
-def _legend(carved: Sequence[Carved], top: float, when: When) -> list[str]:
-    """What is carved off the whole wall, and what hatch and numbers mean."""
+def _legend(carved: Sequence[Carved], top: float, when: When, sawn: int) -> list[str]:
+    """What is carved off the whole wall, what hatch and numbers mean, and the neutral colour where some are sawn."""
     y, here, small = top + 26.0, total(carved).imposition, 'font-size="14"'
+    new = [
+        rect(536.0, top + 37.0, 34.0, 16.0, f'fill="{SAWN}" stroke="{INK}"'),
+        text(580.0, top + 51.0, f"sawn new, {sawn} stone{'s' * (sawn != 1)}", small),
+    ]
     off, says, meant = (
         ("to be carved off", "url(#off)", "comes off")
         if when == "before"
@@ -185,16 +184,8 @@ def _legend(carved: Sequence[Carved], top: float, when: When) -> list[str]:
         text(MARGIN, y + 24.0, f"12 %: so much of one stone. To compare: {DATUM:g} Cyclopean Cannibalism", small),
         rect(536.0, y - 13.0, 34.0, 16.0, f'fill="{says}" stroke="{HATCH if when == "before" else INK}"'),
         text(580.0, y + 1.0, meant, small),
+        *(new if sawn else []),
     ]
-
-
-def _sawn_key(count: int, top: float) -> list[str]:
-    """What the neutral colour means, where some stones are sawn."""
-    if not count:
-        return []
-    y = top + 37.0
-    words = f"sawn new, {count} stone{'s' * (count != 1)}"
-    return [rect(536.0, y, 34.0, 16.0, f'fill="{SAWN}" stroke="{INK}"'), text(580.0, y + 14.0, words, 'font-size="14"')]
 
 
 def carving_html(
@@ -213,11 +204,13 @@ def carving_html(
     is for the command that verifies it.
     """
     notes = [*(n for c in carved for n in c.notes), *built.notes, *result.warnings]
+    order = sorted(carved, key=lambda c: (-c.carved_share, c.cell))
+    stones = table(_HEAD, (_row(c) for c in order), elsewhere=" in cutlist.csv")
     body = (
         _headline(carved, built, result),
         section("Before and after", _pictures(*drawings, built), MEANT),
         section("In space", in_space(built.assembly, result.fixed, carved)),
-        section("Stone by stone", _stones(carved), _STONES.format(least=number(1e3 * least))),
+        section("Stone by stone", stones, _STONES.format(least=number(1e3 * least))),
         section("What to know", listed(notes)),
         _proof(result, certificate_file),
     )
@@ -275,13 +268,10 @@ MEANT = (
 )
 
 
-def _stones(carved: Sequence[Carved]) -> str:
-    head = [
-        "Stone", "Cell", ">Lambda", ">Gap", ">Stone (L)", ">Comes off (L)",
-        ">Offcuts", ">Cuts", ">Cut area (m²)", ">Deepest (mm)",
-    ]  # fmt: skip
-    order = sorted(carved, key=lambda c: (-c.carved_share, c.cell))
-    return table(head, (_row(c) for c in order), elsewhere=" in cutlist.csv")
+_HEAD = (
+    "Stone", "Cell", ">Lambda", ">Gap", ">Stone (L)", ">Comes off (L)", ">Offcuts", ">Cuts", ">Cut area (m²)",
+    ">Deepest (mm)",
+)  # fmt: skip
 
 
 def _row(c: Carved) -> list[str]:

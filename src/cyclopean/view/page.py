@@ -69,7 +69,9 @@ def report_html(
     str
         HTML that opens from a file, off line. The 3D scene needs WebGL; an elevation takes its place in print.
     """
-    drawn = picture(result)
+    drawn, rest = picture(result), settled(result)
+    said = "The stones at the last state of rest, over where they stood."
+    place = "" if rest is None else figure(elevation_svg(rest, "Where they come to rest"), said)
     body = (
         _head(result, model_file),
         known_all_the_same(result),
@@ -81,7 +83,7 @@ def report_html(
         section("After the settlement", settlement_table(result), _SETTLED),
         section("Blocks that move most", movement_table(result, drawn.motion)),
         section("Most used contacts", contacts_table(result), _CONTACTS),
-        "" if result.path is None else subsidence_section(result.path, result, _place(result)),
+        "" if result.path is None else subsidence_section(result.path, result, place),
         "" if result.margins is None else margins_section(result.margins, result),
         "" if result.sensitivity is None else sensitivity_section(result.sensitivity),
         section("Tension it would need", tension(result)),
@@ -91,13 +93,6 @@ def report_html(
         section("How it was computed", provenance_table(result)),
     )
     return document(f"{result.assembly.name}: {result.verdict}", body, word=result.verdict, may=POLICY)
-
-
-def _place(result: Result) -> str:
-    """The stones at the last state of rest of a settlement."""
-    place = settled(result)
-    said = "The stones at the last state of rest, over where they stood."
-    return "" if place is None else figure(elevation_svg(place, "Where they come to rest"), said)
 
 
 _ASSUMED = "Neither the model nor the command said what is marked as assumed. Check it before you rely on the verdict."
@@ -197,15 +192,12 @@ def _proof(result: Result, certificate_file: str | None, model_file: str | None)
         return lead if result.verdict == "undecided" else ""
     name, write = written_first("check {model}", certificate_file, model_file)
     kind = escape(str(result.certificate.get("kind", "")))
+    does, does_not = ("".join(f"<li>{line}</li>" for line in lines) for lines in (proves(result), proves_not(result)))
     return (
         f"{write}<p>The verdict carries a certificate ({kind}). Check it with</p>"
         f"<pre>cyclopean verify {name}</pre><p>The checker also runs alone. It uses exact arithmetic and"
         f" Python's standard library, and shares no code with the solvers:</p>"
         f"<pre>python -m cyclopean.proof {name}</pre>{proof_here(result.certificate, result.assembly.name)}"
-        f'<div class="proof"><div><h3>What it proves</h3><ul>{_items(proves(result))}</ul></div>'
-        f"<div><h3>What it does not</h3><ul>{_items(proves_not(result))}</ul></div></div>"
+        f'<div class="proof"><div><h3>What it proves</h3><ul>{does}</ul></div>'
+        f"<div><h3>What it does not</h3><ul>{does_not}</ul></div></div>"
     )
-
-
-def _items(lines: list[str]) -> str:
-    return "".join(f"<li>{line}</li>" for line in lines)

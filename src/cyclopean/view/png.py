@@ -26,8 +26,5 @@ def png(pixel: Ints, palette: Ints | None = None) -> bytes:
     if palette is not None:
         colour = palette.astype(np.uint8)
         parts[1:1] = [(b"PLTE", colour[:, :3].tobytes()), (b"tRNS", colour[:, 3].tobytes())]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in parts)
-
-
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    chunks = (struct.pack(">I", len(d)) + kind + d + struct.pack(">I", zlib.crc32(kind + d)) for kind, d in parts)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)

@@ -45,7 +45,8 @@ class Painter:
         shown, moved = -np.inf, False
         while True:
             runs = self._moving() and self._scene.moves
-            snapshot = self._box.take(self._pause(runs))
+            rate = min(FRAMES, BUSY / max(self._scene.size, 1))  # as many a second as the size of the model allows
+            snapshot = self._box.take(1.0 / max(rate, 0.2) if runs else GLANCE)
             if self._box.ended:
                 return
             if snapshot is not None:
@@ -58,8 +59,3 @@ class Painter:
             elif moved and not runs:
                 self._scene.pose_mechanism(1.0)
                 moved = False
-
-    def _pause(self, runs: bool) -> float:
-        """Seconds to the next frame: as many frames a second as the size of the model allows."""
-        rate = min(FRAMES, BUSY / max(self._scene.size, 1))
-        return 1.0 / max(rate, 0.2) if runs else GLANCE
