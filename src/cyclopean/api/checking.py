@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
     from cyclopean.design.construction.sequence import BuildSequence
 
-__all__ = ["SEQUENCED", "CheckOptions", "SequenceOptions", "build_sequence", "check", "examined", "sequenced"]
-
 SEQUENCED = "method mu density supports gravity tolerance seconds"  # options of `Settings` that every stage has
 
 

@@ -9,8 +9,6 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.corner import CornerWall
     from cyclopean.design.walls.polygonal import PolygonalWall
 
-__all__ = ["as_files", "composer", "drawn", "paged"]
-
 
 def as_files(compose: Callable[[], str]) -> dict[str, Callable[[], str]]:
     """What is written of a drawing to scale that is composed once, by the ending: 1:1 in millimetres.

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
 
-__all__ = ["HasAssembly", "Model", "Path", "Reading", "StoneReading", "Stones", "assembly_of", "inventory_of", "said"]
-
 Chosen = TypeVar("Chosen")
 
 

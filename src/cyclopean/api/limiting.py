@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from cyclopean.analysis import LimitResult, Live
     from cyclopean.assembly import Assembly, Load, Road
 
-__all__ = ["LIMITED", "LimitOptions", "limit", "limited"]
-
 # Options of `Settings` that limit analysis has; of `method`, `solver` and `seconds` it has its own.
 LIMITED = "mu density supports gravity tolerance combination factors soil_height tension cohesion"
 GROWING = ("push", "tilt", "loads", "surcharge", "live_at", "along")

@@ -15,8 +15,6 @@ from cyclopean.errors import InputError
 if TYPE_CHECKING:
     from cyclopean.api.stones import StoneCarving, StoneMatch
 
-__all__ = ["SHOWN", "card", "load_ipython_extension"]
-
 # Where they are defined, and what they are to a person.
 SHOWN = {
     ("cyclopean.analysis.limit_analysis.result", "LimitResult"): "",

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
     from cyclopean.design.construction.sequence import BuildSequence
 
-__all__ = ["save", "write_content"]
-
 
 def save(thing: "Assembly | HasAssembly | BuildSequence | Mapping[str, Any]", path: Path) -> None:
     """Write what another function gave; a file is written whole or not at all.

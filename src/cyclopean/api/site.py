@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from cyclopean.analysis.settings import Settings
-from cyclopean.api.checking import SequenceOptions, sequenced
+from cyclopean.api.checking import sequenced
 from cyclopean.api.inputs import Model, silent
 from cyclopean.api.keywords import SiteKeywords, given_to, takes
+from cyclopean.design.construction.options import SequenceOptions
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, first_said, option
 from cyclopean.texts import first_few
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
     from cyclopean.design.stones.stone import Stone
     from cyclopean.view.site.site_set import Stock
-
-__all__ = ["SiteFiles", "SiteOptions", "site_files", "site_folder", "site_set", "site_sheets", "write_site"]
 
 TEMPLATES = "templates"  # folder of those, in that of the set
 WORK = "lay", "cut"  # what takes hours

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from cyclopean.design.stones.stone import Stone
     from cyclopean.view.site.site_set import LeftOver, Stock
 
-__all__ = ["laid_order", "stock_of"]
-
 
 def laid_order(thing: Any) -> tuple[str, ...] | None:
     """Ids in the order in which a wall was laid, where that is why it stands; None where it is to be found."""

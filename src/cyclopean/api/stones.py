@@ -28,21 +28,6 @@ if TYPE_CHECKING:
     from cyclopean.design.stones.stone import Stone
     from cyclopean.design.walls.polygonal import PolygonalWall
 
-__all__ = [
-    "MatchOptions",
-    "MatchSite",
-    "StoneCarving",
-    "StoneMatch",
-    "StoneTradeoff",
-    "carve",
-    "match",
-    "match_site",
-    "matched",
-    "settle",
-    "traded",
-    "tradeoff",
-]
-
 LISTED = 5  # cells named one by one
 
 

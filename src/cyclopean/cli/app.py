@@ -16,8 +16,6 @@ from cyclopean.cli.plain import PlainGroup
 from cyclopean.cli.terminal import CALLED, ClosedPipeError, as_option, complain, say
 from cyclopean.errors import CyclopeanError, SolverError
 
-__all__ = ["UsageError", "program", "run"]
-
 BAD_INPUT, UNDECIDED, INTERNAL, INTERRUPTED, CLOSED_PIPE = 2, 3, 70, 130, 141
 
 # The parent of everything that typer's parser raises; typer names only a child of it in public.

@@ -21,8 +21,6 @@ from cyclopean.texts import first_few, plain
 if TYPE_CHECKING:
     from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
 
-__all__ = ["MODEL", "assumed_line", "check", "verdict_lines", "write_result"]
-
 MODEL = argument("MODEL", "Model file.", source=True)
 STATUS = {"stable": 0, "unstable": 1, "undecided": 3}
 AT_ETA = "at eta"  # the file of the proof of a state at a larger eta

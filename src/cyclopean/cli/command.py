@@ -23,8 +23,6 @@ from cyclopean.cli.terminal import as_option
 from cyclopean.errors import InputError, spelt
 from cyclopean.options import Option, check_option, check_options, options_of, read_option, shown_default
 
-__all__ = ["Command", "argument", "command", "some", "written"]
-
 # What the options for files do, where a command says nothing else; `-` is standard output.
 WRITTEN = {
     "json": ("F|-", "Write the result as JSON; - prints it and nothing else."),

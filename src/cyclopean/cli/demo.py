@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
     from cyclopean.design.walls.polygonal import PolygonalWall
 
-__all__ = ["demo"]
-
 STOCK = 300  # stones at hand, ten a cell: a quarry, not a heap
 SPAN = 0.9, 2.0  # least and largest stone, in mean cells: what comes off is stone, so that a stone has to be the larger
 GAPS = 0.05, 0.04, 0.03  # share of the cells that may stay void, the next where joints that are left do not bear
@@ -80,6 +78,7 @@ def demo(
             if final.verdict == "stable":
                 break
         wall, built, whole = made.drawn, made.built, made.total
+        assert found.drawn is not None
         stage("checking")
         result = analysis.check(wall)
         stage("sequencing")

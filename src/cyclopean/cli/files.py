@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from cyclopean.assembly import Healing
     from cyclopean.proof import Report
 
-__all__ = ["convert", "verify"]
-
 LISTED = 10  # blocks in the table of what was moved
 LARGEST = 1 << 30  # bytes that a certificate may have
 

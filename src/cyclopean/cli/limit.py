@@ -19,8 +19,6 @@ from cyclopean.cli.terminal import long_work, of_file, warn
 if TYPE_CHECKING:
     from cyclopean.analysis import CoupledBracket, LimitResult
 
-__all__ = ["LimitCommand", "limit"]
-
 
 class LimitCommand(PlainCommand):
     """A command whose --tilt may go without a value, which then is azimuth 0."""

@@ -10,8 +10,6 @@ from typing import Any, Self
 from cyclopean.cli.terminal import as_option, say, say_json, warn
 from cyclopean.errors import InputError
 
-__all__ = ["MESHES", "STANDARD_OUTPUT", "Files", "folder", "planned", "seen_from"]
-
 STANDARD_OUTPUT = "-"
 MESHES = (".glb", ".obj", ".ply", ".stl")
 

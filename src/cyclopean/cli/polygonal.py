@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.polygonal import PolygonalWall
     from cyclopean.design.walls.surfaces import Surface
 
-__all__ = ["polygonal"]
-
 MOST_STONES = 50_000  # of a polygonal wall, which are drawn one by one
 FIELDS = {  # what refusals of the design begin with, and the option that says it
     "base_radius": "base radius", "openings": "opening", "twist": "surface twist", "cylinder": "surface cylinder",

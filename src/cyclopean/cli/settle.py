@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from cyclopean.design.rubble.wall import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
 
-__all__ = ["settle"]
-
 TAKEN = (
     "length height thickness wythes batter corner opening ends coursed through binders hearting pins copes inward"
     " dress all look_ahead margin friction lean yaws cell ways"

@@ -16,8 +16,6 @@ from cyclopean.cli.terminal import long_work, of_file, say, warn
 from cyclopean.errors import InputError
 from cyclopean.options import Option, option
 
-__all__ = ["studio"]
-
 HIGHEST = 65535  # port of TCP
 GLANCE = 0.2  # s
 LOCAL = ("localhost", "::1")

@@ -13,20 +13,6 @@ from typing import TextIO
 
 from cyclopean.errors import InputError, spelt
 
-__all__ = [
-    "CALLED",
-    "ClosedPipeError",
-    "as_option",
-    "complain",
-    "long_work",
-    "of_file",
-    "one_line",
-    "say",
-    "say_json",
-    "typed",
-    "warn",
-]
-
 _UNUSUAL = re.compile(r"[^ -~\n]")
 CALLED = os.environ.get("CYCLOPEAN_CALLED", "cyclopean")  # as it was typed: by a script, under the name of that
 PATIENCE = 1.0  # s without a sign of life that a person takes for granted

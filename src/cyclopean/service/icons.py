@@ -13,8 +13,6 @@ from cyclopean.arrays import Floats
 from cyclopean.view.colours import rgb
 from cyclopean.view.png import png
 
-__all__ = ["SIZE", "icon"]
-
 SIZE, FINE = 24, 4
 STONE, DARK, LIGHT, GREEN, RED, BLUE = "#a79f8f", "#4a453c", "#d8d2c4", "#2f7d4f", "#b3422c", "#2b5c9e"
 

@@ -42,8 +42,6 @@ from cyclopean.service.icons import icon
 from cyclopean.service.inputs import input_name
 from cyclopean.service.parameters import Answer, Component, Input, Kind, Output
 
-__all__ = ["OutdatedError", "Request", "answered", "described", "inputs_of", "refusal", "request_of"]
-
 MOST = 2_147_483_647  # of a list
 CATEGORY = "Cyclopean"
 TYPES: dict[Kind, str] = {

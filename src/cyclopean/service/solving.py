@@ -15,8 +15,6 @@ from cyclopean.service.inputs import input_name
 from cyclopean.service.parameters import Context
 from cyclopean.service.protocol import OutdatedError, answered, inputs_of, refusal, request_of
 
-__all__ = ["encoded", "solved"]
-
 DONE, BAD_REQUEST, UNKNOWN, OUTDATED, INTERNAL, NO_MEMORY = 200, 400, 404, 500, 500, 503
 
 

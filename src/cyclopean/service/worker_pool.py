@@ -11,8 +11,6 @@ from multiprocessing.connection import Connection
 from cyclopean.processes import ChildProcess
 from cyclopean.service.parameters import Context
 
-__all__ = ["Reply", "WorkerPool"]
-
 MOST_WAITING = 16  # requests whose bodies are held while every process is at work
 TICK = 0.05  # s between looks at whether the client is still there
 START = 60.0  # s that a process may take to be ready

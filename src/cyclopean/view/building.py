@@ -36,8 +36,6 @@ from cyclopean.view.markup import (
 )
 from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, layer, rect, segments, sheet, text, to_scale
 
-__all__ = ["STONES", "building_html", "building_svg", "middle_of", "outcome", "painting_order"]
-
 MARGIN = 30.0  # drawing units, on every side
 FINE = 3  # decimals: a hundredth of a millimetre where the sheet is 10 m wide
 TALLEST = 900.0  # drawing units

@@ -56,8 +56,6 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["DATUM", "MEANT", "carving_html", "carving_svg", "in_space"]
-
 DATUM = 0.27  # Lambda of the Cyclopean Cannibalism wall: 73 % of the scanned stock was used
 MARGIN, LEGEND = 24.0, 64.0  # drawing units
 TALLEST = 900.0  # drawing units

@@ -46,8 +46,6 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["FACE_LIMIT", "animated", "elevation_svg", "sides"]
-
 HEIGHT, MARGIN = 640.0, 40.0
 SIDE, FOOT = 2.6 * MARGIN, MARGIN + 44.0  # room for gravity at the right, for the scale below
 FACE_LIMIT = 20_000  # faces painted one by one; beyond it one silhouette a block

@@ -33,8 +33,6 @@ from cyclopean.view.proof_here import proof_here
 from cyclopean.view.svg import closed, grid, open_path, sheet, text
 from cyclopean.view.tables import joint_name
 
-__all__ = ["limit_html", "polar_svg", "pushover_svg", "travelling_svg"]
-
 MOST = 40  # joints listed
 RING = f'<circle cx="16" cy="8" r="5" fill="#fff" stroke="{LOAD}" stroke-width="2.4"/>'
 STILL = 1e-6  # degrees: less than that is rounding

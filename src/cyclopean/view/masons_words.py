@@ -5,8 +5,6 @@ from dataclasses import replace
 from cyclopean.design.rubble.masons_rules import MasonsRules
 from cyclopean.design.walls.front import WallInterlock
 
-__all__ = ["interlock_lines", "lines"]
-
 SEEN = {
     "drawing": "by the drawing that the model carries",
     "joints": "by the joints that its stones share",

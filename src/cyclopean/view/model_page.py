@@ -25,8 +25,6 @@ from cyclopean.view.markup import (
     table,
 )
 
-__all__ = ["model_html"]
-
 _NOT_ASKED = "Whether it stands is not asked here: see the command check."
 
 

@@ -26,8 +26,6 @@ from cyclopean.view.markup import POLICY, STILL, told
 from cyclopean.view.scene import scene_html
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
-__all__ = ["inventory_card", "limit_card", "model_card", "result_card", "sequence_card", "stones_card"]
-
 HEAVIEST = 70_000  # characters of one drawing: a cell stays below 100 kB when its quotes are escaped
 SHOWN = 24  # stones of an inventory
 NOTES = 4  # warnings that are shown; the rest are counted

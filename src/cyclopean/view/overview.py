@@ -15,8 +15,6 @@ from cyclopean.view.carving_drawing import DATUM, MEANT
 from cyclopean.view.markup import document, figure, headline, section
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
-__all__ = ["overall", "overview_html"]
-
 _STYLE = "ul.files{columns:2;padding-left:1.1rem}ul.files li{break-inside:avoid}"
 _AS_BUILT = "Finished means as carved, with the gaps that are left; the stages are those of the wall as {}."
 SHOWN = 24  # stones of the inventory

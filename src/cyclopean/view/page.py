@@ -41,8 +41,6 @@ from cyclopean.view.tables import (
     subsidence_section,
 )
 
-__all__ = ["report_html"]
-
 _METHOD = {
     "rbe": "rigid-block equilibrium (RBE)",
     "cra": "coupled rigid-block analysis (CRA)",

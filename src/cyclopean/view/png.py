@@ -11,8 +11,6 @@ import numpy as np
 
 from cyclopean.arrays import Ints
 
-__all__ = ["png"]
-
 _OF_PALETTE, _RGBA = 3, 6  # colour types
 
 

@@ -47,8 +47,6 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["ROLES", "SIDES", "Profile", "Told", "courses_svg", "rubble_svg"]
-
 _VIEWS = {
     "front": ("Front", (1, 0, 0), (0, 1, 0)),
     "back": ("Back", (-1, 0, 0), (0, -1, 0)),

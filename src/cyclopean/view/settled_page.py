@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from cyclopean.design.rubble.wall import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
 
-__all__ = ["LISTED", "answer_of", "settled_html", "settled_page", "stands_of", "told_measures", "told_of"]
-
 LISTED = 6  # stones named one by one
 SECTIONS = 3  # at equal steps along the wall
 DENSITY = 2400.0  # kg/m3, where a stone has none

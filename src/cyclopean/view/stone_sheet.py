@@ -17,8 +17,6 @@ from cyclopean.view.figures import number
 from cyclopean.view.stone_faces import stone_faces, stone_svg
 from cyclopean.view.svg import WIDTH, round_length, scale_bar, sheet, text
 
-__all__ = ["stone_sheet_svg"]
-
 MARGIN, GAP = 16.0, 14.0  # drawing units
 LABEL, LINE = 11.5, 14.0  # size of the letters of a label, and height of its lines
 HEAD = 34.0  # height above the stones: how many, and the scale

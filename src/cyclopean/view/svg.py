@@ -18,32 +18,6 @@ from cyclopean.arrays import Floats
 from cyclopean.view.colours import HATCH, INK, LINE, SOFT
 from cyclopean.view.figures import number
 
-__all__ = [
-    "EXACT",
-    "PAPER",
-    "WIDTH",
-    "Paper",
-    "View",
-    "closed",
-    "fitted",
-    "front_view",
-    "grain",
-    "grid",
-    "hatch",
-    "layer",
-    "legend",
-    "open_path",
-    "project",
-    "rect",
-    "round_length",
-    "scale_bar",
-    "segments",
-    "sheet",
-    "text",
-    "to_scale",
-    "true_size",
-]
-
 WIDTH = 1000.0  # drawing units
 PAPER = "#ffffff"
 EXACT = 4  # decimals of what may be measured: within a thousandth of a millimetre where the sheet is 10 m wide

@@ -17,20 +17,6 @@ from cyclopean.view.figures import cases, densities, fastest, needed_tension, nu
 from cyclopean.view.markup import bar, section, table
 from cyclopean.view.motion import Motion
 
-__all__ = [
-    "assumptions",
-    "cases_table",
-    "contacts_table",
-    "joint_name",
-    "margins_section",
-    "movement_table",
-    "provenance_table",
-    "residuals_table",
-    "settlement_table",
-    "subsidence_section",
-    "tension_table",
-]
-
 ROWS = 12  # of the longer tables
 
 Cell = str  # HTML, already escaped

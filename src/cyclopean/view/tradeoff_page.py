@@ -14,8 +14,6 @@ from cyclopean.view.markup import document, figure, headline, listed, section, t
 from cyclopean.view.svg import PAPER, grid, legend, open_path, rect, round_length, sheet, text
 from cyclopean.view.wall_drawing import wall_svg
 
-__all__ = ["alternative_svg", "tradeoff_html", "tradeoff_svg"]
-
 WIDE, HIGH, LEFT, BASE, TOP = 760.0, 440.0, 70.0, 340.0, 20.0  # of the sheet, and where its axes lie
 AROUND = 0.08  # of its range, that an axis goes on beyond the outermost walls
 LEAST = 0.02  # that an axis ranges over, so that rounding is not drawn large

@@ -16,8 +16,6 @@ from cyclopean.service.parameters import Answer, Component, Context, Input, Outp
 if TYPE_CHECKING:
     from cyclopean.analysis import LimitResult, Result
 
-__all__ = ["CHECK", "SHARE", "laid_out"]
-
 SHARE = 0.8  # of the time that a solve may take, for the search; the rest is for reading, proving and writing
 LONGEST = 0.5  # of a mean block: the line of the largest force
 FIRST = "mu density method gravity"  # inputs that have always been first

@@ -16,8 +16,6 @@ from cyclopean.service.parameters import Answer, Component, Context, Input, Outp
 if TYPE_CHECKING:
     from cyclopean.analysis import Live
 
-__all__ = ["LIMIT"]
-
 
 def _limit(given: Mapping[str, Any], context: Context) -> Answer:
     """Find the multiplier at which it falls."""

@@ -20,8 +20,6 @@ from cyclopean.view.drawing import feature_edges
 from cyclopean.view.stone_faces import facing, stone_faces, stone_svg
 from cyclopean.view.svg import Paper, View, closed, layer, project, segments
 
-__all__ = ["Body", "Solid", "covered", "on_paper", "sliced", "solid_of_block"]
-
 MANY = 400  # triangles beyond which a stone is a scan: its small faces are joined, and it has no edges
 FINER = 10.0  # steps of shading in a mm
 FINE = 3  # decimals of a mm

@@ -7,7 +7,7 @@ the right of it, all at one scale.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -35,8 +35,6 @@ from cyclopean.view.site.paper import (
 )
 from cyclopean.view.svg import Paper, View, layer, project, rect
 
-__all__ = ["MOST", "Card", "Place", "card_pages", "drawn_pages", "facts"]
-
 MOST = 8  # cards on a page; on A4 smaller ones have no room for their words
 GRID = {1: (1, 1), 2: (2, 1), 3: (3, 1), 4: (2, 2), 5: (3, 2), 6: (3, 2), 7: (4, 2), 8: (4, 2)}  # columns, rows
 GUTTER, PAD = 4.0, 3.0  # mm between cards, and within each
@@ -59,12 +57,7 @@ class Place(NamedTuple):
     high: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Card:
-    """What a card is made of: drawn in the place that it is given."""
-
-    step: int
-    drawn: Callable[[Place], Iterator[str]]
+Card: TypeAlias = tuple[int, Callable[[Place], Iterator[str]]]  # its step, and what draws it in the place it is given
 
 
 def drawn_pages(kind: str, title: str, cards: Sequence[Card], form: Form, each: int) -> tuple[Page, ...]:
@@ -75,11 +68,12 @@ def drawn_pages(kind: str, title: str, cards: Sequence[Card], form: Form, each: 
     pages = []
     for part in portions(cards, each):
         drawn = []
-        for k, card in enumerate(part):
+        for k, (_, card) in enumerate(part):
             place = Place(x + k % across * (size[0] + GUTTER), y + k // across * (size[1] + GUTTER), *size)
             drawn.append(layer("frames", [rect(*place, THIN, 2)]))
-            drawn += card.drawn(place)
-        steps = f"{part[0].step}" if part[0].step == part[-1].step else f"{part[0].step} to {part[-1].step}"
+            drawn += card(place)
+        first, last = part[0][0], part[-1][0]
+        steps = f"{first}" if first == last else f"{first} to {last}"
         pages.append(Page(kind, f"{title} {steps}", tuple(drawn)))
     return tuple(pages)
 
@@ -93,7 +87,7 @@ def card_pages(
     each: int,
 ) -> tuple[Page, ...]:
     """Cards of all stones; `source` says of what a block is made, where that is known."""
-    cards = [Card(stone.step, partial(_card, sequence, stone, solids[stone.block], source)) for stone in stones]
+    cards = [(stone.step, partial(_card, sequence, stone, solids[stone.block], source)) for stone in stones]
     return drawn_pages("cards", "Stones", cards, form, each)
 
 

@@ -37,8 +37,6 @@ from cyclopean.view.site.paper import (
 )
 from cyclopean.view.svg import EXACT, Paper, View, closed, layer, project, rect, segments, sheet, to_scale
 
-__all__ = ["CutStone", "bent_faces", "cut_pages", "cut_stone", "template_svg"]
-
 TINT = "#ded5c4"  # stone as it was found
 CUT = "#0b4f8a"  # lines of cuts
 PICTURES = 0.5  # of a card's width
@@ -83,7 +81,7 @@ def _cards(stone: LaidStone, one: CutStone, axes: Floats, form: Form) -> Iterato
     parts = portions(list(_rows(one)), each // 3 * 3) or [()]
     for k, part in enumerate(parts):
         again = f"card {k + 1} of {len(parts)}" if len(parts) > 1 else ""
-        yield Card(stone.step, partial(_card, stone, one, axes, again, part))
+        yield stone.step, partial(_card, stone, one, axes, again, part)
 
 
 Row = tuple[str, ...]

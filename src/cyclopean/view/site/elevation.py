@@ -32,8 +32,6 @@ from cyclopean.view.site.dimensions import (
 from cyclopean.view.site.paper import BOLD, HEADING, LETTERS, SCALES, Form, Page, standard_scale, words
 from cyclopean.view.svg import Paper, View, layer, project
 
-__all__ = ["GROUND", "Elevations", "elevation_pages", "numbered"]
-
 LEFT, TOP, RIGHT, FOOT = 24.0, 14.0, 30.0, 36.0  # mm round the stones: dimensions, heading, levels, scale bar
 BEYOND = 9.0  # mm that supports are shown beyond the stones
 GROUND = "#b9bfc4"  # supports

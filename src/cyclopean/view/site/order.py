@@ -13,8 +13,6 @@ from cyclopean.view.site.paper import BOLD, HEADING, Form, Page, columns, portio
 from cyclopean.view.site.paper import LINE as PITCH
 from cyclopean.view.svg import layer
 
-__all__ = ["kilograms", "millimetres", "named", "order_pages", "props_and_masses"]
-
 ROW = 5.2  # mm, height of a row
 MOST = 4  # lines of a step
 SHARES = (0.05, 0.16, 0.06, 0.08, 0.15, 0.30, 0.20)  # of the width: one for each column

@@ -12,26 +12,6 @@ from typing import TypeVar
 from cyclopean.view.colours import INK, SOFT
 from cyclopean.view.svg import layer, rect, sheet, text, to_scale
 
-__all__ = [
-    "BOLD",
-    "HEADING",
-    "LETTERS",
-    "LINE",
-    "PAPERS",
-    "SCALES",
-    "Form",
-    "Page",
-    "Title",
-    "columns",
-    "drawn",
-    "portions",
-    "shortened",
-    "standard_scale",
-    "width",
-    "words",
-    "wrapped",
-]
-
 T = TypeVar("T")
 PAPERS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}  # mm, landscape
 LETTERS, HEADING = 3.1, 4.6  # mm, size of letters; a capital is 0.72 of it

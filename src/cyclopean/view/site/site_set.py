@@ -15,8 +15,6 @@ from cyclopean.view.site.paper import BOLD, HEADING, LINE, Form, Page, Title, co
 from cyclopean.view.site.stages import stage_pages
 from cyclopean.view.svg import layer
 
-__all__ = ["Layout", "LeftOver", "SiteSet", "Stock", "site_set"]
-
 INDEXED = 40  # stones from which looking one up takes an index
 ENTRY = (34.0, 14.0, 16.0)  # mm, columns of the index: stone, step, sheet
 

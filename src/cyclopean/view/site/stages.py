@@ -16,8 +16,6 @@ from cyclopean.view.site.elevation import GROUND, numbered
 from cyclopean.view.site.paper import BOLD, BOLDER, HEADING, LETTERS, LINE, Form, Page, portions, shortened, words
 from cyclopean.view.svg import Paper, View, layer, project
 
-__all__ = ["stage_pages"]
-
 GRIDS = {"A4": ((3, 4), (4, 3), (6, 2)), "A3": ((4, 5), (5, 4), (7, 3))}  # pictures across and down
 PAGES = 2  # sheets of pictures at most: each picture shows more steps where there are many
 APART, CAPTION = 5.0, 5.5  # mm between pictures, and below each for its words

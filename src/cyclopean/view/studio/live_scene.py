@@ -20,8 +20,6 @@ from cyclopean.view.solids import Layer, Layers, arrow_solids, block_layers, onc
 from cyclopean.view.studio.session import Snapshot
 from cyclopean.view.svg import front_view
 
-__all__ = ["LABELS", "LiveScene", "Look", "hit"]
-
 LABELS = 300  # blocks beyond which only the chosen one is labelled
 NARROW = 0.82  # width over height beside the panel, for which the model is framed at first
 CHOSEN = "#007a4d"

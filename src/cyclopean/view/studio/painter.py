@@ -10,8 +10,6 @@ from cyclopean.view.studio.latest_value import LatestValue
 from cyclopean.view.studio.live_scene import LiveScene
 from cyclopean.view.studio.session import Snapshot
 
-__all__ = ["Painter"]
-
 TURN = 1.6  # s that the mechanism takes there and back
 FRAMES = 12.0  # a second, of small models
 BUSY = 4e5  # triangles a second that are sent while a mechanism moves
