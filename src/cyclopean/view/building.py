@@ -19,21 +19,10 @@ from cyclopean.geometry import face_normals, pack
 from cyclopean.geometry.frames import unit
 from cyclopean.geometry.polygon import convex_hull
 from cyclopean.texts import first_few
+from cyclopean.view import markup
 from cyclopean.view.colours import ACCENT, GHOST, INK, SUPPORT, shaded
 from cyclopean.view.drawing import feature_edges, still
 from cyclopean.view.figures import number
-from cyclopean.view.markup import (
-    POLICY,
-    SUPPORTED,
-    document,
-    figure,
-    headline,
-    key,
-    legend,
-    scene_figure,
-    section,
-    table,
-)
 from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, layer, rect, segments, sheet, text, to_scale
 
 MARGIN = 30.0  # drawing units, on every side
@@ -61,15 +50,17 @@ def building_html(sequence: BuildSequence) -> str:
     """Write the page of a building sequence: self-contained."""
     body = (
         _headline(sequence),
-        section("How it is built", _pictures(sequence)),
-        section("In space", scene_figure(still(sequence.assembly, sequence.fixed), sequence.assembly.name)),
-        section("Stones that rest on each other", _cycles(sequence), _CYCLES),
-        section("What holds it meanwhile", _props(sequence), _PROPS),
-        section("The order that was given", _given(sequence), _GIVEN),
-        section("Stage by stage", _stages(sequence), _STAGES),
+        markup.section("How it is built", _pictures(sequence)),
+        markup.section(
+            "In space", markup.scene_figure(still(sequence.assembly, sequence.fixed), sequence.assembly.name)
+        ),
+        markup.section("Stones that rest on each other", _cycles(sequence), _CYCLES),
+        markup.section("What holds it meanwhile", _props(sequence), _PROPS),
+        markup.section("The order that was given", _given(sequence), _GIVEN),
+        markup.section("Stage by stage", _stages(sequence), _STAGES),
     )
-    return document(
-        f"{sequence.assembly.name}: how it is built", body, word=outcome(sequence)[2], style=_STYLE, may=POLICY
+    return markup.document(
+        f"{sequence.assembly.name}: how it is built", body, word=outcome(sequence)[2], style=_STYLE, may=markup.POLICY
     )
 
 
@@ -119,17 +110,17 @@ def _headline(sequence: BuildSequence) -> str:
     figures = [("stones", len(steps)), ("layers", int(sequence.layer.max(initial=0)))]
     figures += [(f"stages {word}", sum(s.verdict == word for s in steps)) for word in ACCENT]
     shown = [(what, count) for what, count in figures if count]
-    return headline(sequence.assembly.name, shown, f"method {sequence.method}", answer=(title, reason))
+    return markup.headline(sequence.assembly.name, shown, f"method {sequence.method}", answer=(title, reason))
 
 
 def _pictures(sequence: BuildSequence) -> str:
     note = "Click the drawing to see it built. " if _moves(sequence) else ""
     yard = f'<path d="M2 3H30V13H2Z" fill="none" stroke="{GHOST}" stroke-dasharray="5 3"/>'
-    keys = [key(SUPPORTED, "support"), key(yard, "waits in the yard")]
+    keys = [markup.key(markup.SUPPORTED, "support"), markup.key(yard, "waits in the yard")]
     for word, colour in ACCENT.items():
         if any(step.verdict == word for step in sequence.steps):
-            keys.append(key(rect(0.0, 4.0, 32.0, 8.0, f'fill="{colour}"'), f"stage {word}"))
-    return legend(keys) + figure(building_svg(sequence), note + _CAPTION)
+            keys.append(markup.key(rect(0.0, 4.0, 32.0, 8.0, f'fill="{colour}"'), f"stage {word}"))
+    return markup.legend(keys) + markup.figure(building_svg(sequence), note + _CAPTION)
 
 
 _CAPTION = (
@@ -338,7 +329,7 @@ def _cycles(sequence: BuildSequence) -> str:
         broken = "; ".join(f"{on(e)} ({number(e.support)} m²)" for e in cycle.broken)
         other = "; ".join(f"{on(e)}: {_named(sequence, *order)}" for e, order in cycle.alternatives)
         rows.append((_named(sequence, *cycle.blocks), broken, other))
-    return table(["Stones", "Set aside", "Instead, and the order then"], rows)
+    return markup.table(["Stones", "Set aside", "Instead, and the order then"], rows)
 
 
 def _props(sequence: BuildSequence) -> str:
@@ -346,7 +337,7 @@ def _props(sequence: BuildSequence) -> str:
     for prop in sequence.props:
         until = "for good" if prop.until is None else f"{'keystone ' * prop.keystone}{_named(sequence, prop.until)}"
         rows.append((prop.kind, _named(sequence, *prop.blocks), str(prop.first + 1), str(prop.last + 1), until))
-    return table(["Prop", "Stones", ">From step", ">To step", "Until"], rows, ROWS)
+    return markup.table(["Prop", "Stones", ">From step", ">To step", "Until"], rows, ROWS)
 
 
 def _given(sequence: BuildSequence) -> str:
@@ -361,7 +352,7 @@ def _given(sequence: BuildSequence) -> str:
     moved = ", ".join(f"{_named(sequence, block)} to step {place[block]}" for block in nearest.moved)
     told = "" if len(nearest.moved) == nearest.least else f" At least {nearest.least} are needed."
     said = f"<p>The nearest valid order moves {len(nearest.moved)}: {moved}.{told}</p>"
-    return table([">Step", "Stone", "Before", "Trapped by"], rows, ROWS) + said
+    return markup.table([">Step", "Stone", "Before", "Trapped by"], rows, ROWS) + said
 
 
 def _stages(sequence: BuildSequence) -> str:
@@ -373,7 +364,7 @@ def _stages(sequence: BuildSequence) -> str:
         word = f'<span class="word" style="color:{ACCENT[step.verdict]}">{step.verdict}</span>'
         on, way = _named(sequence, *step.rests_on), _direction(step, sequence)
         rows.append((str(k), _named(sequence, step.block), str(step.layer), on, way, word, props))
-    return table(head, rows, ROWS)
+    return markup.table(head, rows, ROWS)
 
 
 def _direction(step: Step, sequence: BuildSequence) -> str:

@@ -16,19 +16,8 @@ from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.errors import InputError
 from cyclopean.texts import first_few
 from cyclopean.view.building import STONES, middle_of, painting_order
+from cyclopean.view.site import dimensions
 from cyclopean.view.site.bodies import Body, Solid, on_paper, sliced, solid_of_block
-from cyclopean.view.site.dimensions import (
-    MIDDLE,
-    axes_mark,
-    chain,
-    clear_sizes,
-    datum,
-    level_joints,
-    openings,
-    overall,
-    scale_mark,
-    section_mark,
-)
 from cyclopean.view.site.paper import BOLD, HEADING, LETTERS, SCALES, Form, Page, standard_scale, words
 from cyclopean.view.svg import Paper, View, layer, project
 
@@ -276,11 +265,11 @@ class _Drawn:
             *stones,
             layer("numbers", told.values()),
             layer("dimensions", self._dimensions() if whole else ()),
-            layer("datum", datum(self.box, self.scale, BEYOND) if self.side.upright and whole else ()),
+            layer("datum", dimensions.datum(self.box, self.scale, BEYOND) if self.side.upright and whole else ()),
             layer("section", self._section_mark() if whole else ()),
             layer("headings", [words(self.form.room[0], self.form.room[1] + HEADING, title, HEADING, BOLD)]),
-            scale_mark(self.form, self.scale),
-            axes_mark(self.form, self.side.view, axes_of(self.sequence)),
+            dimensions.scale_mark(self.form, self.scale),
+            dimensions.axes_mark(self.form, self.side.view, axes_of(self.sequence)),
         )
         return Page("elevation", self._name(), parts, f"1:{self.scale}", 1000.0 / self.scale, self.frame.foot)
 
@@ -303,27 +292,27 @@ class _Drawn:
         courses, holes = (self._courses(), self._openings()) if self.side.upright else ([], [])
         if holes:
             ends = sorted({left, right, *(x for a, _, c, _ in holes for x in (a, c))})
-            yield from chain(ends, foot + BEYOND + 4.5, self.scale, foot + 1.0)
-            yield from clear_sizes(holes, foot, self.scale)
+            yield from dimensions.chain(ends, foot + BEYOND + 4.5, self.scale, foot + 1.0)
+            yield from dimensions.clear_sizes(holes, foot, self.scale)
         if courses:
-            yield from chain(courses, left - BEYOND - 2.0, self.scale, left - 1.0, upright=True)
+            yield from dimensions.chain(courses, left - BEYOND - 2.0, self.scale, left - 1.0, upright=True)
         below, beside = BEYOND + (10.5 if holes else 4.5), BEYOND + (8.0 if courses else 2.0)
-        yield from overall(self.box, self.scale, below, beside)
+        yield from dimensions.overall(self.box, self.scale, below, beside)
 
     def _section_mark(self) -> Iterator[str]:
         if self.side.section is not None:
             (left, foot), times = self.frame.foot, 1000.0 / self.scale
             x = left + times * (self.side.section - float(self.frame.low[0]))
-            yield from section_mark(x, self.box[1], foot)
+            yield from dimensions.section_mark(x, self.box[1], foot)
 
     def _courses(self) -> list[float]:
         """Level joints, mm of paper, from the foot."""
         up = [self.solids[step.block].vertices @ self.side.view.up for step in self.sequence.steps]
-        found = level_joints(np.array([z.min() for z in up]), np.array([z.max() for z in up]))
+        found = dimensions.level_joints(np.array([z.min() for z in up]), np.array([z.max() for z in up]))
         return [self.box[3] - 1000.0 / self.scale * (z - found[0]) for z in found]
 
     def _openings(self) -> list[tuple[float, float, float, float]]:
-        found = openings((body.outline for body in self.bodies.values()), self.box, self.scale)
+        found = dimensions.openings((body.outline for body in self.bodies.values()), self.box, self.scale)
         return found if len(found) <= MOST_OPENINGS else []
 
 
@@ -341,6 +330,6 @@ def numbered(region: Any, said: str) -> str:
             half = np.array([TIGHT[0] * len(said), TIGHT[1]]) * size / 2.0 + CLEAR
             across, up = half if turn == 0 else half[::-1]
             if part.contains(shapely.box(x - across, y - up, x + across, y + up)):
-                style = f"{MIDDLE} {BOLD}" + (f' transform="rotate({turn} {x:.1f} {y:.1f})"' if turn else "")
+                style = f"{dimensions.MIDDLE} {BOLD}" + (f' transform="rotate({turn} {x:.1f} {y:.1f})"' if turn else "")
                 return words(x, y + 0.36 * size, said, size, style)
     return ""
