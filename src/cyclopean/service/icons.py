@@ -7,10 +7,8 @@ import base64
 from functools import cache
 
 import numpy as np
-import shapely
 
-from cyclopean.arrays import Floats
-from cyclopean.view.colours import rgb
+from cyclopean.arrays import Bools, Floats
 from cyclopean.view.png import png
 
 SIZE, FINE = 24, 4
@@ -53,11 +51,21 @@ def icon(name: str) -> str:
 def _drawn(shapes: tuple[Shape, ...]) -> Floats:
     """Paint polygons over each other."""
     step = (np.arange(SIZE * FINE) + 0.5) / FINE
-    point = np.meshgrid(step, step)
+    point = np.stack(np.meshgrid(step, step), axis=-1)
     fine = np.zeros((SIZE * FINE, SIZE * FINE, 4))
     for colour, corners in shapes:
-        polygon = shapely.Polygon([[float(x) for x in pair.split(",")] for pair in corners.split()])
-        fine[shapely.contains_xy(polygon, *point)] = [*(part / 255.0 for part in rgb(colour)), 1.0]
+        polygon = np.array([[float(x) for x in pair.split(",")] for pair in corners.split()])
+        fine[_inside(point, polygon)] = [*(int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)), 1.0]
     cover = fine.reshape(SIZE, FINE, SIZE, FINE, 4).sum(axis=(1, 3))
     solid = np.maximum(cover[..., 3:], 1e-9)  # colours are means over what is painted, not over the empty rest
     return np.concatenate([cover[..., :3] / solid, cover[..., 3:] / FINE**2], axis=-1)
+
+
+def _inside(point: Floats, polygon: Floats) -> Bools:
+    """Even-odd rule: whether a ray to the right crosses the outline an odd number of times."""
+    odd = np.zeros(point.shape[:2], bool)
+    for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        if y0 != y1:
+            across = (y0 > point[..., 1]) != (y1 > point[..., 1])
+            odd ^= across & (point[..., 0] < x0 + (point[..., 1] - y0) * (x1 - x0) / (y1 - y0))
+    return odd
