@@ -13,7 +13,7 @@ from carving_cases import stone_like
 from cyclopean import io
 from cyclopean.assembly import Assembly
 from cyclopean.design import wall
-from cyclopean.design.carving.carve import carve_match
+from cyclopean.design.carving.carve import carve_all
 from cyclopean.design.matching.cells import cells_of
 from cyclopean.design.matching.match import Match, MatchSettings, Placement
 from cyclopean.design.stones.inventory import Inventory
@@ -201,7 +201,7 @@ def test_the_match_file_goes_round(run):
     assert len(stored.empty) == 1
     assert (stored.stone_units, stored.wall_units) == ("m", None)
     assert stored.changed({stone.id: stone for stone in stones}, cells.assembly) is None
-    carved = carve_match(match, stones, cells)
+    carved = carve_all(match.placed(stones, cells))
     assert [c.carved_share for c in carved] == pytest.approx([LAMBDA] * len(carved), abs=1e-12)
     assert [(c.stone, c.cell) for c in carved] == [(p.stone, p.cell) for p in stored.placements]
 

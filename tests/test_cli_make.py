@@ -8,7 +8,7 @@ import pytest
 
 from cyclopean import design
 from cyclopean.cli.demo import FILES
-from cyclopean.cli.files import MESHES
+from cyclopean.cli.outputs import MESHES
 from cyclopean.design.earthworks import BridgeShape, DryStone, Soil
 from cyclopean.design.walls.dressing import Coping, Quoins
 from cyclopean.design.walls.interlock import interlock

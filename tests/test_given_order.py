@@ -154,9 +154,9 @@ def repaired(model: Assembly, seed: int) -> tuple[int, int]:
     site = _site(prepare(model, RBE), 0.1)
     usual = site.taken_apart()
     order = random.Random(seed).sample(usual, len(usual))
-    found = nearest_order(order, site.below, site.fixed, site.trap, lambda: site.taken_apart(order))
+    found = nearest_order(order, site.graph.below, site.fixed, site.trap, lambda: site.taken_apart(order))
     assert sorted(found.order) == sorted(order)
-    assert not faults_of(found.order, site.below, site.fixed, site.trap)
+    assert not faults_of(found.order, site.graph.below, site.fixed, site.trap)
     assert found.least <= len(found.moved) == len(order) - common(order, list(found.order))
     return len(found.moved), len(order) - common(order, usual)
 

@@ -19,6 +19,7 @@ from cyclopean import Settings
 from cyclopean.io import write_text
 from cyclopean.proof import NotACertificateError, seal, verify_file
 from cyclopean.view.proof_here import proof_page
+from test_proof_points import knife
 
 CHECKER = Path(cyclopean.__file__).parent / "view" / "checker.js"
 Answer = dict[str, Any]
@@ -145,6 +146,36 @@ def test_a_force_just_outside_its_cone_is_refused(browser: Chromium, proofs) -> 
         assert not answer["proved"]
         assert reason in answer["reason"]
         assert answer["where"] == ({"contact": 0, "point": 0} if factor > 1 else answer["where"])
+
+
+@pytest.mark.parametrize(("part", "turned"), [(1.0, False), (1.0, True), (0.6, False), (0.0, False)])
+def test_a_joint_that_is_listed_twice_does_not_pull_twice(browser: Chromium, proofs, tmp_path, part, turned) -> None:
+    """Each of both with its share of pull and force; `part` of the first is listed again, or goes round it twice."""
+    proof = json.loads(json.dumps(proofs["tension"]))
+    first, count = proof["contacts"][0], len(proof["contacts"][0]["polygon"])
+    low = min(point[1] for point in first["polygon"])
+    assert page_says(browser, json.dumps(proof))["proved"]
+    if part:
+        ring = [[x, low + part * (y - low), z] for x, y, z in first["polygon"]]
+        again = (
+            first | {"polygon": ring[::-1], "a": first["b"], "b": first["a"]} if turned else first | {"polygon": ring}
+        )
+        proof["contacts"].append(again)
+        proof["forces"] += [[0.0, 0.0, 0.0]] * count
+    else:
+        first["polygon"] = first["polygon"] * 2
+        proof["forces"][count:count] = [[0.0, 0.0, 0.0]] * count
+    proof["seal"] = seal(proof)
+    assert not python_says(json.dumps(proof), tmp_path / "proof.json")
+    assert "would pull there twice" in verify_file(tmp_path / "proof.json").reason
+    assert "would pull there twice" in page_says(browser, json.dumps(proof))["reason"]
+
+
+@pytest.mark.parametrize(("half", "mu"), [(5.0, 0.2), (45.0, 1.0), (60.0, 0.5)])
+def test_an_edge_on_an_edge_grips_no_more_than_about_one_normal(browser: Chromium, half, mu) -> None:
+    grip = np.cos(np.radians(half)) / np.hypot(1.0, mu * np.sin(np.radians(half)))
+    assert page_says(browser, json.dumps(knife(half, mu, grip * (1 - 1e-6), 0.2)[0]))["proved"]
+    assert "outside its cone" in page_says(browser, json.dumps(knife(half, mu, grip * (1 + 1e-6), 0.2)[0]))["reason"]
 
 
 @pytest.mark.parametrize(

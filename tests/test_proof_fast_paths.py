@@ -62,7 +62,7 @@ def seat(facets, ring, sign, tolerance, bent=False):
     """How a contact between blocks "left" and "right" lies on these facets, and what is refused of it."""
     normal = _area_vector(ring)
     joint, size2 = _Joint(0, 1, [], 0.5, 0.0, bent), sum(x * x for x in normal)
-    patch = _Patch(0, joint, 0, slice(0, len(ring)), 0, 1, 1, 2, ring, normal, size2, (tolerance**2, 1), [])
+    patch = _Patch(0, joint, 0, slice(0, len(ring)), 0, 1, 1, 2, (1, 2), ring, normal, size2, (tolerance**2, 1), [])
     stones = [_Stone(name, [], _Surface([], frozenset(), True), 1.0, False) for name in ("left", "right")]
     sheet = _Sheet([0.0] * 3, 0.0, stones, [joint], [], [], [], None, [])
     try:

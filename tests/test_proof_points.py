@@ -257,3 +257,72 @@ def test_where_it_stands_and_how_large_it_is_changes_nothing(rise, turn, scale, 
         sealed({**certificate, "blocks": blocks, "contacts": joints, "forces": forces, "tolerance": scale * TOLERANCE})
     )
     assert report.proved, report.reason
+
+
+def knife(half, mu, share, turned):
+    """A ridge and a knife edge on it that may not turn, both 2 m long; normals lean by `half` degrees to either side.
+
+    At both ends forces in the cones of `share` times mu about both normals, as far along the ridge as they go, turned
+    down the faces by `turned` radians; and the gravity that they balance, with its slope along the ridge.
+    """
+    up, out = math.cos(math.radians(half)), math.sin(math.radians(half))
+    solids = {
+        "low": extruded([(1.0, -out / up), (0.0, 0.0), (-1.0, -out / up)], 0.0, 2.0),
+        "top": extruded([(0.0, 0.0), (1.0, out / up), (-1.0, out / up)], 0.0, 2.0),
+    }
+    blocks = [
+        {"id": name, "vertices": vertices, "faces": faces, "density": RHO, "fixed": name == "low"}
+        for name, (vertices, faces) in solids.items()
+    ]
+    blocks[1]["held"] = ["rx", "ry", "rz"]
+    joints, forces = [], []
+    for y in (0.0, 2.0):
+        for sign in (-1.0, 1.0):
+            joints.append(at("low", "top", (0.0, y, 0.0), normal=(sign * out, 0.0, up), mu=mu))
+            down, along = share * mu * math.sin(turned), share * mu * math.cos(turned)
+            forces.append([sign * (out + down * up), along, up - down * out])
+    weight = RHO * G * 2.0 * out / up
+    scale, slope = weight / sum(z for _, _, z in forces), forces[0][1] / forces[0][2]
+    forces = [[scale * x for x in row] for row in forces]
+    return state(blocks, joints, forces, gravity=(0.0, -slope * G, -G), tolerance=TOLERANCE), slope
+
+
+@pytest.mark.parametrize("half", [5.0, 45.0, 60.0])
+@pytest.mark.parametrize("mu", [0.2, 1.0])
+def test_an_edge_on_an_edge_grips_no_more_than_about_one_normal(half, mu):
+    """By hand: in the cones of mu' = mu cos / sqrt(1 + mu^2 sin^2) about both normals the sum is steepest at a slope of
+    mu, where sin(turned) = mu' tan; in those of mu it would be more.
+    """
+    up, out = math.cos(math.radians(half)), math.sin(math.radians(half))
+    grip = up / math.hypot(1.0, mu * out)
+    for turned in (0.0, math.asin(min(grip * mu * out / up, 1.0))):
+        certificate, slope = knife(half, mu, grip * (1.0 - 1e-6), turned)
+        assert verify(certificate).proved, verify(certificate).reason
+        assert slope < mu
+        assert slope > mu * (1.0 - 2e-6) or not turned
+        assert "friction cone" in verify(knife(half, mu, grip * (1.0 + 1e-6), turned)[0]).reason
+
+
+def test_an_edge_on_an_edge_with_one_normal_grips_as_that_one_does():
+    certificate = knife(45.0, 0.5, 1.0 - 1e-6, 0.0)[0]
+    certificate["contacts"], certificate["forces"] = certificate["contacts"][::2], certificate["forces"][::2]
+    certificate["blocks"][1]["held"] = ["x", "rx", "ry", "rz"]
+    certificate["forces"] = [[2.0 * x for x in row] for row in certificate["forces"]]
+    assert verify(sealed(certificate)).proved
+
+
+def test_an_edge_is_not_far_from_an_edge_because_the_tolerance_has_room():
+    """The knife edge is 0.6 tolerances down a face from the ridge, points with its normal 1.4, others on the ridge."""
+    grip, across, up = math.sqrt(0.75 / 1.25), TOLERANCE * math.sqrt(0.75), TOLERANCE / 2.0
+    for share, proved in ((1.0 - 1e-6, True), (1.0 + 1e-6, False), (1.2, False)):
+        certificate = knife(30.0, 1.0, grip * share, 0.0)[0]
+        top = certificate["blocks"][1]
+        top["vertices"] = [[x - 0.6 * across, y, 4.0 * z - 0.6 * up] for x, y, z in top["vertices"]]  # it is sharper
+        top["density"] /= 4.0
+        for joint in certificate["contacts"]:
+            ((x, y, z),) = joint["polygon"]
+            down = 1.4 if joint["normal"][0] < 0.0 else 0.0
+            joint["polygon"] = [[x - down * across, 0.5 + y / 2.0, z - down * up]]
+        report = verify(sealed(certificate))
+        assert report.proved is proved, report.reason
+        assert proved or "friction cone" in report.reason

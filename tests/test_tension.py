@@ -13,21 +13,23 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from shapely import Polygon
 
 from coupled_cases import prism
 from cyclopean.analysis import Settings, check, solve_cra
 from cyclopean.analysis.preparation import prepare
 from cyclopean.analysis.sensitivity_study.ranges import Range
 from cyclopean.analysis.sensitivity_study.throughout import corners
-from cyclopean.assembly import Assembly, Contacts, detect, supports
+from cyclopean.assembly import Assembly, Block, Contacts, Load, detect, supports
 from cyclopean.design import wall
 from cyclopean.errors import InputError
 from cyclopean.io import read_model, write_model
 from cyclopean.proof import checker, seal, verify
 from cyclopean.statics import equilibrium_system
 from laws import examples
+from test_proof_solids import extruded
 
 G = 9.80665
 W = 2400.0 * G
@@ -113,7 +115,9 @@ def test_the_checker_finds_the_same_pulls(seed: int, corners: int, convex: bool,
     points = checker._vectors(polygon.tolist(), k)
     normal = checker._area_vector(points)
     joint, rows = checker._Joint(0, 1, polygon.tolist(), 0.5, strength), slice(0, corners)
-    patch = checker._Patch(0, joint, 0, rows, 0, 1, 1, 2, points, normal, checker._dot(normal, normal), (0, 1), [])
+    patch = checker._Patch(
+        0, joint, 0, rows, 0, 1, 1, 2, (1, 2), points, normal, checker._dot(normal, normal), (0, 1), []
+    )
     unit, shares = checker._pulls(patch, per, k)
     found = [float(unit * share) / 2.0 ** (per + 2 * k) for share in shares]
     assert found == pytest.approx(contacts.pull * 2.0 * contacts.area[0], rel=1e-9, abs=1e-9 * strength)
@@ -145,6 +149,56 @@ def test_more_points_on_a_joint_change_nothing() -> None:
         contacts = Contacts.of([(0, 1)] * len(polygons), polygons)
         for share, word in ((0.9999, "unstable"), (1.0001, "stable")):
             assert of(replace(HANGING, contacts=contacts), share * 15 * W).verdict == word
+
+
+@pytest.mark.parametrize("part", [1.0, 0.6])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_joint_that_is_listed_twice_does_not_pull_twice(part: float, turned: bool) -> None:
+    """Of both polygons together as much would be pulled as of one that stands; nor may one polygon go round twice."""
+    whole = detect(HANGING).contacts.polygon(0)
+    again = whole * [1.0, part, 1.0]
+    listed = Contacts.of([(0, 1), (1, 0) if turned else (0, 1)], [whole, again[::-1] if turned else again])
+    assert listed.frame[1, 0] @ listed.frame[0, 0] == pytest.approx(-1.0 if turned else 1.0)
+    found = of(replace(HANGING, contacts=listed), 15.1 / (1.0 + part) * W)
+    assert found.verdict == "undecided"
+    assert "lie on each other" in found.reason
+    round_twice = replace(HANGING, contacts=Contacts.of([(0, 1)], [np.concatenate([whole, whole])]))
+    assert "goes round some of its area twice" in of(round_twice, 7.6 * W).reason
+
+
+def test_a_joint_does_not_pull_where_no_faces_are() -> None:
+    """A block of 1.1 m3 on two feet, each 0.1 m wide, is lifted by 2 W: the feet have to pull 0.9 W, 4.5 W a m2.
+
+    One polygon over both and the gap between them would do it at 0.45.
+    """
+    outline = [(0, 1), (0.1, 1), (0.1, 1.5), (1.9, 1.5), (1.9, 1), (2, 1), (2, 2), (0, 2)]
+    low = replace(prism("low", [(-1, 0), (3, 0), (3, 1), (-1, 1)], 1.0), fixed=True)
+    vertices, faces = extruded(outline)
+    blocks = (low, Block("feet", np.array(vertices, float), faces))
+    lifted = Assembly(blocks, loads=(Load(1, np.array([0.0, 0.0, 2.0 * W]), np.array([1.0, 0.5, 2.0])),))
+    for strength, word in ((4.49, "unstable"), (4.51, "stable")):
+        assert of(lifted, strength * W).verdict == word
+    over = Contacts.of([(0, 1)], [np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 1.0], [0.0, 1.0, 1.0]])])
+    found = of(replace(lifted, contacts=over), 1.0 * W)
+    assert found.verdict == "undecided"
+    assert "less than half of it is on faces" in found.reason
+    assert check(replace(lifted, loads=(), contacts=over), Settings(method="rbe")).verdict == "stable"  # dry it stands
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(3, 7), st.integers(3, 7))
+def test_the_area_in_common_is_that_of_an_overlay(seed: int, one: int, two: int) -> None:
+    """Polygons on whole numbers, some with corners and sides in common; none crosses itself."""
+    rng = np.random.default_rng(seed)
+    rings = []
+    for count in (one, two):
+        at = rng.integers(0, 9, (count, 2))
+        middle = at.mean(axis=0)
+        rings.append([(int(x), int(y)) for x, y in at[np.argsort(np.arctan2(*(at - middle).T))]])
+    a, b = map(Polygon, rings)
+    assume(a.is_valid and b.is_valid)
+    assert float(checker._in_common(*rings)) == pytest.approx(2.0 * a.intersection(b).area, abs=1e-9)
+    assert checker._in_common(rings[0], rings[0]) == checker._twice_area(rings[0])
 
 
 # ---------------------------------------------------------------------------------------------------------------------

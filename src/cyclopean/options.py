@@ -14,7 +14,17 @@ from typing import Any, Literal, TypeAlias
 from cyclopean import texts
 from cyclopean.errors import InputError
 
-__all__ = ["Kind", "Option", "check_option", "check_options", "option", "options_of", "read_option", "shown_default"]
+__all__ = [
+    "Kind",
+    "Option",
+    "check_option",
+    "check_options",
+    "first_said",
+    "option",
+    "options_of",
+    "read_option",
+    "shown_default",
+]
 
 Kind: TypeAlias = Literal[
     "text", "number", "whole", "flag", "vector", "tilt", "pair", "numbers", "length", "reach", "texts", "factors",
@@ -92,6 +102,12 @@ def option(default: Any, help: str, kind: Kind = "text", **more: Any) -> Any:
 def options_of(kind: Any) -> dict[str, Option]:
     """The options of a dataclass, by the names of its fields, in their order."""
     return {one.name: one.metadata["option"] for one in dataclasses.fields(kind) if "option" in one.metadata}
+
+
+def first_said(given: Any, names: str = "") -> str | None:
+    """The first option of a dataclass, or of those named, that is not as it is by default."""
+    every = options_of(given)
+    return next((name for name in names.split() or every if getattr(given, name) != every[name].default), None)
 
 
 def shown_default(option: Option) -> str:

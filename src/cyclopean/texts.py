@@ -1,11 +1,11 @@
-"""Values that are given as text: on the command line, or in a text input of Grasshopper.
+"""Values that are given as text: on the command line, or in a text input of Grasshopper; and lists as they are told.
 
 Every reader is told where the text stands, as the message begins: an option in backticks, or the name of an argument.
 """
 
 import math
 from collections.abc import Collection, Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from cyclopean.errors import InputError
 
@@ -14,10 +14,12 @@ __all__ = [
     "PointLoad",
     "case_factors",
     "choice",
+    "first_few",
     "length_or_auto",
     "number",
     "numbers",
     "pair",
+    "plain",
     "point_loads",
     "reach",
     "scores",
@@ -36,6 +38,25 @@ AUTO = "auto"
 Motion: TypeAlias = tuple[float, ...]  # (6,) m, rad
 Vector: TypeAlias = tuple[float, float, float]
 PointLoad: TypeAlias = tuple[str, Vector, Vector | None]  # block, N, m (None = the block's centroid)
+
+
+def first_few(names: Sequence[str], most: int) -> str:
+    """The first of some names, and how many more there are.
+
+    Examples
+    --------
+    >>> first_few(["a", "b", "c", "d"], 2)
+    'a, b and 2 more'
+    """
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+
+
+def plain(value: Any) -> str:
+    """A text, a number or several numbers as a person writes them."""
+    if isinstance(value, int | float):
+        return f"{value:g}"
+    return value if isinstance(value, str) else f"({', '.join(f'{float(x):g}' for x in value)})"
 
 
 def number(where: str, text: str) -> float:

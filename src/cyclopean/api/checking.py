@@ -8,24 +8,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Unpack
 
 from cyclopean.analysis.settings import Settings
-from cyclopean.api.inputs import Model, Reading, assembly_of
+from cyclopean.api.inputs import Model, Reading, assembly_of, silent
 from cyclopean.api.keywords import CheckKeywords, SequenceKeywords, given_to, takes
 from cyclopean.design.construction.options import SequenceOptions
 from cyclopean.errors import InputError
-from cyclopean.options import check_options, option
+from cyclopean.options import check_options, first_said, option
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Margins, Result
     from cyclopean.assembly import Assembly
     from cyclopean.design.construction.sequence import BuildSequence
 
-__all__ = ["SEQUENCED", "CheckOptions", "SequenceOptions", "build_sequence", "check", "examined", "sequenced"]
-
 SEQUENCED = "method mu density supports gravity tolerance seconds"  # options of `Settings` that every stage has
-
-
-def _silent(_: str) -> None:
-    """Tell nobody."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +46,7 @@ class CheckOptions:
         check_options(self)
         if self.rough not in (None, "auto") and not (isinstance(self.rough, int | float) and self.rough > 0.0):
             raise InputError.of("rough", self.rough, "expected a positive length in metres, or auto")
-        usual = (("samples", 1000), ("seed", 0))
-        if not self.vary and (idle := next((name for name, value in usual if getattr(self, name) != value), None)):
+        if not self.vary and (idle := first_said(self, "samples seed")):
             raise InputError.of(idle, None, "nothing varies; say what does, such as `vary` mu=0.6:0.8")
 
 
@@ -61,7 +54,7 @@ class CheckOptions:
 def check(
     model: Model,
     settings: Settings | None = None,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
     *,
     executor: Executor | None = None,
     **options: Unpack[CheckKeywords],
@@ -109,7 +102,7 @@ def examined(
     chosen: Settings,
     reading: Reading,
     more: CheckOptions,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
     executor: Executor | None = None,
 ) -> "Result":
     """`check` with its options in objects, as every front end calls it."""
@@ -195,7 +188,7 @@ def build_sequence(
     model: Model,
     settings: Settings | None = None,
     *,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
     watch: "Callable[[int, Result], None] | None" = None,
     executor: Executor | None = None,
     **options: Unpack[SequenceKeywords],
@@ -245,7 +238,7 @@ def sequenced(
     model: Model,
     settings: Settings,
     wanted: SequenceOptions,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
     executor: Executor | None = None,
     watch: "Callable[[int, Result], None] | None" = None,
 ) -> "BuildSequence":

@@ -4,15 +4,10 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from cyclopean.api.inputs import HasAssembly
-
 if TYPE_CHECKING:
     from cyclopean.design.ashlar.wall import AshlarWall
     from cyclopean.design.walls.corner import CornerWall
     from cyclopean.design.walls.polygonal import PolygonalWall
-    from cyclopean.view.drawing import Picture
-
-__all__ = ["as_files", "composer", "drawn", "paged"]
 
 
 def as_files(compose: Callable[[], str]) -> dict[str, Callable[[], str]]:
@@ -32,13 +27,13 @@ def as_files(compose: Callable[[], str]) -> dict[str, Callable[[], str]]:
 
 def drawn(thing: Any) -> dict[str, Callable[[], str]]:
     """What is written of the drawing of a thing that has one, by the ending; loads nothing before it is asked for."""
+    return as_files(lambda: _drawing(thing))
 
-    def compose() -> str:
-        found = composer(thing)
-        assert found is not None, thing
-        return found()
 
-    return as_files(compose)
+def _drawing(thing: Any) -> str:
+    found = composer(thing)
+    assert found is not None, thing
+    return found()
 
 
 def paged(wall: "AshlarWall | PolygonalWall | CornerWall", notes: Sequence[str] = ()) -> dict[str, Callable[[], str]]:
@@ -48,10 +43,9 @@ def paged(wall: "AshlarWall | PolygonalWall | CornerWall", notes: Sequence[str] 
         from cyclopean.assembly import supports
         from cyclopean.view.model_page import model_html
 
-        made, draw = wall.assembly, composer(wall)
+        made = wall.assembly
         assert made.contacts is not None
-        assert draw is not None
-        return model_html(made, made.contacts, supports(made)[0], notes, draw())
+        return model_html(made, made.contacts, supports(made)[0], notes, _drawing(wall))
 
     return {"report": compose}
 
@@ -60,16 +54,25 @@ def composer(thing: Any) -> Callable[[], str] | None:
     """What draws a thing to scale, as one `<svg>` element; None where it has no drawing."""
     from cyclopean.analysis import LimitResult, Result
     from cyclopean.api.stones import StoneCarving, StoneMatch
+    from cyclopean.design.ashlar.wall import AshlarWall
     from cyclopean.design.construction.sequence import BuildSequence
+    from cyclopean.design.rubble.wall import RubbleWall
+    from cyclopean.design.walls.corner import CornerWall
+    from cyclopean.design.walls.interlock import interlock
+    from cyclopean.design.walls.polygonal import PolygonalWall
+    from cyclopean.view.ashlar_drawing import ashlar_svg
     from cyclopean.view.building import building_svg
     from cyclopean.view.carving_drawing import carving_svg
-    from cyclopean.view.drawing import picture, picture_at_limit
+    from cyclopean.view.drawing import picture, picture_at_limit, without_points
+    from cyclopean.view.elevation import elevation_svg
     from cyclopean.view.match_page import placed_svg
+    from cyclopean.view.rubble_drawing import rubble_svg
+    from cyclopean.view.settled_page import told_of
+    from cyclopean.view.wall_drawing import corner_svg, wall_svg
 
-    if isinstance(thing, Result):
-        return lambda: _elevation(picture(thing), thing)
-    if isinstance(thing, LimitResult):
-        return lambda: _elevation(picture_at_limit(thing), thing)
+    if isinstance(thing, Result | LimitResult):  # as in print in the report: without the points that press
+        shown: Callable[[Any], Any] = picture if isinstance(thing, Result) else picture_at_limit
+        return lambda: elevation_svg(without_points(shown(thing)), f"Elevation of {thing.assembly.name}")
     if isinstance(thing, BuildSequence):
         return lambda: building_svg(thing)
     if isinstance(thing, StoneMatch):
@@ -77,29 +80,6 @@ def composer(thing: Any) -> Callable[[], str] | None:
     if isinstance(thing, StoneCarving):
         of = thing.drawn, thing.fixed, thing.carved, f"{thing.drawn.name} after carving"
         return lambda: carving_svg(*of, "after", thing.built.sawn)
-    return _wall(thing)
-
-
-def _elevation(shown: "Picture", result: HasAssembly) -> str:
-    """As in print in the report: the resultants, without the points that press."""
-    from cyclopean.view.drawing import without_points
-    from cyclopean.view.elevation import elevation_svg
-
-    return elevation_svg(without_points(shown), f"Elevation of {result.assembly.name}")
-
-
-def _wall(thing: Any) -> Callable[[], str] | None:
-    """What draws a wall of a kind of its own."""
-    from cyclopean.design.ashlar.wall import AshlarWall
-    from cyclopean.design.rubble.wall import RubbleWall
-    from cyclopean.design.walls.corner import CornerWall
-    from cyclopean.design.walls.interlock import interlock
-    from cyclopean.design.walls.polygonal import PolygonalWall
-    from cyclopean.view.ashlar_drawing import ashlar_svg
-    from cyclopean.view.rubble_drawing import rubble_svg
-    from cyclopean.view.settled_page import told_of
-    from cyclopean.view.wall_drawing import corner_svg, wall_svg
-
     if isinstance(thing, PolygonalWall):
         depth = thing.thickness.depth
         return lambda: wall_svg(thing.pattern, interlock(thing.pattern, depth=depth), thing.assembly.name)

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.design.stones.stone import Stone
 
-__all__ = ["HasAssembly", "Model", "Path", "Reading", "StoneReading", "Stones", "assembly_of", "inventory_of", "said"]
-
 Chosen = TypeVar("Chosen")
 
 
@@ -109,6 +107,10 @@ def inventory_of(stones: Stones, reading: StoneReading) -> "tuple[Inventory, tup
 def _refuse_units(units: str | None) -> None:
     if units is not None:
         raise InputError(f"units: '{units}' is for files; what is in memory is in metres")
+
+
+def silent(_: str) -> None:
+    """Tell nobody."""
 
 
 def said(base: Chosen, /, **options: Any) -> Chosen:

@@ -11,21 +11,6 @@ from cyclopean.texts import PointLoad
 if TYPE_CHECKING:
     from cyclopean.design.rubble.places import Scores
 
-__all__ = [
-    "CheckKeywords",
-    "LimitKeywords",
-    "LineKeywords",
-    "MatchKeywords",
-    "ModelKeywords",
-    "SequenceKeywords",
-    "SettingsKeywords",
-    "SettleKeywords",
-    "SiteKeywords",
-    "TradeoffKeywords",
-    "given_to",
-    "takes",
-]
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 Chosen = TypeVar("Chosen")
 Vector = tuple[float, float, float]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Unpack
 
 from cyclopean.analysis.settings import Settings
-from cyclopean.api.inputs import Model, Reading, assembly_of
+from cyclopean.api.inputs import Model, Reading, assembly_of, silent
 from cyclopean.api.keywords import LimitKeywords, given_to, takes
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
@@ -16,17 +16,11 @@ if TYPE_CHECKING:
     from cyclopean.analysis import LimitResult, Live
     from cyclopean.assembly import Assembly, Load, Road
 
-__all__ = ["LIMITED", "LimitOptions", "limit", "limited"]
-
 # Options of `Settings` that limit analysis has; of `method`, `solver` and `seconds` it has its own.
 LIMITED = "mu density supports gravity tolerance combination factors soil_height tension cohesion"
 GROWING = ("push", "tilt", "loads", "surcharge", "live_at", "along")
 KILO = 1000.0  # N: the unit of a load on a road
 STEPS = 20  # points of a pushover curve: enough to draw it
-
-
-def _silent(_: str) -> None:
-    """Tell nobody."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +146,7 @@ def limit(
     model: Model,
     live: "Live | None" = None,
     settings: Settings | None = None,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
     **options: Unpack[LimitKeywords],
 ) -> "LimitResult":
     """By how much may loads grow before a structure falls, by rigid-block equilibrium?
@@ -204,7 +198,7 @@ def limited(
     settings: Settings,
     reading: Reading,
     wanted: LimitOptions,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
 ) -> "LimitResult":
     """`limit` with its options in objects, as every front end calls it; `live` where they do not say what grows."""
     from cyclopean import analysis

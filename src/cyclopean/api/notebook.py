@@ -13,12 +13,7 @@ from cyclopean.api.inputs import HasAssembly
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from cyclopean.api.stones import StoneCarving, StoneMatch
-    from cyclopean.assembly import Block
-
-__all__ = ["SHOWN", "card", "load_ipython_extension"]
 
 # Where they are defined, and what they are to a person.
 SHOWN = {
@@ -94,13 +89,9 @@ def _match_card(found: "StoneMatch", scene: bool) -> str:
     from cyclopean.view.notebook import Told, stones_card
 
     match, blocks = found.match, found.assembly.blocks
+    laid = [(found.stones[p.stone], p) for p in match.placements]
     bodies = [
-        Block(
-            found.stones[p.stone].id,
-            found.stones[p.stone].vertices @ p.rotation.T + p.shift,
-            tuple(map(tuple, found.stones[p.stone].triangles.tolist())),
-        )
-        for p in match.placements
+        Block(s.id, s.vertices @ p.rotation.T + p.shift, tuple(map(tuple, s.triangles.tolist()))) for s, p in laid
     ]
     figures = [
         ("Lambda: carved off", f"{match.imposition:.3f}"),
@@ -108,7 +99,8 @@ def _match_card(found: "StoneMatch", scene: bool) -> str:
         ("stones placed", f"{len(match):,} of {len(found.stones):,}"),
         ("cells without a stone", f"{len(match.empty):,}"),
     ]
-    held = _without(blocks, {int(k) for k in found.cells.block})
+    cells = {int(k) for k in found.cells.block}
+    held = [block for k, block in enumerate(blocks) if k not in cells]
     title = f"Stones for {found.assembly.name}"
     said = Told(title, "as placed, not yet carved", figures, found.warnings)
     return stones_card(said, bodies, held=held, scene=scene)
@@ -131,10 +123,6 @@ def _carving_card(carving: "StoneCarving", scene: bool) -> str:
     title = f"{carving.drawn.name}, carved"
     said = Told(title, "as it will be built, not checked", figures, carving.warnings)
     return stones_card(said, bodies, held=held, scene=scene)
-
-
-def _without(blocks: "Sequence[Block]", cells: set[int]) -> "list[Block]":
-    return [block for k, block in enumerate(blocks) if k not in cells]
 
 
 def load_ipython_extension(shell: Any) -> None:

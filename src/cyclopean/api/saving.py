@@ -1,21 +1,18 @@
 """`save`: whatever a function gave, into one file; the ending decides the form."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
+from cyclopean.api.drawings import composer, drawn
 from cyclopean.api.inputs import HasAssembly, Path
 from cyclopean.api.stones import StoneCarving, StoneMatch, StoneTradeoff
 from cyclopean.errors import InputError
 
 if TYPE_CHECKING:
-    from cyclopean.analysis import LimitResult, Result
     from cyclopean.assembly import Assembly
     from cyclopean.design.construction.sequence import BuildSequence
-
-__all__ = ["save"]
-
-Writer = Callable[[FilePath], None]
 
 
 def save(thing: "Assembly | HasAssembly | BuildSequence | Mapping[str, Any]", path: Path) -> None:
@@ -58,97 +55,84 @@ def save(thing: "Assembly | HasAssembly | BuildSequence | Mapping[str, Any]", pa
     'stable'
     """
     file = FilePath(path)
-    writers = _writers(thing) | _drawings(thing)
+    contents = _contents(thing)
+    if composer(thing) is not None:
+        contents |= {f".{ending}": made for ending, made in drawn(thing).items()}
     ending = file.suffix.lower()
-    if ending not in writers:
-        raise InputError(f"{file}: a {type(thing).__name__} is written as {', '.join(sorted(writers))}")
-    writers[ending](file)
+    if ending not in contents:
+        raise InputError(f"{file}: a {type(thing).__name__} is written as {', '.join(sorted(contents))}")
+    write_content(file, contents[ending]())
 
 
-def _writers(thing: Any) -> dict[str, Writer]:
-    """How a thing is written, by ending.
+def write_content(file: FilePath, content: Any) -> None:
+    """Write text, bytes, plain data as JSON, or what writes itself to a path."""
+    from cyclopean.io.files import write_bytes, write_json, write_text
+
+    if callable(content):
+        content(file)
+    elif isinstance(content, str):
+        write_text(file, content)
+    elif isinstance(content, bytes):
+        write_bytes(file, content)
+    else:
+        write_json(file, content)
+
+
+def _contents(thing: Any) -> dict[str, Callable[[], Any]]:
+    """What is written of a thing, by ending, but for its drawing.
 
     Raises
     ------
     InputError
         It is nothing that this package gave.
     """
+    from cyclopean import io, view
     from cyclopean.analysis import LimitResult, Result
     from cyclopean.assembly import Assembly
-    from cyclopean.design.construction.sequence import BuildSequence
+    from cyclopean.design.construction.sequence import BuildSequence, dot_text
+    from cyclopean.io.cutlist import carved_meshes, cutlist_csv
+    from cyclopean.io.matches import tradeoff_dict
+    from cyclopean.view.limit_page import limit_html
+    from cyclopean.view.match_page import match_html
+    from cyclopean.view.tradeoff_page import tradeoff_html, tradeoff_svg
 
     if isinstance(thing, Result):
-        return _of_result(thing)
+        return {".json": lambda: io.result_dict(thing), ".html": lambda: view.report_html(thing)}
     if isinstance(thing, LimitResult):
-        return _of_limit(thing)
+        return {".json": lambda: io.limit_dict(thing), ".html": lambda: limit_html(thing)}
     if isinstance(thing, BuildSequence):
-        return _of_sequence(thing)
+        graph = dot_text(thing)
+        told = {".json": lambda: io.sequence_dict(thing, graph), ".html": lambda: view.building_html(thing)}
+        return told | {".dot": lambda: graph}
     if isinstance(thing, StoneMatch):
-        return {".json": lambda file: _write_match(file, thing), ".html": lambda file: _write_match_page(file, thing)}
+        page = thing.match, thing.stones, thing.cells, thing.rounds, thing.misfits
+        return {".json": lambda: partial(_write_match, found=thing), ".html": lambda: match_html(*page)}
     if isinstance(thing, StoneTradeoff):
-        return _of_tradeoff(thing)
+        found = thing.tradeoff
+        told = {".json": lambda: tradeoff_dict(found), ".html": lambda: tradeoff_html(found)}
+        return told | {".svg": lambda: tradeoff_svg(found)}
     if isinstance(thing, StoneCarving):
-        return _of_carving(thing)
+        model = _of_model(thing.assembly, lambda: carved_meshes(thing.carved))
+        return {**model, ".csv": lambda: cutlist_csv(thing.carved)}
     if isinstance(thing, Assembly):
-        return _of_model(thing, None)
+        return _of_model(thing)
     if isinstance(thing, HasAssembly):
-        return _of_model(thing.assembly, thing)
+        return _of_model(thing.assembly, wall=thing)
     if isinstance(thing, Mapping):
-        from cyclopean.io import write_json
-
-        return {".json": lambda file: write_json(file, thing)}
+        return {".json": lambda: thing}
     raise InputError(f"save: a {type(thing).__name__} cannot be written; see help(cyclopean.save)")
 
 
-def _drawings(thing: Any) -> dict[str, Writer]:
-    from cyclopean.api.drawings import as_files, composer
-    from cyclopean.io import write_text
-
-    drawing = composer(thing)
-
-    def writer(compose: Callable[[], str]) -> Writer:
-        return lambda file: write_text(file, compose())
-
-    return {} if drawing is None else {f".{ending}": writer(made) for ending, made in as_files(drawing).items()}
-
-
-def _of_model(assembly: "Assembly", wall: HasAssembly | None) -> dict[str, Writer]:
+def _of_model(
+    model: "Assembly", bodies: "Callable[[], Assembly] | None" = None, wall: HasAssembly | None = None
+) -> dict[str, Callable[[], Any]]:
+    """A model file, with how a wall was drawn; meshes of it, or of other bodies."""
     from cyclopean import io
     from cyclopean.design.walls.polygonal import PolygonalWall
 
     drawing = io.drawing_dict(wall) if isinstance(wall, PolygonalWall) else None
-    meshes: dict[str, Writer] = {ending: lambda file: io.write_mesh(file, assembly) for ending in io.MESH_SUFFIXES}
-    return {".json": lambda file: io.write_model(file, assembly, drawing=drawing), **meshes}
-
-
-def _of_result(result: "Result") -> dict[str, Writer]:
-    from cyclopean import io, view
-
-    return {
-        ".json": lambda file: io.write_json(file, io.result_dict(result)),
-        ".html": lambda file: io.write_text(file, view.report_html(result)),
-    }
-
-
-def _of_limit(result: "LimitResult") -> dict[str, Writer]:
-    from cyclopean import io
-    from cyclopean.view.limit_page import limit_html
-
-    return {
-        ".json": lambda file: io.write_json(file, io.limit_dict(result)),
-        ".html": lambda file: io.write_text(file, limit_html(result)),
-    }
-
-
-def _of_sequence(sequence: "BuildSequence") -> dict[str, Writer]:
-    from cyclopean import io, view
-    from cyclopean.design.construction.sequence import dot_text
-
-    return {
-        ".json": lambda file: io.write_json(file, io.sequence_dict(sequence, dot_text(sequence))),
-        ".html": lambda file: io.write_text(file, view.building_html(sequence)),
-        ".dot": lambda file: io.write_text(file, dot_text(sequence)),
-    }
+    meshes = dict.fromkeys(io.MESH_SUFFIXES, lambda: partial(io.write_mesh, assembly=bodies() if bodies else model))
+    return {".json": lambda: partial(io.write_model, assembly=model, drawing=drawing), **meshes}
 
 
 def _write_match(file: FilePath, found: StoneMatch) -> None:
@@ -169,36 +153,3 @@ def _write_match(file: FilePath, found: StoneMatch) -> None:
         io.write_stones(stones, Inventory(found.stones))
         io.write_model(wall, found.assembly, drawing=drawing)
         io.write_json(file, data)
-
-
-def _write_match_page(file: FilePath, found: StoneMatch) -> None:
-    from cyclopean.io import write_text
-    from cyclopean.view.match_page import match_html
-
-    write_text(file, match_html(found.match, found.stones, found.cells, found.rounds, found.misfits))
-
-
-def _of_tradeoff(found: StoneTradeoff) -> dict[str, Writer]:
-    from cyclopean import io
-    from cyclopean.io.matches import tradeoff_dict
-    from cyclopean.view.tradeoff_page import tradeoff_html, tradeoff_svg
-
-    return {
-        ".json": lambda file: io.write_json(file, tradeoff_dict(found.tradeoff)),
-        ".html": lambda file: io.write_text(file, tradeoff_html(found.tradeoff)),
-        ".svg": lambda file: io.write_text(file, tradeoff_svg(found.tradeoff)),
-    }
-
-
-def _of_carving(carving: StoneCarving) -> dict[str, Writer]:
-    from cyclopean import io
-    from cyclopean.io.cutlist import carved_meshes, cutlist_csv
-
-    meshes: dict[str, Writer] = {
-        ending: lambda file: io.write_mesh(file, carved_meshes(carving.carved)) for ending in io.MESH_SUFFIXES
-    }
-    return {
-        ".csv": lambda file: io.write_text(file, cutlist_csv(carving.carved)),
-        ".json": lambda file: io.write_model(file, carving.assembly),
-        **meshes,
-    }

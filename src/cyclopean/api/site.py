@@ -8,21 +8,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from cyclopean.analysis.settings import Settings
-from cyclopean.api.checking import SequenceOptions, sequenced
-from cyclopean.api.inputs import Model
+from cyclopean.api.checking import sequenced
+from cyclopean.api.inputs import Model, silent
 from cyclopean.api.keywords import SiteKeywords, given_to, takes
+from cyclopean.design.construction.options import SequenceOptions
 from cyclopean.errors import InputError
-from cyclopean.options import check_options, option
+from cyclopean.options import check_options, first_said, option
+from cyclopean.texts import first_few
 
 if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
     from cyclopean.design.stones.stone import Stone
-    from cyclopean.view.site.stock import Stock
-
-__all__ = ["SiteFiles", "SiteOptions", "site_files", "site_folder", "site_set", "site_sheets", "write_site"]
+    from cyclopean.view.site.site_set import Stock
 
 TEMPLATES = "templates"  # folder of those, in that of the set
 WORK = "lay", "cut"  # what takes hours
+DRAWN = "paper cards scale title date hours"  # options that say how sheets are drawn
 
 
 @dataclass(frozen=True)
@@ -45,9 +46,7 @@ class SiteOptions:
 
     def __post_init__(self) -> None:
         check_options(self)
-        usual = (("paper", "A4"), ("cards", 2), ("scale", None), ("title", ""), ("date", ""), ("hours", ()))
-        idle = next((name for name, value in usual if getattr(self, name) != value), None)
-        if self.site is None and idle:
+        if self.site is None and (idle := first_said(self, DRAWN)):
             raise InputError.of(idle, None, "no sheets are drawn; say where they go with `site` DIR")
         for work, rate in self.hours:
             if work not in WORK or not 0.0 <= rate < float("inf"):
@@ -85,7 +84,7 @@ def site_folder(options: SiteOptions) -> None:
         raise InputError(f"`site` {place}: no permission to write there")
 
 
-@takes(SiteOptions, only="paper cards scale title date hours")
+@takes(SiteOptions, only=DRAWN)
 def site_set(
     thing: Model,
     folder: str | os.PathLike[str],
@@ -129,7 +128,7 @@ def site_sheets(
     thing: Model,
     options: SiteOptions,
     settings: Settings | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Callable[[str], None] = silent,
     stones: "Sequence[Stone]" = (),
 ) -> SiteFiles | None:
     """Compose the site set of whatever has a structure, nothing written yet; None where no folder is said.
@@ -157,7 +156,7 @@ def site_files(
     sequence: "BuildSequence",
     options: SiteOptions,
     stock: "Stock | None" = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Callable[[str], None] = silent,
 ) -> SiteFiles:
     """Compose the site set of a structure in an order, nothing written yet.
 
@@ -221,22 +220,20 @@ def write_site(place: Path, files: SiteFiles) -> tuple[str, ...]:
         Notes on sheets that are there from an earlier run.
     """
     from cyclopean import io
-    from cyclopean.io.files import write_bytes
+    from cyclopean.api.saving import write_content
 
     folders = {place, *((place / name).parent for name in files.contents)}
     for folder in sorted(folders):
         folder.mkdir(exist_ok=True)
     with io.together():
         for name, content in files.contents.items():
-            if isinstance(content, bytes):
-                write_bytes(place / name, content)
-            elif isinstance(content, str):
-                io.write_text(place / name, content)
-            else:
-                io.write_json(place / name, content)
+            write_content(place / name, content)
     old = sorted(_others(place, files))
-    some = ", ".join(old[:3]) + (f" and {len(old) - 3} more" if len(old) > 3 else "")
-    return (f"{place}: {some}: of an earlier run, not of this set; throw away before printing",) if old else ()
+    return (
+        (f"{place}: {first_few(old, 3)}: of an earlier run, not of this set; throw away before printing",)
+        if old
+        else ()
+    )
 
 
 def _others(place: Path, files: SiteFiles) -> Iterator[str]:

@@ -9,9 +9,7 @@ if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
     from cyclopean.design.rubble.wall import RubbleWall
     from cyclopean.design.stones.stone import Stone
-    from cyclopean.view.site.stock import LeftOver, Stock
-
-__all__ = ["laid_order", "stock_of"]
+    from cyclopean.view.site.site_set import LeftOver, Stock
 
 
 def laid_order(thing: Any) -> tuple[str, ...] | None:
@@ -38,7 +36,7 @@ def stock_of(sequence: "BuildSequence", thing: Any, stones: "Sequence[Stone]" = 
     from cyclopean.api.stones import StoneCarving
     from cyclopean.design.ashlar.wall import AshlarWall
     from cyclopean.design.rubble.wall import RubbleWall
-    from cyclopean.view.site.stock import Stock
+    from cyclopean.view.site.site_set import Stock
 
     place = {one.id: k for k, one in enumerate(sequence.assembly.blocks)}
     if isinstance(thing, StoneCarving):
@@ -53,7 +51,7 @@ def stock_of(sequence: "BuildSequence", thing: Any, stones: "Sequence[Stone]" = 
 def _carved(place: dict[str, int], carving: "StoneCarving") -> "Stock":
     """Found stones with their cuts, and those that no cell took."""
     from cyclopean.view.site.cuts import cut_stone
-    from cyclopean.view.site.stock import LeftOver, Stock
+    from cyclopean.view.site.site_set import LeftOver, Stock
 
     stones = {stone.id: stone for stone in carving.stones}
     laid = [c for c in carving.carved if c.cell in place]
@@ -74,7 +72,7 @@ def _slabs(place: dict[str, int], wall: "AshlarWall") -> "Iterator[tuple[int, st
 
 
 def _in_store(wall: "AshlarWall") -> "Iterator[LeftOver]":
-    from cyclopean.view.site.stock import LeftOver
+    from cyclopean.view.site.site_set import LeftOver
 
     stock = wall.stock
     pieces = zip(stock.slab.tolist(), stock.whole().tolist(), stock.sizes().prod(axis=1).tolist(), strict=True)
@@ -82,6 +80,6 @@ def _in_store(wall: "AshlarWall") -> "Iterator[LeftOver]":
 
 
 def _put_aside(wall: "RubbleWall", stones: "Sequence[Stone]") -> "Iterator[LeftOver]":
-    from cyclopean.view.site.stock import LeftOver
+    from cyclopean.view.site.site_set import LeftOver
 
     return (LeftOver(stones[k].id, stones[k].volume, f"left: {reason}") for k, reason in wall.left_over)

@@ -7,11 +7,12 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Unpack
 
-from cyclopean.api.inputs import Model, StoneReading, Stones, assembly_of, inventory_of
+from cyclopean.api.inputs import Model, StoneReading, Stones, assembly_of, inventory_of, silent
 from cyclopean.api.keywords import MatchKeywords, SettleKeywords, TradeoffKeywords, given_to
 from cyclopean.errors import InputError
 from cyclopean.options import check_options, option
 from cyclopean.representation import one_line
+from cyclopean.texts import first_few
 
 if TYPE_CHECKING:
     from cyclopean.arrays import Bools, Ints
@@ -27,26 +28,7 @@ if TYPE_CHECKING:
     from cyclopean.design.stones.stone import Stone
     from cyclopean.design.walls.polygonal import PolygonalWall
 
-__all__ = [
-    "MatchOptions",
-    "MatchSite",
-    "StoneCarving",
-    "StoneMatch",
-    "StoneTradeoff",
-    "carve",
-    "match",
-    "match_site",
-    "matched",
-    "settle",
-    "traded",
-    "tradeoff",
-]
-
 LISTED = 5  # cells named one by one
-
-
-def _silent(_: str) -> None:
-    """Tell nobody."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,7 +143,7 @@ def match(
     settings: "MatchSettings | None" = None,
     *,
     executor: Executor | None = None,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
     **options: Unpack[MatchKeywords],
 ) -> StoneMatch:
     """Match found stones to the cells of a wall, so that as little as possible is carved away.
@@ -241,7 +223,7 @@ def matched(
     settings: "MatchSettings",
     wanted: MatchOptions,
     executor: Executor | None = None,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
 ) -> StoneMatch:
     """`match` with stones and wall that are read and options in objects, as every front end calls it."""
     from cyclopean.design.matching.cells import cells_of
@@ -271,7 +253,7 @@ def tradeoff(
     walls: int | None = None,
     *,
     executor: Executor | None = None,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
     **options: Unpack[TradeoffKeywords],
 ) -> StoneTradeoff:
     """Make walls between least carving and best interlock, all at one gap, and say which of them no other beats.
@@ -318,7 +300,7 @@ def traded(
     settings: "MatchSettings",
     wanted: "TradeoffSettings",
     executor: Executor | None = None,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
 ) -> StoneTradeoff:
     """`tradeoff` with stones that are read and options in objects, as every front end calls it."""
     from cyclopean.design.matching.tradeoff import tradeoff as trade
@@ -365,8 +347,7 @@ def _drawn(wall: Model, asking: str = "negotiate") -> "tuple[PolygonalWall, tupl
 def _unfilled(found: "Match", cells: "Cells") -> tuple[str, ...]:
     """Name the cells that get no stone."""
     names = [cells.assembly.blocks[cells.block[j]].id for j in found.empty.tolist()]
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return (f"no stone is left for {', '.join(names[:LISTED])}{more}",) if names else ()
+    return (f"no stone is left for {first_few(names, LISTED)}",) if names else ()
 
 
 def carve(
@@ -374,7 +355,7 @@ def carve(
     *,
     least: float | None = None,
     supports: str = "",
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
 ) -> StoneCarving:
     """Cut matched stones back to their cells, and find where they touch in the wall as it will be built.
 
@@ -400,7 +381,7 @@ def carve(
         The match cannot be read, or stones or wall have changed since.
     """
     from cyclopean.assembly import supports as held_blocks
-    from cyclopean.design.carving.carve import LEAST, carve_all, carve_match, total
+    from cyclopean.design.carving.carve import LEAST, carve_all, total
     from cyclopean.design.carving.carved_wall import carved_wall
     from cyclopean.io.matches import read_match, read_matched
 
@@ -410,7 +391,7 @@ def carve(
     if isinstance(found, StoneMatch):
         wall, rule, new = found.assembly, supports or found.supports, found.cells.sawn.tolist()
         stones = tuple(found.stones)
-        cut = carve_match(found.match, found.stones, found.cells, least=depth, progress=progress)
+        cut = carve_all(found.match.placed(found.stones, found.cells), least=depth, progress=progress)
     else:
         stored = read_match(found)
         wall, placed, stones = read_matched(stored)
@@ -427,7 +408,7 @@ def carve(
 def settle(
     stones: Stones,
     settings: "SettleSettings | None" = None,
-    progress: Callable[[str], None] = _silent,
+    progress: Callable[[str], None] = silent,
     *,
     standing: "Model | None" = None,
     next: int = 0,

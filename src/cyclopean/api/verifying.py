@@ -9,8 +9,6 @@ from cyclopean.api.inputs import Model, Path, Reading, assembly_of
 if TYPE_CHECKING:
     from cyclopean.proof import Report
 
-__all__ = ["verify", "verify_file"]
-
 
 def verify(
     certificate: Mapping[str, object],

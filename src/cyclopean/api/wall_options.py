@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.openings import Opening
     from cyclopean.design.walls.surfaces import Surface
 
-__all__ = ["base", "coping", "opening", "quoins", "surface", "surface_file"]
-
 AUTO = "auto"
 LEAN = 10.0  # degrees, of a cone
 

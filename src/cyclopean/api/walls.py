@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.surfaces import Surface
     from cyclopean.io.line_work import Sheet
 
-__all__ = ["chosen_pattern", "interlock", "interlocked", "polygonal_wall"]
-
 
 def chosen_pattern(
     settings: "PatternSettings",

@@ -3,7 +3,8 @@
 import os
 import sys
 import traceback
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections import UserDict
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Annotated, Any
 
@@ -14,8 +15,6 @@ from cyclopean.cli.completion import ASKED, candidates
 from cyclopean.cli.plain import PlainGroup
 from cyclopean.cli.terminal import CALLED, ClosedPipeError, as_option, complain, say
 from cyclopean.errors import CyclopeanError, SolverError
-
-__all__ = ["UsageError", "program", "run"]
 
 BAD_INPUT, UNDECIDED, INTERNAL, INTERRUPTED, CLOSED_PIPE = 2, 3, 70, 130, 141
 
@@ -68,36 +67,19 @@ MADE = {
 }
 
 
-class _Commands(MutableMapping[str, Any]):
-    """Commands by their names, each made when it is asked for."""
-
-    def __init__(self, table: Mapping[str, tuple[str, str]]) -> None:
-        self.table = table
-        self._made: dict[str, Any] = {}
+class _Commands(UserDict[str, Any]):
+    """Commands by their names, each made of its row in a table when it is asked for."""
 
     def __getitem__(self, name: str) -> Any:
-        if name not in self._made:
-            self._made[name] = self._found(name)
-        return self._made[name]
-
-    def _found(self, name: str) -> Any:
-        module, says = self.table[name]
-        if name == "make":
-            return Making(name=name, help=says, rich_markup_mode=None)
-        made = getattr(import_module(f"cyclopean.cli.{module}"), name)
-        return made.click(name)
-
-    def __setitem__(self, name: str, made: Any) -> None:
-        self._made[name] = made
-
-    def __delitem__(self, name: str) -> None:
-        del self._made[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.table)
-
-    def __len__(self) -> int:
-        return len(self.table)
+        found = super().__getitem__(name)
+        if isinstance(found, tuple):
+            module, says = found
+            if name == "make":
+                found = Making(name=name, help=says, rich_markup_mode=None)
+            else:
+                found = getattr(import_module(f"cyclopean.cli.{module}"), name).click(name)
+            self[name] = found
+        return found
 
 
 class Program(PlainGroup):

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from cyclopean.design.ashlar.stock import Slab
     from cyclopean.design.ashlar.wall import AshlarWall
 
-__all__ = ["ashlar", "pack"]
-
 STONE = re.compile(r"(?P<length>[^x*]+)x(?P<height>[^x*]+)x(?P<depth>[^x*]+)(\*(?P<count>[^x*]+))?")
 UNIT = "is --stone-length now; --units says what lengths are in"
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from cyclopean.api.stones import StoneCarving
     from cyclopean.assembly import Assembly
 
-__all__ = ["carve"]
-
 NAMES = (
     "cutlist.csv", "cuts.csv", "placements.json", "carved.glb", "offcuts.glb", "before.svg", "after.svg", "carved.json",
     "result.json", "certificate.json",

@@ -16,11 +16,10 @@ from cyclopean.cli.terminal import long_work, of_file, say, warn
 from cyclopean.cli.workers import workers as hands
 from cyclopean.errors import InputError
 from cyclopean.options import option
+from cyclopean.texts import first_few, plain
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Margins, Result, Sensitivity, Subsidence
-
-__all__ = ["MODEL", "assumed_line", "check", "verdict_lines", "write_result"]
 
 MODEL = argument("MODEL", "Model file.", source=True)
 STATUS = {"stable": 0, "unstable": 1, "undecided": 3}
@@ -223,7 +222,7 @@ def verdict_lines(result: "Result", data: dict[str, Any]) -> list[str]:
     if result.loading is not None:
         lines.append(f"  loads    {result.loading.words()}")
     if result.partly_held:
-        lines.append(f"  held     partly: {_some(result.partly_held)}")
+        lines.append(f"  held     partly: {first_few(result.partly_held, 5)}")
     if result.settled is not None:
         lines.append(f"  opened   {_opened(result)}")
     if result.strength > 0.0:
@@ -236,7 +235,7 @@ def verdict_lines(result: "Result", data: dict[str, Any]) -> list[str]:
 
 def assumed_line(assumed: Mapping[str, Any]) -> list[str]:
     """What neither the model nor the command said, on one line."""
-    return [f"  assumed  {', '.join(f'{name} {_plain(value)}' for name, value in assumed.items())}"] if assumed else []
+    return [f"  assumed  {', '.join(f'{name} {plain(value)}' for name, value in assumed.items())}"] if assumed else []
 
 
 def _opened(result: "Result") -> str:
@@ -245,12 +244,7 @@ def _opened(result: "Result") -> str:
 
     ids, a, b = [block.id for block in result.assembly.blocks], result.contacts.a, result.contacts.b
     found = [f"{ids[a[k]]} and {ids[b[k]]} by {width:.3g} m" for k, width in openings(result)]
-    more = f" and {len(found) - 4} more" if len(found) > 4 else ""
-    return ", ".join(found[:4]) + more if found else "nothing"
-
-
-def _some(names: tuple[str, ...]) -> str:
-    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+    return first_few(found, 4) or "nothing"
 
 
 def _within(result: "Result") -> str:
@@ -274,12 +268,3 @@ def _tension_line(result: "Result") -> list[str]:
     if not (result.tension[at] > trace):
         return [f"  tension  none {'is needed' if result.verdict == 'stable' else 'that would help was found'}"]
     return [f"  tension  at most {result.tension[at]:.3g} N at a point, between {' and '.join(ends)}"]
-
-
-def _plain(value: Any) -> str:
-    """Write numbers as a person does."""
-    if isinstance(value, int | float):
-        return f"{value:g}"
-    if isinstance(value, str):
-        return value
-    return "(" + ", ".join(f"{float(x):g}" for x in value) + ")"

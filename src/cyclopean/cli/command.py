@@ -9,7 +9,7 @@ What a parameter is, is said by its annotation:
 """
 
 import inspect
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass, replace
 from functools import cached_property, partial
@@ -22,8 +22,6 @@ from cyclopean.cli.plain import PlainCommand
 from cyclopean.cli.terminal import as_option
 from cyclopean.errors import InputError, spelt
 from cyclopean.options import Option, check_option, check_options, options_of, read_option, shown_default
-
-__all__ = ["Command", "argument", "command", "some", "written"]
 
 # What the options for files do, where a command says nothing else; `-` is standard output.
 WRITTEN = {
@@ -195,6 +193,8 @@ class Command:
             as_it_is = option.kind == "flag" or isinstance(hint, _Written)
             where = option.metavar if isinstance(hint, _Argument) else f"`{name}`"
             read[parameter][name] = given[name] if as_it_is else read_option(where, option, given[name])
+        read_from = [n for n, (hint, _) in self.parameters.items() if getattr(_parted(hint)[1], "source", False)]
+        sources = [given[name] for name in read_from if given[name] is not None]
         values: dict[str, Any] = {}
         for name, (hint, one) in self.parameters.items():
             kind, about = _parted(hint)
@@ -203,17 +203,12 @@ class Command:
                     values[name] = read[name][name]
                     check_option(name, self.options[name][1], values[name])
             elif isinstance(about, _Written):
-                values[name] = Files.planned(read[name], self._sources(given), about.models)
+                values[name] = Files.planned(read[name], sources, about.models)
             else:
                 given_to = kind if one.default is one.empty else partial(replace, one.default)
                 values[name] = given_to(**read[name])
                 check_options(values[name])
         return values
-
-    def _sources(self, given: Mapping[str, Any]) -> Collection[str]:
-        """Files and folders that are read."""
-        found = [n for n, (hint, _) in self.parameters.items() if getattr(_parted(hint)[1], "source", False)]
-        return [given[name] for name in found if given[name] is not None]
 
 
 def command(

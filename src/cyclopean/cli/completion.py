@@ -13,8 +13,6 @@ from cyclopean.cli.command import argument, command
 from cyclopean.cli.terminal import say
 from cyclopean.texts import choice
 
-__all__ = ["ASKED", "candidates", "completion"]
-
 ASKED = "_CYCLOPEAN_COMPLETE"  # variable of the environment by which the script asks
 CHOICES = re.compile(r"[a-z][a-z-]*(\|[a-z][a-z-]*)+")  # a metavar that lists the words it accepts
 

@@ -15,14 +15,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from cyclopean.analysis import Result
-    from cyclopean.api.stones import StoneCarving
+    from cyclopean.api.stones import StoneCarving, StoneMatch
     from cyclopean.design.construction.sequence import BuildSequence
-    from cyclopean.design.matching.cells import Cells
-    from cyclopean.design.matching.negotiation import Negotiation
-    from cyclopean.design.stones.stone import Stone
     from cyclopean.design.walls.polygonal import PolygonalWall
-
-__all__ = ["demo"]
 
 STOCK = 300  # stones at hand, ten a cell: a quarry, not a heap
 SPAN = 0.9, 2.0  # least and largest stone, in mean cells: what comes off is stone, so that a stone has to be the larger
@@ -62,7 +57,7 @@ def demo(
     site_folder(site)
     place = folder("--out", out, "demo")
 
-    from cyclopean import analysis, io, view
+    from cyclopean import analysis, api, io, view
     from cyclopean.design.construction.sequence import build_sequence, dot_text
     from cyclopean.design.matching.cells import cells_of
     from cyclopean.design.stones.inventory import Inventory
@@ -77,10 +72,13 @@ def demo(
         stones = quarry(STOCK, seed=1, volume=(SPAN[0] * mean, SPAN[1] * mean), detail=2)
         for gap in GAPS:
             stage("negotiating and carving")
-            talk, made, final = _fitted(stones, drawn, sawn, gap)
+            found = api.match(Inventory(stones), drawn, gap=gap, negotiate=1.0, rounds=TURNS, sawn=SAWN)
+            made = api.carve(found)
+            final = analysis.check(made.assembly)
             if final.verdict == "stable":
                 break
-        wall, built, whole, cells = made.drawn, made.built, made.total, cells_of(made.drawn, None, sawn)
+        wall, built, whole = made.drawn, made.built, made.total
+        assert found.drawn is not None
         stage("checking")
         result = analysis.check(wall)
         stage("sequencing")
@@ -90,24 +88,24 @@ def demo(
         stage("writing")
         at = {name: place / name for name in FILES}
         with io.together():
-            io.write_model(at["model.json"], wall, drawing=io.drawing_dict(talk.wall))
+            io.write_model(at["model.json"], wall, drawing=io.drawing_dict(found.drawn))
             _write(result, place, "", "check.html")
-            _write_match(talk, stones, cells, at)
+            _write_match(found, at)
             _write_carved(made, final, place, at)
             io.write_json(at["sequence.json"], io.sequence_dict(sequence, dot_text(sequence)))
             io.write_text(at["building.html"], view.building_html(sequence))
             shown = (made.carved, whole, *_pictures(made))
-            page = overview_html(result, Inventory(stones).stones, shown, (built, final), sequence, FILES)
+            page = overview_html(result, stones, shown, (built, final), sequence, FILES)
             io.write_text(place / "report.html", page)
             site_lines = written_site(site, sheets)
-    for warning in (*talk.notes, *built.notes):
+    for warning in (*found.warnings, *built.notes):
         warn(warning)
     proofs = {name: verify_file(place / f"{name}certificate.json").proved for name in ("", "carved.")}
     say(" ".join(overall(final, sequence)))
     say(f"  drawn    {wall.name}: {result.verdict}, {_proof(proofs[''])}")
     tried = " or ".join(f"{more:g}" for more in GAPS if more > gap)
     fell = f"; with {tried} it is not proved to stand as built" if tried else ""
-    say(f"  matched  {len(talk.match)} of {STOCK} stones: Lambda {whole.imposition:.3f}, gap {whole.gap:.3f}{fell}")
+    say(f"  matched  {len(found.match)} of {STOCK} stones: Lambda {whole.imposition:.3f}, gap {whole.gap:.3f}{fell}")
     say(f"  sawn     {len(sawn)} voussoirs, new")
     say(f"  as built {final.verdict}, {_proof(proofs['carved.'])}")
     held = _say_stages(sequence, "drawn" if sequence.assembly is wall else "carved")
@@ -119,27 +117,6 @@ def demo(
     return 0 if stands and all(proofs.values()) else 1
 
 
-def _fitted(
-    stones: "tuple[Stone, ...]", drawn: "PolygonalWall", sawn: list[int], gap: float
-) -> "tuple[Negotiation, StoneCarving, Result]":
-    """The wall negotiated with the stones until so much of it stays void, as carved, and whether that stands."""
-    from cyclopean import analysis
-    from cyclopean.api.stones import StoneCarving
-    from cyclopean.assembly import supports
-    from cyclopean.design.carving.carve import carve_match, total
-    from cyclopean.design.carving.carved_wall import carved_wall
-    from cyclopean.design.matching.cells import cells_of
-    from cyclopean.design.matching.match import MatchSettings
-    from cyclopean.design.matching.negotiation import Moving, negotiate
-
-    talk = negotiate(stones, drawn, MatchSettings(gap=gap), Moving(rounds=TURNS, sawn=tuple(sawn)))
-    wall = talk.wall.assembly
-    carved = carve_match(talk.match, stones, cells_of(wall, None, sawn))
-    built = carved_wall(wall, carved, sawn=sawn)
-    made = StoneCarving(carved, total(carved), wall, supports(wall)[0], built, built.notes, stones)
-    return talk, made, analysis.check(built.assembly)
-
-
 def _say_stages(sequence: "BuildSequence", of: str) -> bool:
     """Say how many stages there are, of the wall as drawn or as carved; whether all stand, with props where needed."""
     bare = [step for step in sequence.steps if step.verdict != "stable"]
@@ -147,18 +124,18 @@ def _say_stages(sequence: "BuildSequence", of: str) -> bool:
     return all(step.propped == "stable" for step in bare)
 
 
-def _write_match(talk: "Negotiation", stones: "tuple[Stone, ...]", cells: "Cells", at: "dict[str, Path]") -> None:
+def _write_match(found: "StoneMatch", at: "dict[str, Path]") -> None:
     """What became of the cells' talk with the stones: these, the match and its page."""
     from cyclopean import io
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.io.matches import MatchFiles, match_dict
     from cyclopean.view.match_page import match_html
 
-    rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in talk.rounds]
-    data = match_dict(talk.match, stones, cells, MatchFiles("stones.obj", "model.json"), rounds)
-    io.write_stones(at["stones.obj"], Inventory(stones))
+    rounds = [{"Lambda": r.imposition, "gap": r.gap, "seconds": r.seconds} for r in found.rounds]
+    data = match_dict(found.match, found.stones, found.cells, MatchFiles("stones.obj", "model.json"), rounds)
+    io.write_stones(at["stones.obj"], Inventory(found.stones))
     io.write_json(at["match.json"], data)
-    io.write_text(at["match.html"], match_html(talk.match, stones, cells, talk.rounds))
+    io.write_text(at["match.html"], match_html(found.match, found.stones, found.cells, found.rounds))
 
 
 def _write_carved(made: "StoneCarving", final: "Result", place: "Path", at: "dict[str, Path]") -> None:

@@ -19,8 +19,6 @@ from cyclopean.cli.outputs import Files
 from cyclopean.cli.terminal import say
 from cyclopean.errors import CyclopeanError, InputError
 
-__all__ = ["doctor"]
-
 # Name of the distribution, and of the module that it must give.
 CORE = (
     ("numpy", "numpy"), ("scipy", "scipy.sparse"), ("clarabel", "clarabel"), ("rslab", "rslab"),

@@ -3,8 +3,6 @@
 from cyclopean.cli.make import template
 from cyclopean.design.earthworks import BridgeShape, DryStone, Soil
 
-__all__ = ["bridge", "retaining"]
-
 retaining = template(
     "retaining",
     "Make a dry-stone wall with batter and through-stones, and the earth behind it.",

@@ -1,7 +1,5 @@
 """Two examples for every command, shown below its help; the tests see to it that their options exist."""
 
-__all__ = ["EXAMPLES"]
-
 EXAMPLES: dict[str, tuple[str, ...]] = {
     "demo": ("cyclopean demo", "cyclopean demo --out results"),
     "check": (

@@ -3,6 +3,7 @@
 import os
 import stat
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
     from cyclopean.assembly import Healing
     from cyclopean.proof import Report
 
-__all__ = ["convert", "verify"]
-
-MESHES = (".glb", ".obj", ".ply", ".stl")
 LISTED = 10  # blocks in the table of what was moved
 LARGEST = 1 << 30  # bytes that a certificate may have
 
@@ -68,14 +66,7 @@ def verify(
     except NotACertificateError as error:
         raise InputError(f"{certificate}: {error}") from None
     same = None if model is None else _compared(report, content, model, reading, tolerance)
-    data: dict[str, Any] = {
-        "proved": report.proved,
-        "kind": report.kind,
-        "claim": report.claim,
-        "reason": report.reason,
-        "figures": report.figures,
-        "assumed": list(report.assumed),
-    }
+    data = asdict(report)
     if same is not None:
         data["model"] = {"same": not same.differences, "differences": list(same.differences)}
     if files.to:
@@ -219,10 +210,8 @@ def convert(
             healing = healed(assembly, heal)
         assembly, more, lines = healing.assembly, (*more, *healing.warnings), _moved(healing)
         if drawing is not None and healing.moved.any():
-            drawing, more = (
-                None,
-                (*more, f"{source}: how the wall was drawn is dropped: what is healed is no longer that"),
-            )
+            drawing = None
+            more = (*more, f"{source}: how the wall was drawn is dropped: what is healed is no longer that")
     lost = io.write_exchange(target, assembly, findings, drawing)
     for warning in (*warnings, *more, *(stale if drawn is None else ()), *lost):
         warn(warning)

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from cyclopean.arrays import Floats
     from cyclopean.assembly import Assembly, Contacts, MendedAssembly, SteepBed
 
-__all__ = ["info"]
-
 NAMED = 5  # faults, outliers and warnings named one by one; the rest are counted
 BAR = 30  # signs for the class of sizes with most stones
 

@@ -19,8 +19,6 @@ from cyclopean.cli.terminal import long_work, of_file, warn
 if TYPE_CHECKING:
     from cyclopean.analysis import CoupledBracket, LimitResult
 
-__all__ = ["LimitCommand", "limit"]
-
 
 class LimitCommand(PlainCommand):
     """A command whose --tilt may go without a value, which then is azimuth 0."""
@@ -90,8 +88,8 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
     """Say both bounds, what they rest on, and where the files are."""
     coupled, polar, curve = result.coupled, result.polar, result.pushover
     title, said = limit_answer(result)
-    known = said == result.reason
-    lines = [f"{title}. {said}"] if known else [said, f"  limit    {_head(result)}: {result.reason}"]
+    head = f"multiplier {result.value:.6g}" if result.angle is None else f"{result.angle[0]:.5g} degrees"
+    lines = [f"{title}. {said}"] if said == result.reason else [said, f"  limit    {head}: {result.reason}"]
     lines.append(
         f"  model    {result.assembly.name}: {len(result.assembly)} blocks, {int((~result.fixed).sum())} of them free,"
         f" {len(result.contacts)} contacts"
@@ -121,11 +119,6 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
     if result.certificate is not None:
         lines.append(f"  proof    {result.certificate['kind']}, checked in exact arithmetic")
     return lines + files.line(but=() if result.certificate else ("certificate",))
-
-
-def _head(result: "LimitResult") -> str:
-    angle = None if result.angle is None else result.angle[0]
-    return f"multiplier {result.value:.6g}" if angle is None else f"{angle:.5g} degrees"
 
 
 def _mechanism_line(result: "LimitResult") -> list[str]:

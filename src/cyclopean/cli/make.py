@@ -15,8 +15,6 @@ from cyclopean.options import option
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly
 
-__all__ = ["Material", "arch", "dome", "stack", "template", "vault", "wall"]
-
 MOST = 1_000_000  # blocks, or facets of them, in a model that is made: more do not fit into a common memory
 
 

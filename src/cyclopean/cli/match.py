@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from cyclopean.design.stones.inventory import Inventory
     from cyclopean.io.checkpoints import Checkpoints
 
-__all__ = ["match"]
-
 PARTS = "match.parts"  # folder with what is done so far, gone once all is
 MATCH, WALL = "match.json", "negotiated.json"
 

@@ -10,8 +10,6 @@ from typing import Any, Self
 from cyclopean.cli.terminal import as_option, say, say_json, warn
 from cyclopean.errors import InputError
 
-__all__ = ["MESHES", "STANDARD_OUTPUT", "Files", "folder", "planned", "seen_from"]
-
 STANDARD_OUTPUT = "-"
 MESHES = (".glb", ".obj", ".ply", ".stl")
 
@@ -79,18 +77,13 @@ class Files:
     def write(self, contents: Mapping[str, Callable[[], Any]]) -> None:
         """Compose what was asked for, by option, then write all of it: text, plain data, or what writes itself."""
         from cyclopean import io
+        from cyclopean.api.saving import write_content
 
         made = {name: compose() for name, compose in contents.items() if name in self.to}
         with io.together():
             for name, content in made.items():
-                if callable(content):
-                    content(self.to[name])
-                elif content is None:
-                    continue
-                elif isinstance(content, str):
-                    io.write_text(self.to[name], content)
-                else:
-                    io.write_json(self.to[name], content)
+                if content is not None:
+                    write_content(self.to[name], content)
 
     def tell(self, data: Mapping[str, Any], lines: Iterable[str]) -> None:
         """Say what came out: as JSON where that is to be on standard output, else line by line."""
@@ -138,7 +131,8 @@ def planned(
         if keep is not None and _same(path, Path(keep)):
             raise InputError(f"{option} {text}: this is the input file; choose another name")
         mesh = path.suffix.lower() in MESHES
-        if mesh and keep is not None and os.path.isdir(keep) and _same_folder(path, keep):
+        inside = os.path.realpath(path.parent), os.path.dirname(os.path.realpath(path))  # it, or a link to it
+        if mesh and keep is not None and os.path.isdir(keep) and os.path.realpath(keep) in inside:
             raise InputError(f"{option} {text}: lies among the stones and would be read as one; choose another folder")
         if mesh and option in models:
             raise InputError(f"{option} {text}: a model file ends in .json; a mesh holds no contacts (use convert)")
@@ -216,12 +210,6 @@ def _same(path: Path, other: Path) -> bool:
         return os.path.realpath(path) == os.path.realpath(other)
     except (OSError, ValueError):  # the input is no path: its reader says so
         return False
-
-
-def _same_folder(path: Path, folder: str) -> bool:
-    """Whether a file lies, or a link to it, in a folder."""
-    inside = (os.path.realpath(path.parent), os.path.dirname(os.path.realpath(path)))
-    return os.path.realpath(folder) in inside
 
 
 def _why(error: OSError | ValueError) -> str:

@@ -9,8 +9,6 @@ from typer.core import TyperCommand, TyperGroup
 from cyclopean.cli.examples import EXAMPLES
 from cyclopean.errors import InputError
 
-__all__ = ["PlainCommand", "PlainGroup"]
-
 
 class _AsText:
     """Stands where typer would have pydantic (0.15 s to import) turn text into text."""

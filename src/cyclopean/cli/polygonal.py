@@ -15,7 +15,8 @@ from cyclopean.cli.terminal import as_option, say, warn
 from cyclopean.design.walls.line_work import LineReading
 from cyclopean.design.walls.pattern import PatternSettings
 from cyclopean.errors import InputError
-from cyclopean.options import option, options_of
+from cyclopean.options import first_said, option, options_of
+from cyclopean.texts import first_few
 
 if TYPE_CHECKING:
     from cyclopean.assembly import Assembly, Block
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.pattern import Pattern
     from cyclopean.design.walls.polygonal import PolygonalWall
     from cyclopean.design.walls.surfaces import Surface
-
-__all__ = ["polygonal"]
 
 MOST_STONES = 50_000  # of a polygonal wall, which are drawn one by one
 FIELDS = {  # what refusals of the design begin with, and the option that says it
@@ -153,8 +152,7 @@ def polygonal(
     if built.corner is None or not isinstance(chosen, PatternSettings):
         how = {"batter": lying.batter, "warped": lying.warped, **options}
         return _flat_or_curved(chosen, _surface(lying.surface, chosen, drawn.units), how, files, asdict(apart))
-    if lying != Lying():
-        name = next(name for name in asdict(lying) if getattr(lying, name) != getattr(Lying(), name))
+    if name := first_said(lying):
         raise InputError.of(name, None, "walls that meet at a corner are flat and upright; leave it out, or `corner`")
     return _cornered(chosen, built.corner, options, files, asdict(apart))
 
@@ -271,11 +269,9 @@ def _beds(made: "PolygonalWall | CornerWall") -> list[str]:
     steep = made.without_bed
     if not steep:
         return []
-    names = ", ".join(f"'{one.block}' ({one.angle:.0f})" for one in steep[:NAMED])
-    more = f" and {len(steep) - NAMED} more" if len(steep) > NAMED else ""
-    told = f"{len(steep)} with no face below as flat as {steep[0].friction:.0f} degrees: {names}{more}"
+    names = first_few([f"'{one.block}' ({one.angle:.0f})" for one in steep], NAMED)
     return [
-        f"beds       {told}",
+        f"beds       {len(steep)} with no face below as flat as {steep[0].friction:.0f} degrees: {names}",
         "           at friction angles below those in brackets they stand only if their neighbours hold them by thrust",
     ]
 

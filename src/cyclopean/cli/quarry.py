@@ -15,8 +15,6 @@ from cyclopean.texts import number
 if TYPE_CHECKING:
     from cyclopean.design.stones.stone import Stone
 
-__all__ = ["stones"]
-
 MOST = 20_000_000  # vertices of all stones together: more do not fit into a common memory
 UNITS = {"L": 1e-3, "l": 1e-3, "m3": 1.0}  # m3
 BAND = re.compile(r"(?P<low>.+?)\.\.(?P<high>.+?)(?P<unit>L|l|m3)")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopean.analysis.settings import Settings
-from cyclopean.api.checking import SEQUENCED, SequenceOptions, sequenced
+from cyclopean.api.checking import SEQUENCED, sequenced
 from cyclopean.api.inputs import Reading, assembly_of
 from cyclopean.api.site import SiteOptions, site_folder, site_sheets
 from cyclopean.cli.check import MODEL
@@ -14,11 +14,11 @@ from cyclopean.cli.outputs import Files
 from cyclopean.cli.site import written_site
 from cyclopean.cli.terminal import long_work, of_file, warn
 from cyclopean.cli.workers import Hands, workers
+from cyclopean.design.construction.options import SequenceOptions
+from cyclopean.texts import first_few
 
 if TYPE_CHECKING:
     from cyclopean.design.construction.sequence import BuildSequence
-
-__all__ = ["sequence"]
 
 MANY = 40  # blocks beyond which a process more is worth its start
 SHOWN = 8  # props that are said
@@ -148,6 +148,5 @@ def _falling(found: "BuildSequence", data: dict[str, Any]) -> Iterator[str]:
         yield f"           and {len(found.props) - SHOWN} more, in the file"
 
 
-def _some(names: list[str], most: int = 6) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(f"'{name}'" for name in names[:most]) + more
+def _some(names: list[str]) -> str:
+    return first_few([f"'{name}'" for name in names], 6)

@@ -13,8 +13,6 @@ from cyclopean.errors import InputError
 from cyclopean.options import Option, option
 from cyclopean.texts import number
 
-__all__ = ["serve"]
-
 NEEDED = ("rhino3dm", "starlette", "uvicorn")
 SIZES = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30}
 LARGEST = 2**31  # bytes of a body: openNURBS reads no larger archive

@@ -16,13 +16,12 @@ from cyclopean.design.rubble.places import Scores
 from cyclopean.design.rubble.wall import SettleSettings
 from cyclopean.errors import InputError
 from cyclopean.options import option
+from cyclopean.texts import first_few
 from cyclopean.texts import scores as read_scores
 
 if TYPE_CHECKING:
     from cyclopean.design.rubble.wall import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
-
-__all__ = ["settle"]
 
 TAKEN = (
     "length height thickness wythes batter corner opening ends coursed through binders hearting pins copes inward"
@@ -113,7 +112,7 @@ def settle(
 
 def _lines(wall: "RubbleWall", inventory: "Inventory", files: Files) -> list[str]:
     """Say what came out."""
-    from cyclopean.view.settled_page import answer_of, named, stands_of, told_measures
+    from cyclopean.view.settled_page import LISTED, answer_of, stands_of, told_measures
 
     what, missing = answer_of(wall, inventory)
     lines = [
@@ -134,5 +133,5 @@ def _lines(wall: "RubbleWall", inventory: "Inventory", files: Files) -> list[str
     for stone, reason in wall.left_over:
         reasons.setdefault(reason, []).append(inventory.stones[stone].id)
     for reason, names in sorted(reasons.items(), key=lambda one: -len(one[1])):
-        lines.append(f"  put aside {len(names)}: {reason} ({named(names)})")
+        lines.append(f"  put aside {len(names)}: {reason} ({first_few(names, LISTED)})")
     return lines + files.line(wide=8)

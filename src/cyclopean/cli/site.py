@@ -5,8 +5,6 @@ from pathlib import Path
 from cyclopean.api.site import SiteFiles, SiteOptions, write_site
 from cyclopean.cli.terminal import warn
 
-__all__ = ["written_site"]
-
 
 def written_site(options: SiteOptions, files: SiteFiles | None) -> list[str]:
     """Write a set, if there is one, warn of what there is to know, and answer the line that tells of it."""

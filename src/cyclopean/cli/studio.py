@@ -16,8 +16,6 @@ from cyclopean.cli.terminal import long_work, of_file, say, warn
 from cyclopean.errors import InputError
 from cyclopean.options import Option, option
 
-__all__ = ["studio"]
-
 HIGHEST = 65535  # port of TCP
 GLANCE = 0.2  # s
 LOCAL = ("localhost", "::1")
@@ -63,7 +61,7 @@ def studio(
             )
         for warning in warnings:
             warn(warning)
-        if not _local(host):
+        if host not in LOCAL and not host.startswith("127."):
             warn(f"--host {host}: whoever sees the address can use the page, and save files into {place}")
         return _waited(served.address, not page.no_browser)
 
@@ -81,10 +79,6 @@ def _waited(address: str, browse: bool) -> int:
     except KeyboardInterrupt:
         say("")
     return 0
-
-
-def _local(host: str) -> bool:
-    return host in LOCAL or host.startswith("127.")
 
 
 def _listenable(host: str, port: int) -> None:

@@ -13,20 +13,6 @@ from typing import TextIO
 
 from cyclopean.errors import InputError, spelt
 
-__all__ = [
-    "CALLED",
-    "ClosedPipeError",
-    "as_option",
-    "complain",
-    "long_work",
-    "of_file",
-    "one_line",
-    "say",
-    "say_json",
-    "typed",
-    "warn",
-]
-
 _UNUSUAL = re.compile(r"[^ -~\n]")
 CALLED = os.environ.get("CYCLOPEAN_CALLED", "cyclopean")  # as it was typed: by a script, under the name of that
 PATIENCE = 1.0  # s without a sign of life that a person takes for granted
@@ -125,14 +111,10 @@ def _tick(stages: list[str], done: threading.Event) -> None:
         sys.stderr.flush()
 
 
-def _visible(found: re.Match[str]) -> str:
-    """A character that may command the terminal, or turn the direction of writing, in words instead."""
-    return found[0] if found[0].isprintable() else json.dumps(found[0])[1:-1]
-
-
 def _write(stream: TextIO, text: str) -> None:
     encoding = stream.encoding or "utf-8"
-    text = _UNUSUAL.sub(_visible, text)
+    # characters that may command the terminal, or turn the direction of writing, in words instead
+    text = _UNUSUAL.sub(lambda found: found[0] if found[0].isprintable() else json.dumps(found[0])[1:-1], text)
     try:
         stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
         stream.flush()

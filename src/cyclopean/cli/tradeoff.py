@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from cyclopean.cli.outputs import Files
     from cyclopean.design.matching.tradeoff import Alternative, Tradeoff, TradeoffSettings
 
-__all__ = ["contents_of", "first_line", "names_of", "summary", "wanted_walls"]
-
 DATA, CURVE = "tradeoff.json", "tradeoff.svg"
 FILES = {"wall": "wall-{}.json", "match": "match-{}.json", "picture": "wall-{}.svg"}  # of each wall, by its number
 

@@ -11,8 +11,6 @@ from cyclopean.cli.terminal import long_work, say, warn
 from cyclopean.errors import InputError
 from cyclopean.options import Option
 
-__all__ = ["view"]
-
 
 @command()
 def view(

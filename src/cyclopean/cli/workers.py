@@ -9,8 +9,6 @@ from typing import Any
 from cyclopean.errors import InputError
 from cyclopean.options import option
 
-__all__ = ["MOST", "Hands", "beside", "workers"]
-
 MOST = 256  # processes; more is a slip of the hand
 PATIENCE = "10s"  # for a cluster to answer
 

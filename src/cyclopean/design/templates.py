@@ -405,7 +405,8 @@ def _lay(
         here = np.arange(count[k] if ring else count[k] - 1)
         a.append(first[k] + here)
         b.append(first[k] + (here + 1) % count[k])
-        quads.append(_head(lattice[k], lattice[k + 1], edge[1:][here]))
+        low, high, u = lattice[k], lattice[k + 1], edge[1:][here]
+        quads.append(np.stack([low[u, 0], high[u, 0], high[u, 1], low[u, 1]], 1))  # towards +u, right-handed
         if k:
             below, above, from_, to = _overlaps(edges[k - 1], edge, ring)
             a.append(first[k - 1] + below)
@@ -447,11 +448,6 @@ def _overlaps(below: Ints, above: Ints, ring: int) -> tuple[Ints, Ints, Ints, In
 def _bed(level: Floats, from_: Ints, to: Ints) -> Floats:
     """(q, 4, 3) quads across a level, normal towards +v on a right-handed lattice."""
     return np.stack([level[from_, 0], level[from_, 1], level[to, 1], level[to, 0]], 1)
-
-
-def _head(low: Floats, high: Floats, u: Ints) -> Floats:
-    """(q, 4, 3) quads between two levels, normal towards +u on a right-handed lattice."""
-    return np.stack([low[u, 0], high[u, 0], high[u, 1], low[u, 1]], 1)
 
 
 def _quads(a: Ints, b: Ints, quad: Floats, mu: float | None) -> Contacts:

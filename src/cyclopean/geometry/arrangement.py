@@ -19,6 +19,7 @@ import numpy as np
 
 from cyclopean.arrays import Floats, Ints
 from cyclopean.errors import InputError
+from cyclopean.geometry.frames import cross_2d
 from cyclopean.geometry.subdivision import Subdivision, dissolved, subdivide
 
 __all__ = ["arrangement"]
@@ -60,12 +61,11 @@ def arrangement(subdivision: Subdivision, given: Sequence[Floats], void: Sequenc
     outline = shapely.coverage_union_all(cell)
     hole = _common(shapely.union_all([shapely.polygons(v) for v in void]), outline) if len(void) else None
     block = [shapely.polygons(g) for g in given]
-    cover = shapely.union_all([*block, *([hole] if hole is not None else [])])
-    part = shapely.get_parts(np.array([*block, *([hole] if hole is not None else [])]))
+    laid = np.array([*block, *([hole] if hole is not None else [])])
+    part = shapely.get_parts(laid)
     touched = np.unique(shapely.STRtree(cell).query(part, predicate="dwithin", distance=8.0 * grid)[1])
-    seam = shapely.difference(shapely.boundary(cell[touched]), cover)
-    edge = shapely.boundary(np.array([*block, *([hole] if hole is not None else [])]))
-    face = _faces(shapely.union_all(np.concatenate([seam, edge]), grid_size=grid), grid)
+    seam = shapely.difference(shapely.boundary(cell[touched]), shapely.union_all(laid))
+    face = _faces(shapely.union_all(np.concatenate([seam, shapely.boundary(laid)]), grid_size=grid), grid)
     owner = _owners(face, block, hole, cell[touched])
     rings, vertex = _restored(face, subdivision.vertex, list(given), void, grid)
     count = np.bincount(owner[owner >= len(touched)] - len(touched), minlength=len(block))
@@ -147,11 +147,8 @@ def _restored(
         if not rings[k] or rings[k][-1] != n:
             rings[k].append(n)
     ccw = shapely.is_ccw(shapely.get_exterior_ring(face))
-    return [ring if up else ring[::-1] for ring, up in zip(map(_closed, rings), ccw, strict=True)], vertex
-
-
-def _closed(ring: list[int]) -> list[int]:
-    return ring[:-1] if len(ring) > 1 and ring[0] == ring[-1] else ring
+    rings = [ring[:-1] if len(ring) > 1 and ring[0] == ring[-1] else ring for ring in rings]
+    return [ring if up else ring[::-1] for ring, up in zip(rings, ccw, strict=True)], vertex
 
 
 def _on_sides(point: Floats, side: Floats, grid: float) -> Floats:
@@ -180,8 +177,7 @@ def _assembled(
         if who < 0 or len(ring) < 3:
             continue
         p = vertex[ring] - vertex[ring[0]]
-        q = np.roll(p, -1, axis=0)
-        area = float((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()) / 2.0
+        area = float(cross_2d(p, np.roll(p, -1, axis=0)).sum()) / 2.0
         if not area > 0.0:
             continue
         if who < stones:

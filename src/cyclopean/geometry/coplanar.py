@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry.frames import newell_normals, unit
-from cyclopean.geometry.packed import components, following, numbered, offsets, ragged
+from cyclopean.geometry.packed import components, extents, following, numbered, offsets, ragged
 from cyclopean.geometry.polyhedra import Polyhedra, face_normals, triangles
 
 __all__ = ["PlanarRegions", "flattened", "planar_regions", "twin_edges"]
@@ -56,19 +56,12 @@ class PlanarRegions:
 
     def boxes(self) -> tuple[Floats, Floats]:
         """(R, 3) lower and (R, 3) upper corner of each region's bounding box (m)."""
-        if not len(self):
-            return np.zeros((0, 3)), np.zeros((0, 3))
-        here, first = self.vertex[self.corner], self.region_corner_start[:-1]
-        return np.minimum.reduceat(here, first, axis=0), np.maximum.reduceat(here, first, axis=0)
+        return extents(self.vertex[self.corner], self.region_corner_start)
 
     def body_boxes(self) -> tuple[Floats, Floats]:
         """(n, 3) lower and (n, 3) upper corner of each body's bounding box (m); inverted for a body without regions."""
-        low, high = np.full((len(self.body_start) - 1, 3), np.inf), np.full((len(self.body_start) - 1, 3), -np.inf)
-        held = np.diff(self.body_start) > 0
-        if held.any():
-            (first, last), start = self.boxes(), self.body_start[:-1][held]
-            low[held], high[held] = np.minimum.reduceat(first, start), np.maximum.reduceat(last, start)
-        return low, high
+        low, high = self.boxes()
+        return extents(low, self.body_start)[0], extents(high, self.body_start)[1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,11 +201,14 @@ def _joins(faces: _Faces, tolerance: Floats) -> tuple[Ints, Ints]:
     """Pairs of neighbouring faces to be merged."""
     mesh = faces.mesh
     edge = np.flatnonzero(faces.twin > np.arange(len(faces.twin)))
+    if not len(edge):
+        return edge, edge
     one, other = mesh.corner_face[edge], mesh.corner_face[faces.twin[edge]]
     double = np.linalg.norm(faces.normal, axis=1)
     swap = double[one] > double[other]
     small, large = np.where(swap, other, one), np.where(swap, one, other)
-    sliver = _slivers(faces, double, tolerance)
+    side = np.linalg.norm(mesh.vertex[mesh.corner[mesh.next_corner]] - mesh.vertex[mesh.corner], axis=1)
+    sliver = double <= tolerance * np.maximum.reduceat(side, mesh.corner_start[:-1])  # thinner than the tolerance
     alike = np.einsum("ei,ei->e", faces.unit[small], faces.unit[large]) > SAME_SIDE
     wanted = (small != large) & ~sliver[large] & (alike | sliver[small])
     small, large = small[wanted], large[wanted]
@@ -230,15 +226,6 @@ def _joins(faces: _Faces, tolerance: Floats) -> tuple[Ints, Ints]:
     leading = np.concatenate([[True], small[1:] != small[:-1]])[: len(small)]
     keep = leading | ~sliver[small]
     return small[keep], large[keep]
-
-
-def _slivers(faces: _Faces, double: Floats, tolerance: Floats) -> Bools:
-    """(F,) faces thinner than the tolerance."""
-    mesh = faces.mesh
-    if not len(mesh.corner):
-        return np.zeros(0, bool)
-    side = np.linalg.norm(mesh.vertex[mesh.corner[mesh.next_corner]] - mesh.vertex[mesh.corner], axis=1)
-    return np.asarray(double <= tolerance * np.maximum.reduceat(side, mesh.corner_start[:-1]))
 
 
 def _planes(faces: _Faces, label: Ints) -> tuple[Floats, Floats]:

@@ -83,20 +83,16 @@ class _Pairs:
         height[~(np.abs(height) > ON_PLANE * size)] = 0.0
         return cls(triangles, corner, normal, a, b, height, size)
 
-    def other(self) -> Ints:
-        """(k,) the same pair the other way round."""
-        n = len(self.a) // 2
-        return np.concatenate([np.arange(n, 2 * n), np.arange(n)])
-
 
 def _through(pairs: _Pairs) -> Bools:
     """(k,) whether the triangles pass through each other."""
     astride: Bools = np.logical_and((pairs.height > 0.0).any(axis=1), (pairs.height < 0.0).any(axis=1))
     found = np.zeros(len(astride), bool)
-    here = np.flatnonzero((astride & astride[pairs.other()])[: len(astride) // 2])
+    half = len(astride) // 2
+    here = np.flatnonzero(astride[:half] & astride[half:])
     if not len(here):
         return found
-    there = here + len(astride) // 2
+    there = here + half
     along = unit(np.cross(pairs.normal[pairs.a[here]], pairs.normal[pairs.b[here]]))
     origin = pairs.corner[pairs.a[here], :1]
     low, high = _on_line(pairs, here, along, origin)

@@ -29,8 +29,8 @@ def on_grid(values: Floats) -> tuple[Any, int]:
     return np.asarray(whole << np.where(some, exponent - 53 + k, 0).astype(object), object), k
 
 
-def expanded(numerator: Any, k: int, divisor: int = 1, terms: int = 3) -> Floats:
-    """(..., terms) doubles whose sum is numerator / (divisor 2^k), but for what lies some 150 bits below the first."""
+def expanded(numerator: Any, k: int, divisor: int = 1) -> Floats:
+    """(..., 3) doubles whose sum is numerator / (divisor 2^k), but for what lies some 150 bits below the first."""
     shape = np.shape(numerator)
     rest = np.ravel(numerator)
     if divisor != 1:
@@ -38,12 +38,12 @@ def expanded(numerator: Any, k: int, divisor: int = 1, terms: int = 3) -> Floats
     longest = max((abs(n).bit_length() for n in rest.tolist()), default=0)
     if longest > LONGEST:
         rest, k = rest >> (longest - LONGEST), k - (longest - LONGEST)
-    parts = np.zeros((len(rest), terms))
-    for j in range(terms):
+    parts = np.zeros((len(rest), 3))
+    for j in range(3):
         leading = rest.astype(np.float64)
         parts[:, j] = np.ldexp(leading, -k)
         rest = rest - np.array([int(x) for x in leading.tolist()], object)
-    return parts.reshape(*shape, terms)
+    return parts.reshape(*shape, 3)
 
 
 def exact_moments(mesh: Polyhedra, bodies: Ints) -> tuple[Any, Any, int]:
@@ -66,7 +66,7 @@ def exact_moments(mesh: Polyhedra, bodies: Ints) -> tuple[Any, Any, int]:
     apart = (corner != mesh.vertex_start[body][:, None]).all(1) & (place[body] >= 0)  # the others have no volume
     corner, row = position[corner[apart]], place[body[apart]]
     a, b, c = (local[corner[:, j]] for j in range(3))
-    six = _dot(a, _cross(b, c))
+    six = (a * _cross(b, c)).sum(axis=1)
     order = np.argsort(row, kind="stable")
     terms = np.concatenate([six[:, None], six[:, None] * (a + b + c)], 1)[order]
     total = np.full((len(bodies), 4), 0, object)
@@ -89,7 +89,3 @@ def _cross(a: Any, b: Any) -> Any:
     x, y, z = a.T
     u, v, w = b.T
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], 1)
-
-
-def _dot(a: Any, b: Any) -> Any:
-    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]

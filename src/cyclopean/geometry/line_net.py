@@ -32,8 +32,9 @@ from typing import Any
 import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.geometry.subdivision import Subdivision, dissolved, subdivide
 
-__all__ = ["Faces", "LineNet", "faces", "noded"]
+__all__ = ["Faces", "LineNet", "faces", "noded", "outlined_cells"]
 
 SAME = 1e-9  # of the drawing's size: what is nearer was meant to meet, and is not told as a gap
 PASSES = 8  # of breaking lines: bending one to a point brings it within reach of another now and then
@@ -215,6 +216,26 @@ def faces(net: LineNet) -> Faces:
     bounding = {frozenset(pair) for ring in (*rings, *islands) for pair in pairwise((*ring, ring[0]))}
     idle = [k for k, pair in enumerate(net.edge.tolist()) if frozenset(pair) not in bounding]
     return Faces(rings, islands, tuple(k for k, _ in inner), np.array(idle, np.int64))
+
+
+def outlined_cells(outlines: Sequence[Floats], shapes: Any, reach: float, *, once: bool) -> Subdivision | None:
+    """Cells of outlines (k, 2): the faces of their net, see `noded`, that lie in one of `shapes`, (n,) polygons.
+
+    None where outlines cross, shapes overlap, or with `once` where a shape has not just one face.
+    """
+    import shapely
+
+    net = noded(outlines, reach)
+    if len(net.crossing):
+        return None
+    ring = faces(net).rings
+    inside = shapely.point_on_surface(shapely.polygons([shapely.linearrings(net.point[list(r)]) for r in ring]))
+    face, shape = shapely.STRtree(shapes).query(inside, predicate="within")
+    if once and not (np.bincount(shape, minlength=len(shapes)) == 1).all():
+        return None
+    if len(np.unique(face)) < len(face):
+        return None
+    return dissolved(subdivide(net.point, [ring[k] for k in face.tolist()], shape))
 
 
 def _named(ring: Any, number: dict[tuple[float, float], int]) -> tuple[int, ...]:

@@ -13,7 +13,6 @@ A tetrahedron without one of its faces is open, and the hole is far too large to
 ('1 face was turned over',)
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +21,7 @@ from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry.boxes import box_pairs
 from cyclopean.geometry.crossing import crossing
 from cyclopean.geometry.frames import solid_angles
-from cyclopean.geometry.mending import Done, Reach, Work, place_text, sewn, shaped
+from cyclopean.geometry.mending import Reach, Work, place_text, sewn, shaped
 from cyclopean.geometry.polyhedra import Polyhedra, bodies_of, face_triangles, mass_properties, pack, unpacked
 from cyclopean.geometry.shells import convex
 from cyclopean.geometry.sides import parted
@@ -73,24 +72,16 @@ def repair(vertices: Floats, triangles: Ints, wedges: bool = False) -> Repair:
         Pieces with a fault are left as they came. Shells inside another piece, and dust, are dropped.
     """
     work = sewn(Work.of(pack([(vertices, triangles)])), Reach())
-    done = _texts(work.done[0])
+    done = tuple(one.text for one in work.done[0])
     if not len(work.mesh.corner):
         return Repair((), (*done, "no face has an area"))
     shared = bool((work.sides.count > 2).any())
-    parts, dust = _without_dust(parted(work.mesh, pieces_of(work.mesh, wedges and shared)))
-    pieces, inner = _without_inner(_mended(parts, not shared))
-    return Repair(tuple(_apart(pieces)), (*done, *dust, *inner))
-
-
-def _texts(done: Iterable[Done]) -> tuple[str, ...]:
-    return tuple(one.text for one in done)
-
-
-def _without_dust(parts: Polyhedra) -> tuple[Polyhedra, list[str]]:
-    size = parts.diagonal
-    kept = size >= DUST * size.max()
-    said = [] if kept.all() else [f"{_many(int((~kept).sum()), 'loose piece', 'loose pieces')} of dust dropped"]
-    return bodies_of(parts, np.flatnonzero(kept)), said
+    parts = parted(work.mesh, pieces_of(work.mesh, wedges and shared))
+    dust = parts.diagonal < DUST * parts.diagonal.max()
+    if dust.any():
+        done = (*done, f"{_many(int(dust.sum()), 'loose piece', 'loose pieces')} of dust dropped")
+    pieces, inner = _without_inner(_mended(bodies_of(parts, np.flatnonzero(~dust)), not shared))
+    return Repair(tuple(_apart(pieces)), (*done, *inner))
 
 
 def _mended(parts: Polyhedra, turn: bool) -> list[Piece]:
@@ -100,8 +91,10 @@ def _mended(parts: Polyhedra, turn: bool) -> list[Piece]:
     found = []
     for k in range(len(parts)):
         vertices, triangles = _triangles(work.mesh, k)
-        done = _texts(work.done[k])
-        fault = work.fault.get(k) or _edge_fault(work, k) or _volume_fault(float(mass.volume[k]))
+        done = tuple(one.text for one in work.done[k])
+        fault = work.fault.get(k) or _edge_fault(work, k)
+        if not fault and not mass.volume[k] > 0.0:
+            fault = "has no volume" if mass.volume[k] == 0.0 else "is inside out"
         if not fault and not _star_shaped(vertices, triangles, mass.centroid[k]):
             where = crossing(vertices, triangles)
             fault = "" if where is None else f"crosses itself near {place_text(where)}"
@@ -126,10 +119,6 @@ def _edge_fault(work: Work, body: int) -> str:
     if (sides.tail[one] == sides.tail[two])[here[one]].any():
         return "has faces that disagree about which side is out"
     return ""
-
-
-def _volume_fault(volume: float) -> str:
-    return "" if volume > 0.0 else "has no volume" if volume == 0.0 else "is inside out"
 
 
 def _star_shaped(vertices: Floats, triangles: Ints, centre: Floats) -> bool:

@@ -9,7 +9,7 @@ from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry.common_area import common_areas
 from cyclopean.geometry.coplanar import PlanarRegions
 from cyclopean.geometry.frames import cross_2d, frames_from_normals, unit
-from cyclopean.geometry.packed import following, offsets, ragged, ragged_batches
+from cyclopean.geometry.packed import extents, following, offsets, ragged, ragged_batches
 
 __all__ = ["Overlaps", "facing_regions", "region_overlaps"]
 
@@ -94,13 +94,17 @@ def region_overlaps(
         found = region_overlaps(regions, a[overlapping], b[overlapping], tolerance, most[overlapping])
         return replace(found, pair=np.flatnonzero(overlapping)[found.pair])
     part, index = _wide_parts(*_polygons(_common(one, two, tolerance)), tolerance)
-    xy, whose = shapely.get_coordinates(shapely.get_exterior_ring(part), return_index=True)
+    outline = shapely.get_exterior_ring(part)
+    xy, whose = shapely.get_coordinates(outline, return_index=True)
     closing = np.concatenate([whose[1:] != whose[:-1], [True]])[: len(whose)]
-    start = offsets(np.bincount(whose[~closing], minlength=len(part)))
+    xy, whose = xy[~closing], whose[~closing]
+    start = offsets(np.bincount(whose, minlength=len(part)))
+    here = np.arange(len(xy))
+    xy = xy[np.where(shapely.is_ccw(outline)[whose], here, start[whose] + start[whose + 1] - 1 - here)]
     loose = np.maximum(
         2.0 * most[index] if gap is not None else np.zeros(len(index)), tolerance
     )  # two outlines drawn so imprecisely
-    xy, start = _without_collinear(_counter_clockwise(xy[~closing], start), start, loose)
+    xy, start = _without_collinear(xy, start, loose)
     return pairs.lifted(index, xy, start, most)
 
 
@@ -115,7 +119,7 @@ class _Drawing:
 
     def boxes(self) -> tuple[Floats, Floats]:
         """(n, 2) lower and (n, 2) upper corners."""
-        return np.minimum.reduceat(self.xy, self.start[:-1]), np.maximum.reduceat(self.xy, self.start[:-1])
+        return extents(self.xy, self.start)
 
     def shapes(self) -> Any:
         """Shapely polygons, repaired where a ring touches itself."""
@@ -263,19 +267,6 @@ def _first_cut(holes: list[Any]) -> tuple[Floats, Floats]:
     length, along = np.linalg.norm(side, axis=1), unit(side)
     rank = np.round(np.column_stack([length / scale, np.abs(along[:, 0]), along[:, 0] * along[:, 1]]), 9)
     return middle[largest], along[np.lexsort(rank.T[::-1])[-1]]
-
-
-def _counter_clockwise(xy: Floats, start: Ints) -> Floats:
-    """The same rings, those that run clockwise reversed."""
-    if not len(xy):
-        return xy
-    first = np.repeat(start[:-1], np.diff(start))
-    last = np.repeat(start[1:], np.diff(start)) - 1
-    here = xy - xy[first]
-    twice = np.add.reduceat(cross_2d(here, here[following(start)]), start[:-1])
-    clockwise = np.repeat(twice < 0.0, np.diff(start))
-    index = np.arange(len(xy))
-    return np.asarray(xy[np.where(clockwise, first + last - index, index)])
 
 
 def _without_collinear(xy: Floats, start: Ints, tolerance: Floats) -> tuple[Floats, Ints]:

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cyclopean.arrays import Ints
+from cyclopean.arrays import Floats, Ints
 
-__all__ = ["components", "following", "numbered", "offsets", "ragged", "ragged_batches"]
+__all__ = ["components", "extents", "following", "numbered", "offsets", "ragged", "ragged_batches"]
 
 BATCH = 1 << 20  # rows expanded at a time: a few tens of megabytes
 
@@ -50,6 +50,15 @@ def offsets(count: Sequence[int] | Ints) -> Ints:
     start = np.zeros(len(count) + 1, np.int64)
     np.cumsum(count, out=start[1:])
     return start
+
+
+def extents(value: Floats, start: Ints) -> tuple[Floats, Floats]:
+    """(n, ...) least and greatest of each of n lists packed at offsets `start`; inverted where one is empty."""
+    low, high = (np.full((len(start) - 1, *value.shape[1:]), end) for end in (np.inf, -np.inf))
+    held = np.flatnonzero(np.diff(start) > 0)
+    if len(held):
+        low[held], high[held] = (end.reduceat(value, start[held]) for end in (np.minimum, np.maximum))
+    return low, high
 
 
 def following(start: Ints) -> Ints:

@@ -117,8 +117,7 @@ def _overlap_along_faces(regions: PlanarRegions, i: Ints, j: Ints) -> Floats:
 
 def _edges_meet(regions: PlanarRegions, i: Ints, j: Ints, depth: float) -> Bools:
     """(m,) does an edge of convex body i, shrunk by `depth` (m), meet body j, shrunk likewise?"""
-    edge, start = _edges(regions)
-    edge_start = np.searchsorted(regions.body[regions.corner_region[edge]], np.arange(len(regions.body_start)))
+    edge_start, start = _edges(regions)
     pair, position = ragged(edge_start, i)
     line, direction = start[0] + depth * start[1], start[2]
     low, high = np.full(len(pair), -np.inf), np.full(len(pair), np.inf)
@@ -141,14 +140,15 @@ def _edges_meet(regions: PlanarRegions, i: Ints, j: Ints, depth: float) -> Bools
 
 
 def _edges(regions: PlanarRegions) -> tuple[Ints, tuple[Floats, Floats, Floats]]:
-    """Edges between two regions, once each: corner position; start (m), shift inwards for unit depth, direction (m)."""
+    """Edges between two regions, once each, of every body; start (m), shift inwards for unit depth, direction (m)."""
     one = regions.corner_region
     edge = np.flatnonzero((regions.across >= 0) & (one < regions.across))
     here = regions.vertex[regions.corner[edge]]
     there = regions.vertex[regions.corner[regions.next_corner[edge]]]
     n1, n2 = regions.normal[one[edge]], regions.normal[regions.across[edge]]
     spread = np.maximum(1.0 + np.einsum("ki,ki->k", n1, n2), 1e-12)
-    return edge, (here, -(n1 + n2) / spread[:, None], there - here)
+    edge_start = np.searchsorted(regions.body[one[edge]], np.arange(len(regions.body_start)))
+    return edge_start, (here, -(n1 + n2) / spread[:, None], there - here)
 
 
 def _sampled(mesh: Polyhedra, regions: PlanarRegions, pairs: tuple[Ints, Ints], tolerance: float) -> Bools:
@@ -173,8 +173,7 @@ def _samples(
     regions: PlanarRegions, i: Ints, j: Ints, low: Floats, high: Floats, tolerance: float
 ) -> tuple[Ints, Floats]:
     """Points just inside body i, one per piece of edge, that lie in the box of body j: pair of each, and the point."""
-    edge, (start, shift, along) = _edges(regions)
-    edge_start = np.searchsorted(regions.body[regions.corner_region[edge]], np.arange(len(regions.body_start)))
+    edge_start, (start, shift, along) = _edges(regions)
     pair, at = ragged(edge_start, i)
     first, last = np.minimum(start, start + along), np.maximum(start, start + along)
     close = np.all((first[at] <= high[j[pair]]) & (low[j[pair]] <= last[at]), axis=1)
@@ -243,19 +242,15 @@ def _inside(mesh: Polyhedra, target: Ints, point: Floats) -> Bools:
     for body, last, size in zip(bodies.tolist(), np.cumsum(count).tolist(), count.tolist(), strict=True):
         members = order[last - size : last]
         corner = vertex[triangle[start[body] : start[body + 1]]]
-        corner = corner[_reached(corner, here[members])]
+        # those whose boxes are met by the box of all rays along +z from the points
+        low, high, point_low = corner.min(axis=1), corner.max(axis=1), here[members].min(axis=0)
+        beside = np.all((low[:, :2] <= here[members, :2].max(axis=0)) & (high[:, :2] >= point_low[:2]), axis=1)
+        corner = corner[beside & (high[:, 2] >= point_low[2])]
         rows = max(1, PRODUCTS // max(len(corner), 1))
         for k in range(0, len(members), rows):
             batch = members[k : k + rows]
             inside[batch] = _winding(corner, here[batch]) != 0
     return inside
-
-
-def _reached(triangle: Floats, point: Floats) -> Bools:
-    """(t,) triangles whose boxes are met by the box of all rays along +z from the points."""
-    low, high = triangle.min(axis=1), triangle.max(axis=1)
-    beside = np.all((low[:, :2] <= point[:, :2].max(axis=0)) & (high[:, :2] >= point[:, :2].min(axis=0)), axis=1)
-    return np.asarray(beside & (high[:, 2] >= point[:, 2].min()))
 
 
 def _winding(triangle: Floats, point: Floats) -> Ints:

@@ -8,7 +8,7 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry.frames import newell_normals, unit
-from cyclopean.geometry.packed import following, offsets, ragged
+from cyclopean.geometry.packed import extents, following, offsets, ragged
 from cyclopean.geometry.polygon import triangulated
 
 __all__ = [
@@ -74,13 +74,7 @@ class Polyhedra:
 
     def boxes(self) -> tuple[Floats, Floats]:
         """(n, 3) lower and upper corners of the bodies' bounding boxes (m); inverted for a body without vertices."""
-        low, high = np.full((len(self), 3), np.inf), np.full((len(self), 3), -np.inf)
-        held = np.flatnonzero(np.diff(self.vertex_start) > 0)
-        if len(held):
-            first = self.vertex_start[held]
-            low[held] = np.minimum.reduceat(self.vertex, first, axis=0)
-            high[held] = np.maximum.reduceat(self.vertex, first, axis=0)
-        return low, high
+        return extents(self.vertex, self.vertex_start)
 
     @property
     def diagonal(self) -> Floats:
@@ -236,6 +230,11 @@ class MassProperties:
     volume: Floats  # (n,) m3, negative when a mesh is inside out
     centroid: Floats  # (n, 3) m
     inertia: Floats  # (n, 3, 3) m5, about the centroid, world axes
+
+    @property
+    def spread(self) -> Floats:
+        """(n, 3, 3) m5: integral of x x' about the centroid."""
+        return np.asarray(np.trace(self.inertia, axis1=1, axis2=2)[:, None, None] / 2.0 * np.eye(3) - self.inertia)
 
 
 def mass_properties(mesh: Polyhedra) -> MassProperties:

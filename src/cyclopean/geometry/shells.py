@@ -19,9 +19,9 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.geometry.boxes import box_pairs
 from cyclopean.geometry.common_area import common_areas
 from cyclopean.geometry.coplanar import flattened, twin_edges
-from cyclopean.geometry.frames import cross_2d, frames_from_normals, solid_angles, unit
+from cyclopean.geometry.frames import frames_from_normals, solid_angles, unit
 from cyclopean.geometry.packed import components, following, offsets, ragged, ragged_batches
-from cyclopean.geometry.polyhedra import Polyhedra, bodies_of, face_normals, triangles
+from cyclopean.geometry.polyhedra import Polyhedra, bodies_of, compacted, face_normals, triangles
 
 __all__ = ["Nesting", "convex", "detached_pieces", "nested", "solid_faults"]
 
@@ -105,11 +105,8 @@ def convex(mesh: Polyhedra) -> Bools:
 
 def _of_own_size(mesh: Polyhedra, bodies: Ints) -> Polyhedra:
     """Some of the bodies, each moved to the origin and scaled to the unit cube."""
-    part = bodies_of(mesh, bodies)
-    low, high = np.full((len(bodies), 3), np.inf), np.full((len(bodies), 3), -np.inf)
-    whose, place = part.face_body[part.corner_face], part.vertex[part.corner]
-    np.minimum.at(low, whose, place)
-    np.maximum.at(high, whose, place)
+    part = compacted(bodies_of(mesh, bodies))
+    low, high = part.boxes()
     size = np.where(np.diff(part.face_start) > 0, (high - low).max(axis=1), 0.0)
     low[size == 0.0] = 0.0
     owner = part.vertex_body
@@ -317,27 +314,7 @@ def _height(mesh: Polyhedra, normal: Floats, i: Ints, j: Ints) -> Bools:
 
 def _overlap(mesh: Polyhedra, ring: Floats, one: Ints, two: Ints) -> Bools:
     """(k,) whether two faces in one plane have more area in common than rounding."""
-    size = np.diff(mesh.corner_start)
-    over = np.ones(len(one), bool)
-    small = np.flatnonzero((size[one] == 3) & (size[two] == 3))
-    for a, b in ((one[small], two[small]), (two[small], one[small])):
-        p, q = (ring[mesh.corner_start[side][:, None] + np.arange(3)] for side in (a, b))
-        turn = np.sign(cross_2d(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
-        for k in range(3):
-            side = p[:, (k + 1) % 3] - p[:, k]
-            above = cross_2d(side[:, None], q - p[:, k : k + 1]) * turn[:, None]
-            over[small] &= above.max(axis=1) > ROUNDING * np.linalg.norm(side, axis=1)
-    left = np.flatnonzero(over)
-    if not len(left):
-        return over
-    p, q = (_polygons(mesh, ring, side[left]) for side in (one, two))
+    parts = [(ragged(mesh.corner_start, face)[1], offsets(np.diff(mesh.corner_start)[face])) for face in (one, two)]
+    p, q = ((ring[position], following(start), start) for position, start in parts)
     around = (np.add.reduceat(np.linalg.norm(xy[after] - xy, axis=1), start[:-1]) for xy, after, start in (p, q))
-    over[left] = common_areas(p, q) > 2.0 * ROUNDING * np.minimum(*around)
-    return over
-
-
-def _polygons(mesh: Polyhedra, ring: Floats, face: Ints) -> tuple[Floats, Ints, Ints]:
-    """Faces as `common_areas` takes them."""
-    _, position = ragged(mesh.corner_start, face)
-    start = offsets(np.diff(mesh.corner_start)[face])
-    return ring[position], following(start), start
+    return np.asarray(common_areas(p, q) > 2.0 * ROUNDING * np.minimum(*around))

@@ -126,16 +126,16 @@ def mesh_volume(vertices: Floats, triangles: Ints) -> float:
 
 def intersection(a: Solid, b: Solid) -> Solid:
     """What two solids have in common; may be empty."""
-    from manifold3d import OpType
+    from manifold3d import Manifold, OpType
 
-    return _sound(_boolean(a, b, OpType.Intersect))
+    return _sound(Manifold.batch_boolean([a, b], OpType.Intersect))
 
 
 def difference(a: Solid, b: Solid) -> Solid:
     """What is left of `a` without `b`; may be empty."""
-    from manifold3d import OpType
+    from manifold3d import Manifold, OpType
 
-    return _sound(_boolean(a, b, OpType.Subtract))
+    return _sound(Manifold.batch_boolean([a, b], OpType.Subtract))
 
 
 def cross_section(solid: Solid, height: float) -> list[Floats]:
@@ -146,12 +146,6 @@ def cross_section(solid: Solid, height: float) -> list[Floats]:
 def beneath(solid: Solid, normal: ArrayLike, offset: float) -> Solid:
     """What of a solid has normal . x <= offset (m), for a unit normal (3,); may be empty."""
     return _sound(solid.trim_by_plane(-np.asarray(normal, float), -offset))
-
-
-def _boolean(a: "Manifold", b: "Manifold", how: Any) -> "Manifold":
-    from manifold3d import Manifold
-
-    return Manifold.batch_boolean([a, b], how)
 
 
 def moved(solid: Solid, rotation: ArrayLike, shift: ArrayLike) -> Solid:

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from cyclopean.arrays import Floats, Ints, sealed
 from cyclopean.errors import InputError
 from cyclopean.geometry.packed import following, offsets
+from cyclopean.geometry.sides import rings
 
 __all__ = ["Subdivision", "dissolved", "merged", "subdivide"]
 
@@ -155,23 +156,11 @@ def subdivide(vertex: ArrayLike, rings: Sequence[Sequence[int]], site: ArrayLike
 
 def merged(subdivision: Subdivision, cell: int, into: int) -> list[int] | None:
     """Ring of two neighbours made one; None where the two do not join along a single chain of edges."""
-    ahead: dict[int, int] = {}
-    for c in (cell, into):
-        ring = subdivision.index[subdivision.start[c] : subdivision.start[c + 1]].tolist()
-        other = into if c == cell else cell
-        opposite = set(_directed(subdivision, other))
-        for a, b in zip(ring, ring[1:] + ring[:1], strict=True):
-            if (b, a) in opposite:
-                continue
-            if a in ahead:
-                return None
-            ahead[a] = b
-    first = next(iter(ahead))
-    out, at = [first], ahead[first]
-    while at != first and len(out) <= len(ahead):
-        out.append(at)
-        at = ahead[at]
-    return out if len(out) == len(ahead) else None
+    pair = [subdivision.index[subdivision.start[c] : subdivision.start[c + 1]].tolist() for c in (cell, into)]
+    sides = [(a, b) for ring in pair for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
+    both = set(sides)
+    found = list(rings(np.array([(a, b) for a, b in sides if (b, a) not in both])))
+    return found[0].tolist() if len(found) == 1 else None
 
 
 def dissolved(subdivision: Subdivision) -> Subdivision:
@@ -200,8 +189,3 @@ def _edges(index: Ints, following: Ints, cell: Ints, vertices: int) -> tuple[Int
     side = np.full((len(key), 2), -1, np.int64)
     side[number, np.where(index == low, 0, 1)] = cell
     return edge, side
-
-
-def _directed(subdivision: Subdivision, cell: int) -> list[tuple[int, int]]:
-    ring = subdivision.index[subdivision.start[cell] : subdivision.start[cell + 1]].tolist()
-    return list(zip(ring, ring[1:] + ring[:1], strict=True))

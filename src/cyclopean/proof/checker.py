@@ -155,6 +155,7 @@ STANDARD_GRAVITY = 9.80665  # by which a block's own weight is counted in a mode
 STEEP = 5  # friction above which forces are not corrected, see `_require_modest`
 LEAN = 10**6  # 1 / sin^2 of the angle, a thousandth, by which a contact's normal may lean from the faces it lies on
 NARROW = 4  # tolerances: a contact no wider (area over half its perimeter) carries nothing: it may not be there
+TWICE = Fraction(1, 1000)  # share of a joint's area that may pull twice
 CROSSING = 100  # 1 / sin^2 of the least angle, a tenth, of two edges that touch across each other
 
 TOLD_LEAN, TOLD_SHARE = 1e-4, 1e-5  # lean, and misfit by the smaller block's size, from which the claim tells them
@@ -1283,6 +1284,7 @@ class _Patch(NamedTuple):
     """A contact in integers: its points and its area vector N, or normal, from `a` into `b`; mu = p/q.
 
     `part` is its component, `rows` are its points among those of all contacts. `tolerance2` is what counts at it;
+    `grip` is the friction that forces may count on, as p and q, see `_gripping`;
     `normals` holds, where the surface is rough or curved, the area vectors of the faces that each point lies on: those
     of `a`, and those of `b` turned round.
     """
@@ -1295,6 +1297,7 @@ class _Patch(NamedTuple):
     b: int
     p: int
     q: int
+    grip: tuple[int, int]
     points: list[Vec]
     normal: Vec
     normal2: int
@@ -1563,6 +1566,7 @@ def _fitted(
         "too many faces under its contacts to look at",
     )
     patches: list[_Patch] = []
+    ridged: list[int] = []
     first = 0
     for i, joint in enumerate(sheet.joints):
         a, b = solids[joint.a], solids[joint.b]
@@ -1571,12 +1575,16 @@ def _fitted(
         patch = _patch(sheet, i, max(component[joint.a], component[joint.b]), first, tolerance2, memory, k)
         one, two = _on_solid(sheet, a, patch, 1, k, looks), _on_solid(sheet, b, patch, -1, k, looks)
         patch.normals.extend(zip(one.normals, two.normals, strict=True))
-        if joint.pointlike:
-            _require_plane(sheet, patch, one, two)
+        if joint.pointlike and _require_plane(sheet, patch, one, two):
+            ridged.append(len(patches))
+        if joint.tension and not joint.bent:
+            _require_on_faces(sheet, a, patch, 1, looks)
+            _require_on_faces(sheet, b, patch, -1, looks)
         misfit.note(one, two, math.sqrt(_as_float(box2, 1 << 2 * k)))
         patches += _edged(sheet, patch, k) if joint.edges else [patch]
         first = patches[-1].rows.stop
-    return solids, patches, misfit
+    _require_single_pulls(sheet, patches, looks)
+    return solids, _gripping(patches, ridged, looks), misfit
 
 
 def _solid(stone: _Stone, k: int, stated2: Ratio2, most: int) -> _Solid:
@@ -1619,7 +1627,7 @@ def _on_solid(sheet: _Sheet, solid: _Solid, patch: _Patch, sign: int, k: int, lo
     seat = shape.seats.get(place)
     if seat is None:
         local = patch._replace(points=points)
-        facets, count = shape.near(local)
+        facets, count = shape.near(_widened(local) if patch.joint.pointlike else local)
         looks.spend(count)
         seat = _seat(sheet, facets, local, sign, k, looks)
         if len(points) <= MAX_KEPT and len(shape.seats) < MAX_KEPT:
@@ -1698,7 +1706,7 @@ def _patch(sheet: _Sheet, i: int, part: int, first: int, tolerance2: Ratio2, mem
     if len(points) <= MAX_KEPT and len(memory.outlines) < memory.most:
         memory.outlines[outline] = normal, normal2
     rows, (p, q) = slice(first, first + len(points)), joint.mu.as_integer_ratio()
-    return _Patch(i, joint, part, rows, joint.a, joint.b, p, q, points, normal, normal2, tolerance2, [])
+    return _Patch(i, joint, part, rows, joint.a, joint.b, p, q, (p, q), points, normal, normal2, tolerance2, [])
 
 
 def _edged(sheet: _Sheet, patch: _Patch, k: int) -> list[_Patch]:
@@ -1714,7 +1722,7 @@ def _edged(sheet: _Sheet, patch: _Patch, k: int) -> list[_Patch]:
         if not _dot(edge, patch.normal) > 0:
             _refuse(f"{_label(sheet, patch.number)}: edge {number} of its pyramid does not look along it")
         rows = slice(first + number * count, first + (number + 1) * count)
-        found.append(patch._replace(rows=rows, p=0, q=1, normal=edge, normal2=_length2(edge)))
+        found.append(patch._replace(rows=rows, p=0, q=1, grip=(0, 1), normal=edge, normal2=_length2(edge)))
     return found
 
 
@@ -1731,6 +1739,82 @@ def _area_checked(sheet: _Sheet, i: int, points: Sequence[Vec], tolerance2: Rati
     if not sheet.joints[i].bent and not _is_wide(points, normal2, tolerance2):
         _refuse(f"{_label(sheet, i)}: polygon is no wider than {NARROW} tolerances; it carries nothing, leave it out")
     return normal, normal2
+
+
+def _require_single_pulls(sheet: _Sheet, patches: Sequence[_Patch], looks: "_Budget") -> None:
+    """Require that no area pulls twice: that no polygon of a joint that pulls goes round a part of itself twice, and no
+    two of the same blocks lie on each other, by more than `TWICE` of the smaller.
+    """
+    beside: dict[tuple[int, ...], list[_Patch]] = {}
+    for patch in patches:
+        if not patch.joint.tension:
+            continue
+        ring, where = _seen_along(patch, patch.points), _label(sheet, patch.number)
+        looks.spend(8 * len(ring) ** 2)
+        if not _in_common(ring, ring) <= (1 + TWICE) * _twice_area(ring):
+            _refuse(f"{where}: its polygon goes round some of its area twice, and would pull there twice")
+        others = beside.setdefault(tuple(sorted((patch.a, patch.b))), [])
+        for other in others:
+            if _is_beside(patch, other):
+                looks.spend(8 * len(ring) * len(other.points))
+                there = _seen_along(patch, other.points)
+                if not _in_common(ring, there) <= TWICE * min(_twice_area(ring), _twice_area(there)):
+                    _refuse(f"{_label(sheet, other.number)} and {where} lie on each other, and would pull there twice")
+        others.append(patch)
+
+
+def _require_on_faces(sheet: _Sheet, solid: _Solid, patch: _Patch, sign: int, looks: "_Budget") -> None:
+    """Require that at least half of a flat joint that pulls lies on faces of a block that look along `sign` N."""
+    local = patch._replace(points=[_minus(point, solid.origin) for point in patch.points])
+    facets, _ = _facets_along(solid.shape.near(local)[0], local, sign)
+    ring = _seen_along(local, local.points)
+    looks.spend(8 * len(ring) * sum(len(facet.ring) for facet in facets))
+    shared = sum((_in_common(ring, _seen_along(local, facet.ring)) for facet in facets), Fraction(0))
+    if not 2 * shared >= _twice_area(ring):
+        side = "a" if sign == 1 else "b"
+        _refuse(
+            f"{_label(sheet, patch.number)}: less than half of it is on faces of its block {side}, and all would pull"
+        )
+
+
+def _is_beside(patch: _Patch, other: _Patch) -> bool:
+    """Whether another contact of the same blocks looks along this one, within 36 degrees, and comes near its plane."""
+    along = _dot(patch.normal, other.normal) * (1 if patch.a == other.a else -1)
+    if not (along > 0 and 25 * along * along >= 16 * patch.normal2 * other.normal2):
+        return False
+    rise = min(abs(_dot(_minus(point, patch.points[0]), patch.normal)) for point in other.points)
+    return any(rise * rise * u <= NARROW**2 * t * patch.normal2 for t, u in (patch.tolerance2, other.tolerance2))
+
+
+def _seen_along(patch: _Patch, points: Sequence[Vec]) -> list[tuple[int, int]]:
+    """Points as they are seen along a contact's normal, in the axes of the world but the one next to it."""
+    drop = max(range(3), key=lambda axis: abs(patch.normal[axis]))
+    seen = [_minus(_times(patch.normal2, r), _times(_dot(r, patch.normal), patch.normal)) for r in points]
+    return [(point[drop - 2], point[drop - 1]) for point in seen]
+
+
+def _twice_area(ring: Sequence[tuple[int, int]]) -> int:
+    return abs(sum(ax * by - ay * bx for (ax, ay), (bx, by) in _around(ring)))
+
+
+def _in_common(one: Sequence[tuple[int, int]], two: Sequence[tuple[int, int]]) -> Fraction:
+    """Twice the area that two polygons have in common, each part as often as one goes round it times the other.
+
+    A polygon is the signed sum of the areas below its sides, down to a line below both: so what they have in common is
+    that of the areas below the lower of two sides, one of each.
+    """
+    base, total = min(y for _, y in (*one, *two)), Fraction(0)
+    for ((ax, ay), (bx, by)), ((cx, cy), (dx, dy)) in product(_around(one), list(_around(two))):
+        left, right = max(min(ax, bx), min(cx, dx)), min(max(ax, bx), max(cx, dx))
+        if left < right:
+            here = [ay - base + Fraction((by - ay) * (x - ax), bx - ax) for x in (left, right)]
+            there = [cy - base + Fraction((dy - cy) * (x - cx), dx - cx) for x in (left, right)]
+            first, last = (p - q for p, q in zip(here, there, strict=True))
+            below = min(here[0], there[0]) + min(here[1], there[1])
+            if first * last < 0:  # they cross, and the lower of them rises to there
+                below -= first * last / (abs(first) + abs(last))
+            total += (right - left) * (below if (ax < bx) == (cx < dx) else -below)
+    return abs(total)
 
 
 def _is_wide(points: Sequence[Vec], normal2: int, tolerance2: Ratio2) -> bool:
@@ -2297,14 +2381,15 @@ class _Seat(NamedTuple):
     `heights` holds how far points are above their facet (outside the block), where that is not zero, and `aside` the
     most that one is beside it, in m; `lean` is the largest angle; `normals` are, for every point of a contact of
     rough or curved surfaces, area vectors of facets that it lies on, turned to look along the contact's. Of a contact
-    at points `tops` says of each whether it is on such a face, and along which edge the block touches; see `_top`.
+    at points `tops` says of each whether it is on such a face, along which edge the block touches, see `_top`, and
+    whether there is an edge of the block there from which another face falls.
     """
 
     heights: dict[int, float]
     aside: float
     lean: float
     normals: list[list[Vec]]
-    tops: list[tuple[bool, Vec | None]]
+    tops: list[tuple[bool, Vec | None, bool]]
 
 
 def _facets(surface: _Surface, vertices: Sequence[Vec], tolerance2: Ratio2) -> list[_Facet]:
@@ -2329,8 +2414,9 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
     near, lean = _facets_along(facets, patch, sign)
     heights: dict[int, float] = {}
     normals: list[list[Vec]] = []
-    tops: list[tuple[bool, Vec | None]] = []
-    beside = _facets_beside(facets, patch) if pointlike else []
+    tops: list[tuple[bool, Vec | None, bool]] = []
+    wide = _widened(patch)
+    beside = _facets_beside(facets, wide) if pointlike else []
     looks.spend((len(near) + len(beside)) * len(patch.points))
     for number, point in enumerate(patch.points):
         reaching = [facet for facet in near if facet.reaches(point, patch.tolerance2)]
@@ -2346,7 +2432,8 @@ def _seat(sheet: _Sheet, facets: Sequence[_Facet], patch: _Patch, sign: int, k: 
                 found.append((_as_float(beside2[0], beside2[1] << 2 * k), facet.height_of(point, k)))
                 normals[-1].append(_times(sign, facet.normal))
         if pointlike:
-            tops.append((bool(found), _top(beside, patch, point, sign, looks)))
+            there, around = (_facets_at(beside, point, one.tolerance2, looks) for one in (patch, wide))
+            tops.append((bool(found), _top(there, patch, point, sign), _is_ridge(around, wide, point, sign)))
             if not found and tops[-1][1] is not None:
                 continue
         if not found:
@@ -2365,17 +2452,39 @@ def _facets_beside(facets: Sequence[_Facet], patch: _Patch) -> list[_Facet]:
     return [facet.edged() for facet in facets if facet.prepared().is_near(low, high, patch.tolerance2)]
 
 
-def _top(facets: Sequence[_Facet], patch: _Patch, point: Vec, sign: int, looks: _Budget) -> Vec | None:
+def _facets_at(facets: Sequence[_Facet], point: Vec, tolerance2: Ratio2, looks: _Budget) -> list[_Facet]:
+    """Facets within tolerance of a point."""
+    reached = [facet for facet in facets if facet.reaches(point, tolerance2)]
+    return [facet for facet in reached if facet.beside2(point, tolerance2, looks)]
+
+
+def _widened(patch: _Patch) -> _Patch:
+    """The same contact with `NARROW` times its tolerance."""
+    t, u = patch.tolerance2
+    return patch._replace(tolerance2=(NARROW**2 * t, u))
+
+
+def _is_ridge(facets: Sequence[_Facet], patch: _Patch, point: Vec, sign: int) -> bool:
+    """Whether some facet within tolerance of a point does not look along `sign` N, and is nowhere before the plane."""
+    up, (t, u) = _times(sign, patch.normal), patch.tolerance2
+    for facet in facets:
+        along = _dot(facet.normal, up)
+        if not (along > 0 and LEAN * along * along >= (LEAN - 1) * facet.normal2 * patch.normal2):
+            rise = max(_dot(_minus(corner, point), up) for corner in facet.ring)
+            if rise <= 0 or rise * rise * u <= t * patch.normal2:
+                return True
+    return False
+
+
+def _top(some: Sequence[_Facet], patch: _Patch, point: Vec, sign: int) -> Vec | None:
     """What of a block touches a plane at a point: along which edge, nothing (0, 0, 0) of a corner; None where nothing.
 
-    Of all facets within tolerance of the point the highest edge is within tolerance of it, and level; or the highest
-    corner is, along `sign` N. So near the point the block is behind the plane, or all before it but for a hole: which,
-    is said by that edge from the highest corner which falls least. What is above it, towards the plane, is outside
-    where both of its facets look that way, or where one does and the edge is convex.
+    Of all facets within tolerance of the point, which are given, the highest edge is within tolerance of it, and level;
+    or the highest corner is, along `sign` N. So near the point the block is behind the plane, or all before it but for
+    a hole: which, is said by that edge from the highest corner which falls least. What is above it, towards the plane,
+    is outside where both of its facets look that way, or where one does and the edge is convex.
     """
     up, (t, u) = _times(sign, patch.normal), patch.tolerance2
-    reached = [facet for facet in facets if facet.reaches(point, patch.tolerance2)]
-    some = [facet for facet in reached if facet.beside2(point, patch.tolerance2, looks)]
     if not some:
         return None
     corners = {corner for facet in some for corner in facet.ring}
@@ -2399,12 +2508,14 @@ def _top(facets: Sequence[_Facet], patch: _Patch, point: Vec, sign: int, looks: 
     return (0, 0, 0) if _length2(_minus(point, top)) * u <= t else None
 
 
-def _require_plane(sheet: _Sheet, patch: _Patch, one: _Seat, two: _Seat) -> None:
+def _require_plane(sheet: _Sheet, patch: _Patch, one: _Seat, two: _Seat) -> bool:
     """Require that at each point of a contact a block touches with a corner or an edge, and that its plane is that of a
-    face of the other, or of an edge of the other that crosses.
+    face of the other, or of an edge of the other that crosses. Tell whether that face ends there.
     """
-    for number, ((face_a, a), (face_b, b)) in enumerate(zip(one.tops, two.tops, strict=True)):
+    ridged = False
+    for number, ((face_a, a, ends_a), (face_b, b, ends_b)) in enumerate(zip(one.tops, two.tops, strict=True)):
         if (face_a and b is not None) or (face_b and a is not None):
+            ridged |= (face_a and ends_a) or (face_b and ends_b)
             continue
         where = f"{_label(sheet, patch.number)}: point {number}"
         if a is None or b is None:
@@ -2415,6 +2526,41 @@ def _require_plane(sheet: _Sheet, patch: _Patch, one: _Seat, two: _Seat) -> None
             _refuse(f"{where} is on no face that looks along it, nor on edges that cross")
         if LEAN * _dot(across, patch.normal) ** 2 < (LEAN - 1) * size2 * patch.normal2:
             _refuse(f"{where}: the contact leans from the plane of the edges that cross there")
+    return ridged
+
+
+def _gripping(patches: Sequence[_Patch], ridged: Sequence[int], looks: _Budget) -> list[_Patch]:
+    """The same contacts, of which those where an edge or a corner lies on an edge or a corner grip less for a state.
+
+    There the faces of either block may give the normal, or any direction between; but a point has one of them, with
+    friction about that. Listed with two normals at an angle 2 a it would bear more than any one of them along the edge:
+    up to mu / cos a of what presses. Forces in the cones of mu', with
+
+        mu'^2 = mu^2 cos^2 a / (1 + mu^2 sin^2 a)
+
+    add up to one that is inside the cone of mu about some direction between. Of all such normals of two blocks the
+    largest angle counts: what an edge bears in one place must not depend on how many places of it are listed.
+    """
+    beside: dict[tuple[int, ...], list[int]] = {}
+    for number in ridged:
+        beside.setdefault(tuple(sorted((patches[number].a, patches[number].b))), []).append(number)
+    found = list(patches)
+    for numbers in beside.values():
+        looks.spend(len(numbers) ** 2)
+        least = min([_cosine_below(patches[i], patches[j]) for i, j in combinations(numbers, 2)], default=Fraction(1))
+        for number in numbers if least < 1 else ():
+            mu2 = Fraction(patches[number].p, patches[number].q) ** 2
+            grip = _root_of(mu2 * (1 + least) / (2 + mu2 * (1 - least)), up=False)
+            found[number] = patches[number]._replace(grip=grip.as_integer_ratio())
+    return found
+
+
+def _cosine_below(one: _Patch, two: _Patch) -> Fraction:
+    """Of the angle between the normals, from the same block, of two contacts of the same blocks; rounded down."""
+    along, square = _dot(one.normal, two.normal) * (1 if one.a == two.a else -1), one.normal2 * two.normal2
+    if along > 0 and along * along == square:
+        return Fraction(1)
+    return max(Fraction(along) / _root_of(square, up=along > 0), Fraction(-1))
 
 
 def _facets_along(facets: Sequence[_Facet], patch: _Patch, sign: int) -> tuple[list[_Facet], float]:
@@ -2785,7 +2931,7 @@ def _require_cones(
     sizes: Sizes = []
     inner: list[bool] = []
     for patch in model.patches:
-        p, q, (x, y, z), bent = patch.p, patch.q, patch.normal, patch.joint.bent
+        (p, q), (x, y, z), bent = patch.grip, patch.normal, patch.joint.bent
         left, right = q * q * patch.normal2, q * q + p * p
         pulls = _whole_pulls(patch, per_force, model.per_length, pulling)
         for number, force in enumerate(forces[patch.rows]):
@@ -2812,7 +2958,7 @@ def _slack(patch: _Patch, number: int, force: Vec, pull: int = 0) -> int:
     With s = F.N + t |N|, t |N| rounded down: s >= 0 and |F|^2 |N|^2 - (F.N)^2 <= mu^2 s^2. On a rough or curved surface
     F has to be in the cones about the normals of a face of either block, too.
     """
-    p, q = patch.p, patch.q
+    p, q = patch.grip
     force2 = _length2(force)
 
     def within(normal: Vec, normal2: int, more: int) -> int:
@@ -4147,11 +4293,9 @@ def _aside2(patch: _Patch, corner: Sequence[Vec]) -> Fraction | None:
 def _hull(patch: _Patch) -> list[tuple[int, int, int]]:
     """The corners of the convex outline of a contact, seen along N, each between the ones beside it.
 
-    In the plane without the axis along which N is longest: that leaves convex what is convex. Andrew's monotone chain.
+    Andrew's monotone chain.
     """
-    drop = max(range(3), key=lambda axis: abs(patch.normal[axis]))
-    seen = [_minus(_times(patch.normal2, r), _times(_dot(r, patch.normal), patch.normal)) for r in patch.points]
-    flat = [(point[drop - 2], point[drop - 1]) for point in seen]
+    flat = _seen_along(patch, patch.points)
     outline: list[int] = []
     order = sorted(range(len(flat)), key=flat.__getitem__)
     for way in (order, order[::-1]):

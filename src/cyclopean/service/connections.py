@@ -13,8 +13,6 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-__all__ = ["ARRIVAL", "connection_limit", "protocol"]
-
 CONNECTIONS = 512  # open at once, where the system allows the process twice as many
 HEAD = 5.0  # s for the head of a request, also the next one of a connection
 ARRIVAL = 60.0  # s for a body, and to fetch what is ready of an answer

@@ -11,8 +11,6 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats
 from cyclopean.view.png import png
 
-__all__ = ["SIZE", "icon"]
-
 SIZE, FINE = 24, 4
 STONE, DARK, LIGHT, GREEN, RED, BLUE = "#a79f8f", "#4a453c", "#d8d2c4", "#2f7d4f", "#b3422c", "#2b5c9e"
 
@@ -45,11 +43,9 @@ DRAWINGS: dict[str, tuple[Shape, ...]] = {
 @cache
 def icon(name: str) -> str:
     """The icon of a component as base64; "" where it has none."""
-    return (
-        base64.b64encode(png(np.rint(255.0 * _drawn(DRAWINGS[name])).astype(np.int64))).decode("ascii")
-        if name in DRAWINGS
-        else ""
-    )
+    if name not in DRAWINGS:
+        return ""
+    return base64.b64encode(png(np.rint(255.0 * _drawn(DRAWINGS[name])).astype(np.int64))).decode("ascii")
 
 
 def _drawn(shapes: tuple[Shape, ...]) -> Floats:

@@ -8,8 +8,6 @@ from cyclopean.errors import spelt
 from cyclopean.options import Option, options_of, read_option, shown_default
 from cyclopean.service.parameters import Access, Input, Kind
 
-__all__ = ["input_name", "option_inputs", "option_values"]
-
 Chosen = TypeVar("Chosen")
 
 # Names and nicknames in Grasshopper, where the name of the field in capitals would not do.

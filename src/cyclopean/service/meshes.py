@@ -19,21 +19,6 @@ from cyclopean.io.model_json import SCHEMA, model_dict, read_document
 from cyclopean.io.rhino_json import Pose
 from cyclopean.service.parameters import Context, Input
 
-__all__ = [
-    "BLOCKS",
-    "FOLDER",
-    "STONES",
-    "block_meshes",
-    "blocks_of",
-    "contact_curves",
-    "contact_names",
-    "model_in",
-    "model_of",
-    "model_text",
-    "moved",
-    "stones_of",
-]
-
 SEEN = 1e-3  # m: so large is drawn what stands for a point
 ROUND = np.array([[1.0, 0.0], [-0.5, 0.75**0.5], [-0.5, -(0.75**0.5)]])
 

@@ -18,8 +18,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-__all__ = ["Access", "Answer", "Component", "Context", "Input", "Kind", "Output"]
-
 Kind = Literal["Number", "Integer", "Text", "Boolean", "Mesh", "Curve", "Line", "Point", "Vector", "Plane", "Surface"]
 Access = Literal["item", "list", "tree"]
 

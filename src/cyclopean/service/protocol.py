@@ -17,7 +17,7 @@ source of Rhino.Compute, MIT). What is known from there and nowhere written:
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from cyclopean.errors import InputError, spelt
@@ -41,8 +41,6 @@ from cyclopean.io.rhino_json import (
 from cyclopean.service.icons import icon
 from cyclopean.service.inputs import input_name
 from cyclopean.service.parameters import Answer, Component, Input, Kind, Output
-
-__all__ = ["OutdatedError", "Request", "answered", "described", "inputs_of", "refusal", "request_of"]
 
 MOST = 2_147_483_647  # of a list
 CATEGORY = "Cyclopean"
@@ -69,38 +67,23 @@ def described(component: Component) -> dict[str, Any]:
         "Category": CATEGORY,
         "Subcategory": "Stone",
         "Icon": icon(component.path),
-        "Inputs": [_input(given) for given in component.inputs],
-        "Outputs": [_output(made) for made in component.outputs],
+        "Inputs": [_parameter(given) for given in component.inputs],
+        "Outputs": [_parameter(made) for made in component.outputs],
     }
 
 
-def _input(given: Input) -> dict[str, Any]:
-    least = 0 if given.optional else 1
-    most = 1 if given.access == "item" else MOST
+def _parameter(one: Input | Output) -> dict[str, Any]:
     told = {
-        "Name": given.name,
-        "Nickname": given.nickname,
-        "Description": given.about,
-        "ParamType": given.kind,
-        "ResultType": TYPES[given.kind],
-        "AtLeast": least,
-        "AtMost": most,
-        "TreeAccess": given.access == "tree",
+        "Name": one.name,
+        "Nickname": one.nickname,
+        "Description": one.about,
+        "ParamType": one.kind,
+        "ResultType": TYPES[one.kind],
+        "AtLeast": 0 if isinstance(one, Input) and one.optional else 1,
+        "AtMost": 1 if one.access == "item" else MOST,
+        "TreeAccess": one.access == "tree",
     }
-    return told if given.default is None else told | {"Default": given.default}
-
-
-def _output(made: Output) -> dict[str, Any]:
-    return {
-        "Name": made.name,
-        "Nickname": made.nickname,
-        "Description": made.about,
-        "ParamType": made.kind,
-        "ResultType": TYPES[made.kind],
-        "AtLeast": 1,
-        "AtMost": 1 if made.access == "item" else MOST,
-        "TreeAccess": made.access == "tree",
-    }
+    return told | {"Default": one.default} if isinstance(one, Input) and one.default is not None else told
 
 
 def request_of(body: bytes) -> Request:
@@ -160,8 +143,11 @@ def _given(given: Input, tree: object, units: Units) -> Any:
     """The value of one input."""
     shown = f"{given.name} ({given.nickname})"
     branches = {} if tree is None else mapping(tree, shown)
-    read = {path: [_read(given.kind, f"{shown}{_at(k, rows)}", row, units) for k, row in enumerate(rows)]
-            for path, rows in ((path, array(value, shown)) for path, value in branches.items())}  # fmt: skip
+    read: dict[str, list[Any]] = {}
+    for path, value in branches.items():
+        rows = array(value, shown)
+        at = [f"{shown}[{k}]" for k in range(len(rows))] if len(rows) > 1 else [shown]
+        read[path] = [_read(given.kind, where, row, units) for where, row in zip(at, rows, strict=False)]
     values = [value for rows in read.values() for value in rows]
     if not values:
         if given.default is not None or given.optional:
@@ -171,10 +157,6 @@ def _given(given: Input, tree: object, units: Units) -> Any:
     if given.access == "item" and len(values) > 1:
         raise InputError(f"{shown}: takes one value, got {len(values)}")
     return {"item": values[0], "list": values, "tree": read}[given.access]
-
-
-def _at(k: int, rows: Sequence[object]) -> str:
-    return f"[{k}]" if len(rows) > 1 else ""
 
 
 def _read(kind: Kind, where: str, row: object, units: Units) -> Any:
@@ -244,18 +226,13 @@ def _tree(made: Output, value: Any, units: Units) -> dict[str, Any]:
         branches = {"{0}": () if value is None else value}
     else:
         branches = {"{0}": () if value is None else (value,)}
-    inner = {path: [_written(made.kind, item, units) for item in branch] for path, branch in branches.items()}
+    write, text_of = WRITERS[made.kind], json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    kind = TYPES[made.kind]
+    inner = {
+        path: [{"type": kind, "data": text_of.encode(write(item, units))} for item in branch]
+        for path, branch in branches.items()
+    }
     return {"ParamName": made.name, "InnerTree": inner}
-
-
-def _written(kind: Kind, value: Any, units: Units) -> dict[str, str]:
-    data = WRITERS[kind](value, units)
-    return {"type": TYPES[kind], "data": json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))}
-
-
-def _line(value: Any, units: Units) -> dict[str, Any]:
-    start, end = (point_json(point, units) for point in value)
-    return {"From": start, "To": end}
 
 
 WRITERS: dict[Kind, Callable[[Any, Units], Any]] = {
@@ -265,7 +242,7 @@ WRITERS: dict[Kind, Callable[[Any, Units], Any]] = {
     "Boolean": lambda value, _: bool(value),
     "Mesh": lambda value, units: mesh_json(value[0], value[1], units),
     "Curve": polyline_json,
-    "Line": _line,
+    "Line": lambda value, units: {end: point_json(at, units) for end, at in zip(("From", "To"), value, strict=True)},
     "Point": point_json,
     "Vector": lambda value, _: vector_json(value),
     "Plane": plane_json,

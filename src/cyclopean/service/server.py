@@ -32,8 +32,6 @@ from cyclopean.service.solving import encoded
 from cyclopean.service.worker_pool import WorkerPool
 from cyclopean.view.markup import STILL, document, section
 
-__all__ = ["Options", "application", "serve"]
-
 LOCAL = ("localhost", "127.0.0.1", "::1")
 DRAIN = 4  # times the largest body that is read, and thrown away, so that the client gets to hear why
 BODIES = 4  # of the largest size that are held at one time, beside one for each process

@@ -13,9 +13,7 @@ from cyclopean.io.files import one_line
 from cyclopean.service.components.catalogue import COMPONENTS
 from cyclopean.service.inputs import input_name
 from cyclopean.service.parameters import Context
-from cyclopean.service.protocol import OutdatedError, Request, answered, inputs_of, refusal, request_of
-
-__all__ = ["encoded", "solved"]
+from cyclopean.service.protocol import OutdatedError, answered, inputs_of, refusal, request_of
 
 DONE, BAD_REQUEST, UNKNOWN, OUTDATED, INTERNAL, NO_MEMORY = 200, 400, 404, 500, 500, 503
 
@@ -54,9 +52,12 @@ def solved(path: str, body: bytes, context: Context) -> tuple[int, bytes]:
 def _solved(path: str, body: bytes, context: Context) -> tuple[int, dict[str, Any]]:
     try:
         request = request_of(body)
-        name = path or _pointer(request)
+        name = path or request.get("pointer")
+        if not isinstance(name, str):
+            raise InputError('request: has no "pointer" to a component')
     except InputError as error:
         return BAD_REQUEST, refusal([str(error)])
+    name = name.strip("/")
     component = COMPONENTS.get(name)
     if component is None:
         return UNKNOWN, refusal([f"there is no component '{one_line(name, 60)}'; GET / lists them"])
@@ -70,20 +71,6 @@ def _solved(path: str, body: bytes, context: Context) -> tuple[int, dict[str, An
         return DONE, refusal([error.spelt(input_name)])
     done["warnings"] = [*assumed, *done["warnings"]]
     return DONE, done
-
-
-def _pointer(request: Request) -> str:
-    """Name of the component that is asked for.
-
-    Raises
-    ------
-    InputError
-        The request names none.
-    """
-    pointer = request.get("pointer")
-    if not isinstance(pointer, str):
-        raise InputError('request: has no "pointer" to a component')
-    return pointer.strip("/")
 
 
 def encoded(answer: dict[str, Any]) -> bytes:

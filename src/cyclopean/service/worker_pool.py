@@ -11,8 +11,6 @@ from multiprocessing.connection import Connection
 from cyclopean.processes import ChildProcess
 from cyclopean.service.parameters import Context
 
-__all__ = ["Reply", "WorkerPool"]
-
 MOST_WAITING = 16  # requests whose bodies are held while every process is at work
 TICK = 0.05  # s between looks at whether the client is still there
 START = 60.0  # s that a process may take to be ready
@@ -140,9 +138,13 @@ def _trouble(status: int, said: str) -> Reply:
 
 def _work(pipe: Connection, context: Context) -> None:
     """What a process does: answer requests until nobody is at the other end."""
+    import rhino3dm  # noqa: F401
+
+    from cyclopean.analysis import check
+    from cyclopean.design import stack
     from cyclopean.service.solving import solved
 
-    _warm()
+    check(stack(1))  # what nearly every solve needs is loaded while nobody waits
     try:
         pipe.send_bytes(READY)
         while True:
@@ -151,13 +153,3 @@ def _work(pipe: Connection, context: Context) -> None:
             pipe.send_bytes(status.to_bytes(2, "big") + answer)
     except (EOFError, OSError):
         return
-
-
-def _warm() -> None:
-    """Load what nearly every solve needs, while nobody waits: a block is checked."""
-    import rhino3dm  # noqa: F401
-
-    from cyclopean.analysis import check
-    from cyclopean.design import stack
-
-    check(stack(1))

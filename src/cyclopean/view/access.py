@@ -23,8 +23,6 @@ from websockets.http11 import Request, Response
 from cyclopean.view.messages import Value, fits, read
 from cyclopean.view.rate_limit import RateLimit
 
-__all__ = ["AccessControl", "authorities", "refusal"]
-
 LARGEST = 16 * 2**10  # bytes of a message; those of a page of ours have some hundreds
 CLIENTS = 32  # at the same time
 LINES, SPAN = 30, 60.0  # in the log, in so many seconds: who is refused may come back at once

@@ -13,8 +13,6 @@ from cyclopean.design.ashlar.wall import AshlarWall
 from cyclopean.view.colours import ACCENT, GHOST, INK
 from cyclopean.view.svg import EXACT, WIDTH, layer, legend, rect, sheet, text, to_scale
 
-__all__ = ["ashlar_svg"]
-
 MARGIN = 24.0  # drawing units
 LEGEND, BETWEEN, CAPTION = 44.0, 16.0, 26.0
 EDGE = "#6f685c"

@@ -12,28 +12,18 @@ from itertools import groupby
 import numpy as np
 
 from cyclopean.arrays import Floats
+from cyclopean.design.construction.laying import axes_of
+from cyclopean.design.construction.ordering import Edge
 from cyclopean.design.construction.sequence import BuildSequence, Step
 from cyclopean.geometry import face_normals, pack
 from cyclopean.geometry.frames import unit
 from cyclopean.geometry.polygon import convex_hull
+from cyclopean.texts import first_few
+from cyclopean.view import markup
 from cyclopean.view.colours import ACCENT, GHOST, INK, SUPPORT, shaded
 from cyclopean.view.drawing import feature_edges, still
 from cyclopean.view.figures import number
-from cyclopean.view.markup import (
-    POLICY,
-    SUPPORTED,
-    document,
-    figure,
-    headline,
-    key,
-    legend,
-    scene_figure,
-    section,
-    table,
-)
 from cyclopean.view.svg import WIDTH, Paper, View, closed, fitted, hatch, layer, rect, segments, sheet, text, to_scale
-
-__all__ = ["STONES", "building_html", "building_svg", "middle_of", "outcome", "painting_order"]
 
 MARGIN = 30.0  # drawing units, on every side
 FINE = 3  # decimals: a hundredth of a millimetre where the sheet is 10 m wide
@@ -60,15 +50,17 @@ def building_html(sequence: BuildSequence) -> str:
     """Write the page of a building sequence: self-contained."""
     body = (
         _headline(sequence),
-        section("How it is built", _pictures(sequence)),
-        section("In space", scene_figure(still(sequence.assembly, sequence.fixed), sequence.assembly.name)),
-        section("Stones that rest on each other", _cycles(sequence), _CYCLES),
-        section("What holds it meanwhile", _props(sequence), _PROPS),
-        section("The order that was given", _given(sequence), _GIVEN),
-        section("Stage by stage", _stages(sequence), _STAGES),
+        markup.section("How it is built", _pictures(sequence)),
+        markup.section(
+            "In space", markup.scene_figure(still(sequence.assembly, sequence.fixed), sequence.assembly.name)
+        ),
+        markup.section("Stones that rest on each other", _cycles(sequence), _CYCLES),
+        markup.section("What holds it meanwhile", _props(sequence), _PROPS),
+        markup.section("The order that was given", _given(sequence), _GIVEN),
+        markup.section("Stage by stage", _stages(sequence), _STAGES),
     )
-    return document(
-        f"{sequence.assembly.name}: how it is built", body, word=outcome(sequence)[2], style=_STYLE, may=POLICY
+    return markup.document(
+        f"{sequence.assembly.name}: how it is built", body, word=outcome(sequence)[2], style=_STYLE, may=markup.POLICY
     )
 
 
@@ -100,8 +92,8 @@ def outcome(sequence: BuildSequence) -> tuple[str, str, str]:
     needs = [f"While it is built it needs {'; '.join(told)}."] if told else []
     bare = [str(k) for k, s in enumerate(steps, 1) if "stable" not in (s.verdict, s.propped)]
     if bare:
-        shown = ", ".join(bare[:SHOWN]) + (f" and {len(bare) - SHOWN} more" if len(bare) > SHOWN else "")
-        needs.append(f"It is not shown to stand after step {shown}{', props and all' if told else ''}.")
+        after = first_few(bare, SHOWN)
+        needs.append(f"It is not shown to stand after step {after}{', props and all' if told else ''}.")
     return FINISHED[steps[-1].verdict], " ".join(needs), steps[first if bare else -1].verdict
 
 
@@ -118,17 +110,17 @@ def _headline(sequence: BuildSequence) -> str:
     figures = [("stones", len(steps)), ("layers", int(sequence.layer.max(initial=0)))]
     figures += [(f"stages {word}", sum(s.verdict == word for s in steps)) for word in ACCENT]
     shown = [(what, count) for what, count in figures if count]
-    return headline(sequence.assembly.name, shown, f"method {sequence.method}", answer=(title, reason))
+    return markup.headline(sequence.assembly.name, shown, f"method {sequence.method}", answer=(title, reason))
 
 
 def _pictures(sequence: BuildSequence) -> str:
     note = "Click the drawing to see it built. " if _moves(sequence) else ""
     yard = f'<path d="M2 3H30V13H2Z" fill="none" stroke="{GHOST}" stroke-dasharray="5 3"/>'
-    keys = [key(SUPPORTED, "support"), key(yard, "waits in the yard")]
+    keys = [markup.key(markup.SUPPORTED, "support"), markup.key(yard, "waits in the yard")]
     for word, colour in ACCENT.items():
         if any(step.verdict == word for step in sequence.steps):
-            keys.append(key(rect(0.0, 4.0, 32.0, 8.0, f'fill="{colour}"'), f"stage {word}"))
-    return legend(keys) + figure(building_svg(sequence), note + _CAPTION)
+            keys.append(markup.key(rect(0.0, 4.0, 32.0, 8.0, f'fill="{colour}"'), f"stage {word}"))
+    return markup.legend(keys) + markup.figure(building_svg(sequence), note + _CAPTION)
 
 
 _CAPTION = (
@@ -143,7 +135,11 @@ def _moves(sequence: BuildSequence) -> bool:
 
 def building_svg(sequence: BuildSequence) -> str:
     """Draw the structure with its yard as one `<svg>` element, animated where it is not too large."""
-    paper, normals, moves = _paper(sequence), unit(face_normals(sequence.assembly.mesh)), _moves(sequence)
+    mesh = sequence.assembly.mesh
+    view = View(sequence.along, np.cross(sequence.up, sequence.along), sequence.up, (SLANT, SLANT))
+    seen = np.concatenate([mesh.vertex, mesh.vertex + sequence.yard[mesh.vertex_body]])
+    paper = fitted(view, seen, TALLEST, (MARGIN,) * 4, wide=True)
+    normals, moves = unit(face_normals(mesh)), _moves(sequence)
     total = float(np.clip(BEAT * len(sequence.steps), SHORTEST, LONGEST))
     step_of = {step.block: k for k, step in enumerate(sequence.steps)}
     bodies = []
@@ -164,14 +160,6 @@ def building_svg(sequence: BuildSequence) -> str:
     ]
     title, more = f"{sequence.assembly.name}: how it is built", ' id="building"' + to_scale(paper.scale, paper.foot)
     return sheet((WIDTH, paper.height + BAR), title, parts, white=False, more=more)
-
-
-def _paper(sequence: BuildSequence) -> Paper:
-    """Fit structure and yard."""
-    view = View(sequence.along, np.cross(sequence.up, sequence.along), sequence.up, (SLANT, SLANT))
-    mesh = sequence.assembly.mesh
-    seen = np.concatenate([mesh.vertex, mesh.vertex + sequence.yard[mesh.vertex_body]])
-    return fitted(view, seen, TALLEST, (MARGIN,) * 4, wide=True)
 
 
 def painting_order(sequence: BuildSequence, sight: Floats) -> list[int]:
@@ -327,76 +315,63 @@ def _bar(sequence: BuildSequence, top: float, total: float) -> str:
     return f"{cells}{hand}</path>"
 
 
+def _named(sequence: BuildSequence, *blocks: int) -> str:
+    """Blocks by their ids, escaped."""
+    return ", ".join(escape(sequence.assembly.blocks[i].id) for i in blocks)
+
+
 def _cycles(sequence: BuildSequence) -> str:
-    names = [escape(block.id) for block in sequence.assembly.blocks]
+    def on(edge: Edge) -> str:
+        return f"{_named(sequence, edge.upper)} on {_named(sequence, edge.lower)}"
+
     rows = []
     for cycle in sequence.graph.cycles:
-        broken = "; ".join(f"{names[e.upper]} on {names[e.lower]} ({number(e.support)} m²)" for e in cycle.broken)
-        other = "; ".join(
-            f"{names[e.upper]} on {names[e.lower]}: {', '.join(names[i] for i in order)}"
-            for e, order in cycle.alternatives
-        )
-        rows.append((", ".join(names[i] for i in cycle.blocks), broken, other))
-    return table(["Stones", "Set aside", "Instead, and the order then"], rows)
+        broken = "; ".join(f"{on(e)} ({number(e.support)} m²)" for e in cycle.broken)
+        other = "; ".join(f"{on(e)}: {_named(sequence, *order)}" for e, order in cycle.alternatives)
+        rows.append((_named(sequence, *cycle.blocks), broken, other))
+    return markup.table(["Stones", "Set aside", "Instead, and the order then"], rows)
 
 
 def _props(sequence: BuildSequence) -> str:
-    names = [escape(block.id) for block in sequence.assembly.blocks]
     rows = []
     for prop in sequence.props:
-        until = "for good" if prop.until is None else f"{'keystone ' * prop.keystone}{names[prop.until]}"
-        rows.append((prop.kind, _listed(names, prop.blocks), str(prop.first + 1), str(prop.last + 1), until))
-    return table(["Prop", "Stones", ">From step", ">To step", "Until"], rows, ROWS)
+        until = "for good" if prop.until is None else f"{'keystone ' * prop.keystone}{_named(sequence, prop.until)}"
+        rows.append((prop.kind, _named(sequence, *prop.blocks), str(prop.first + 1), str(prop.last + 1), until))
+    return markup.table(["Prop", "Stones", ">From step", ">To step", "Until"], rows, ROWS)
 
 
 def _given(sequence: BuildSequence) -> str:
     if sequence.given is None or not sequence.given.faults:
         return ""
-    names, nearest = [escape(block.id) for block in sequence.assembly.blocks], sequence.given.nearest
+    nearest = sequence.given.nearest
     rows = [
-        (str(f.step + 1), names[f.block], _listed(names, f.missing), _listed(names, f.trapped_by))
+        (str(f.step + 1), *(_named(sequence, *some) for some in ((f.block,), f.missing, f.trapped_by)))
         for f in sequence.given.faults
     ]
     place = {block: k for k, block in enumerate(nearest.order, 1)}
-    moved = ", ".join(f"{names[block]} to step {place[block]}" for block in nearest.moved)
+    moved = ", ".join(f"{_named(sequence, block)} to step {place[block]}" for block in nearest.moved)
     told = "" if len(nearest.moved) == nearest.least else f" At least {nearest.least} are needed."
     said = f"<p>The nearest valid order moves {len(nearest.moved)}: {moved}.{told}</p>"
-    return table([">Step", "Stone", "Before", "Trapped by"], rows, ROWS) + said
-
-
-def _listed(names: list[str], blocks: tuple[int, ...]) -> str:
-    return ", ".join(names[i] for i in blocks)
+    return markup.table([">Step", "Stone", "Before", "Trapped by"], rows, ROWS) + said
 
 
 def _stages(sequence: BuildSequence) -> str:
-    names = [escape(block.id) for block in sequence.assembly.blocks]
-    head = [">Step", "Stone", ">Layer", "Rests on", "Comes in", "Stage", "Props"]
-    rows = (_row(k, step, names, sequence) for k, step in enumerate(sequence.steps, 1))
-    return table(head, rows, ROWS)
+    head, rows = [">Step", "Stone", ">Layer", "Rests on", "Comes in", "Stage", "Props"], []
+    for k, step in enumerate(sequence.steps, 1):
+        props = "" if step.verdict == "stable" else "none found"
+        if step.props:
+            props = f"{_named(sequence, *step.props)} ({step.propped} with them)"
+        word = f'<span class="word" style="color:{ACCENT[step.verdict]}">{step.verdict}</span>'
+        on, way = _named(sequence, *step.rests_on), _direction(step, sequence)
+        rows.append((str(k), _named(sequence, step.block), str(step.layer), on, way, word, props))
+    return markup.table(head, rows, ROWS)
 
 
-def _row(k: int, step: Step, names: list[str], sequence: BuildSequence) -> tuple[str, ...]:
-    props = ", ".join(names[i] for i in step.props)
-    if step.props:
-        props += f" ({step.propped} with them)"
-    elif step.verdict != "stable":
-        props = "none found"
-    return (
-        str(k),
-        names[step.block],
-        str(step.layer),
-        ", ".join(names[i] for i in step.rests_on),
-        _direction(step, names, sequence),
-        f'<span class="word" style="color:{ACCENT[step.verdict]}">{step.verdict}</span>',
-        props,
-    )
-
-
-def _direction(step: Step, names: list[str], sequence: BuildSequence) -> str:
+def _direction(step: Step, sequence: BuildSequence) -> str:
     """In words where the stone comes from."""
     if step.free is None:
-        return f"trapped by {', '.join(names[i] for i in step.blocked_by)}"
-    axes = np.stack([sequence.along, np.cross(sequence.up, sequence.along), sequence.up])
+        return f"trapped by {_named(sequence, *step.blocked_by)}"
+    axes = axes_of(sequence)
     words = (("the right", "the left"), ("behind", "the front"), ("above", "below"))
     along = axes @ step.free
     said = [

@@ -20,43 +20,11 @@ from cyclopean.design.carving.carved_wall import CarvedWall
 from cyclopean.geometry.polygon import convex_hull
 from cyclopean.geometry.sides import rings
 from cyclopean.geometry.solids import fans
+from cyclopean.view import markup, svg
 from cyclopean.view.building import middle_of
 from cyclopean.view.colours import GHOST, HATCH, INK, SOFT, SUPPORT, stone
 from cyclopean.view.drawing import still
 from cyclopean.view.figures import number
-from cyclopean.view.markup import (
-    DRAG,
-    POLICY,
-    SUPPORTED,
-    bar,
-    document,
-    figure,
-    headline,
-    key,
-    legend,
-    listed,
-    scene_figure,
-    section,
-    table,
-)
-from cyclopean.view.svg import (
-    EXACT,
-    PAPER,
-    WIDTH,
-    Paper,
-    closed,
-    fitted,
-    front_view,
-    grain,
-    hatch,
-    layer,
-    rect,
-    sheet,
-    text,
-    to_scale,
-)
-
-__all__ = ["DATUM", "MEANT", "carving_html", "carving_svg", "in_space"]
 
 DATUM = 0.27  # Lambda of the Cyclopean Cannibalism wall: 73 % of the scanned stock was used
 MARGIN, LEGEND = 24.0, 64.0  # drawing units
@@ -78,39 +46,34 @@ def carving_svg(
     `fixed` (n,) are its held blocks, `sawn` the ids of those that are sawn new; the title is for readers that do not
     see it.
     """
-    paper = _paper(wall, carved, fixed, when)
+    held, free = ([b for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
+    whole = [b.vertices for b in free] or [np.zeros((1, 3))]  # held blocks may reach beyond, and are cut off there
+    off = [piece.vertices for c in carved for piece in c.offcuts] if when == "before" else []
+    view = svg.front_view(np.concatenate(whole))
+    paper = svg.fitted(view, np.concatenate([*whole, *off]), TALLEST, (MARGIN,) * 4, wide=True)
     outline = {b.id: _outline(paper.of(b.vertices), fans(b.faces)) for b in wall.blocks}
-    held, free = ([b.id for b, one in zip(wall.blocks, fixed, strict=True) if one == still] for still in (True, False))
     filled = {c.cell for c in carved if len(c.triangles)} | {*sawn}
     placed = [(k, c) for k, c in enumerate(carved) if c.cell in outline]
     stones = (_stone(paper, c, outline[c.cell], f"{when}-{k}", when, stone(k)) for k, c in placed)
     corners = {b.id: b.vertices for b in wall.blocks}
     parts = [
-        layer("supports", (f'<path d="{outline[name]}" fill="url(#held)" stroke="{HATCH}"/>' for name in held)),
-        layer("sawn", (f'<path d="{outline[name]}" fill="{SAWN}"/>' for name in sawn)),
-        layer("stones", ['<g class="grain">', *stones, "</g>"]),
-        layer("cells", (_cell(outline[name], name in filled) for name in free)),
-        layer("shares", (_share(paper.of(corners[c.cell]), c.carved_share) for _, c in placed)),
+        svg.layer("supports", (f'<path d="{outline[b.id]}" fill="url(#held)" stroke="{HATCH}"/>' for b in held)),
+        svg.layer("sawn", (f'<path d="{outline[name]}" fill="{SAWN}"/>' for name in sawn)),
+        svg.layer("stones", ['<g class="grain">', *stones, "</g>"]),
+        svg.layer("cells", (_cell(outline[b.id], b.id in filled) for b in free)),
+        svg.layer("shares", (_share(paper.of(corners[c.cell]), c.carved_share) for _, c in placed)),
     ]
-    clip = f'<clipPath id="{when}">{rect(0.0, 0.0, WIDTH, paper.height, "")}</clipPath>'
-    told = layer("legend", [*_legend(carved, paper.height, when), *_sawn_key(len(sawn), paper.height)])
+    clip = f'<clipPath id="{when}">{svg.rect(0.0, 0.0, svg.WIDTH, paper.height, "")}</clipPath>'
+    told = svg.layer("legend", _legend(carved, paper.height, when, len(sawn)))
     shown = [_patterns(), clip, f'<g clip-path="url(#{when})">', *parts, "</g>", told]
-    more = to_scale(paper.scale, paper.foot)
-    return sheet((WIDTH, paper.height + LEGEND), title, shown, letters=17.0, more=more)
+    more = svg.to_scale(paper.scale, paper.foot)
+    return svg.sheet((svg.WIDTH, paper.height + LEGEND), title, shown, letters=17.0, more=more)
 
 
 def _cell(outline: str, filled: bool) -> str:
     """A cell as it was drawn, dashed where it has no stone."""
     stroke = f'stroke="{INK}"' if filled else f'stroke="{GHOST}" stroke-dasharray="6 5"'
     return f'<path d="{outline}" fill="none" stroke-width="1.6" stroke-linejoin="round" {stroke}/>'
-
-
-def _paper(wall: Assembly, carved: Sequence[Carved], fixed: Bools, when: When) -> Paper:
-    """Fit the free blocks and what is drawn of the stones; held blocks may reach beyond, and are cut off there."""
-    free = [b.vertices for b, held in zip(wall.blocks, fixed, strict=True) if not held] or [np.zeros((1, 3))]
-    off = [piece.vertices for c in carved for piece in c.offcuts] if when == "before" else []
-    view = front_view(np.concatenate(free))
-    return fitted(view, np.concatenate([*free, *off]), TALLEST, (MARGIN,) * 4, wide=True)
 
 
 def _outline(flat: Floats, triangles: Ints) -> str:
@@ -137,17 +100,17 @@ def _ring(loop: Floats) -> str:
     for a, b in loop[1:].tolist():
         if abs(a - way[-1][0]) + abs(b - way[-1][1]) > APART:
             way.append([a, b])
-    return closed(np.array(way), EXACT)
+    return svg.closed(np.array(way), svg.EXACT)
 
 
-def _stone(paper: Paper, c: Carved, cell: str, name: str, when: When, colour: str) -> str:
+def _stone(paper: svg.Paper, c: Carved, cell: str, name: str, when: When, colour: str) -> str:
     """One stone: what is left, and before it is carved what reaches beyond the outline of its cell."""
     said = f"<title>{escape(c.stone)} in {escape(c.cell)}: lambda {c.carved_share:.3f}, gap {c.gap_share:.3f}</title>"
     rim = f'stroke="{HATCH}" stroke-width="1.6" stroke-linejoin="round" paint-order="stroke"'  # no lines inside
     parts = [f'<path d="{_outline(paper.of(c.vertices), c.triangles)}" fill="{colour}" {rim}/>'] if c.volume else []
     off = "".join(_outline(paper.of(piece.vertices), piece.triangles) for piece in c.offcuts)
     if when == "before" and off:
-        sheet_of_paper = f"M0 0H{WIDTH:g}V{paper.height:.1f}H0Z"
+        sheet_of_paper = f"M0 0H{svg.WIDTH:g}V{paper.height:.1f}H0Z"
         parts.append(
             f'<clipPath id="{name}"><path d="{sheet_of_paper}{cell}" clip-rule="evenodd"/></clipPath>'
             f'<path clip-path="url(#{name})" d="{off}" fill="url(#off)"'
@@ -161,40 +124,36 @@ def _share(cell: Floats, share: float) -> str:
     x, y, width = middle_of(convex_hull(cell))
     size = min(0.2 * width, 17.0)
     words = f'font-size="{size:.1f}" text-anchor="middle" paint-order="stroke" stroke="#fff" stroke-width="3"'
-    return text(x, y + 0.35 * size, f"{100.0 * share:.0f} %", words) if size > SMALL else ""
+    return svg.text(x, y + 0.35 * size, f"{100.0 * share:.0f} %", words) if size > SMALL else ""
 
 
 def _patterns() -> str:
     def back(colour: str, opacity: float) -> str:
         return f'<rect width="7" height="7" fill="{colour}" fill-opacity="{opacity:g}"/>'
 
-    off, held = hatch("off", -45, 1.6, back(PAPER, 0.5), SOFT), hatch("held", back=back(SUPPORT, 1.0))
-    return f"<defs>{grain()}{off}{held}</defs>"
+    off, held = svg.hatch("off", -45, 1.6, back(svg.PAPER, 0.5), SOFT), svg.hatch("held", back=back(SUPPORT, 1.0))
+    return f"<defs>{svg.grain()}{off}{held}</defs>"
 
 
-def _legend(carved: Sequence[Carved], top: float, when: When) -> list[str]:
-    """What is carved off the whole wall, and what hatch and numbers mean."""
+def _legend(carved: Sequence[Carved], top: float, when: When, sawn: int) -> list[str]:
+    """What is carved off the whole wall, what hatch and numbers mean, and the neutral colour where some are sawn."""
     y, here, small = top + 26.0, total(carved).imposition, 'font-size="14"'
+    new = [
+        svg.rect(536.0, top + 37.0, 34.0, 16.0, f'fill="{SAWN}" stroke="{INK}"'),
+        svg.text(580.0, top + 51.0, f"sawn new, {sawn} stone{'s' * (sawn != 1)}", small),
+    ]
     off, says, meant = (
         ("to be carved off", "url(#off)", "comes off")
         if when == "before"
-        else ("carved off", PAPER, "what the stones do not fill")
+        else ("carved off", svg.PAPER, "what the stones do not fill")
     )
     return [
-        text(MARGIN, y, f'<tspan font-weight="600">Lambda {here:.3f}</tspan>: share of the stone {off}'),
-        text(MARGIN, y + 24.0, f"12 %: so much of one stone. To compare: {DATUM:g} Cyclopean Cannibalism", small),
-        rect(536.0, y - 13.0, 34.0, 16.0, f'fill="{says}" stroke="{HATCH if when == "before" else INK}"'),
-        text(580.0, y + 1.0, meant, small),
+        svg.text(MARGIN, y, f'<tspan font-weight="600">Lambda {here:.3f}</tspan>: share of the stone {off}'),
+        svg.text(MARGIN, y + 24.0, f"12 %: so much of one stone. To compare: {DATUM:g} Cyclopean Cannibalism", small),
+        svg.rect(536.0, y - 13.0, 34.0, 16.0, f'fill="{says}" stroke="{HATCH if when == "before" else INK}"'),
+        svg.text(580.0, y + 1.0, meant, small),
+        *(new if sawn else []),
     ]
-
-
-def _sawn_key(count: int, top: float) -> list[str]:
-    """What the neutral colour means, where some stones are sawn."""
-    if not count:
-        return []
-    y = top + 37.0
-    words = f"sawn new, {count} stone{'s' * (count != 1)}"
-    return [rect(536.0, y, 34.0, 16.0, f'fill="{SAWN}" stroke="{INK}"'), text(580.0, y + 14.0, words, 'font-size="14"')]
 
 
 def carving_html(
@@ -213,15 +172,17 @@ def carving_html(
     is for the command that verifies it.
     """
     notes = [*(n for c in carved for n in c.notes), *built.notes, *result.warnings]
+    order = sorted(carved, key=lambda c: (-c.carved_share, c.cell))
+    stones = markup.table(_HEAD, (_row(c) for c in order), elsewhere=" in cutlist.csv")
     body = (
         _headline(carved, built, result),
-        section("Before and after", _pictures(*drawings, built), MEANT),
-        section("In space", in_space(built.assembly, result.fixed, carved)),
-        section("Stone by stone", _stones(carved), _STONES.format(least=number(1e3 * least))),
-        section("What to know", listed(notes)),
+        markup.section("Before and after", _pictures(*drawings, built), MEANT),
+        markup.section("In space", in_space(built.assembly, result.fixed, carved)),
+        markup.section("Stone by stone", stones, _STONES.format(least=number(1e3 * least))),
+        markup.section("What to know", markup.listed(notes)),
         _proof(result, certificate_file),
     )
-    return document(built.assembly.name, body, word=result.verdict, may=POLICY)
+    return markup.document(built.assembly.name, body, word=result.verdict, may=markup.POLICY)
 
 
 _STONES = (
@@ -245,15 +206,15 @@ def _headline(carved: Sequence[Carved], built: CarvedWall, result: Result) -> st
         ("litres come off", f"{1e3 * (whole.stone_volume - whole.volume):,.0f}"),
         *([("sawn new", len(built.sawn))] if built.sawn else []),
     ]
-    return headline(built.assembly.name, figures, f"method {result.method}", answer=(word, reason))
+    return markup.headline(built.assembly.name, figures, f"method {result.method}", answer=(word, reason))
 
 
 def _pictures(before: str, after: str, built: CarvedWall) -> str:
     box = '<path d="M2 3H30V13H2Z" fill="none" stroke='
-    keys = [key(SUPPORTED, "support"), key(f'{box}"{INK}" stroke-width="1.6"/>', "cell, as drawn")]
+    keys = [markup.key(markup.SUPPORTED, "support"), markup.key(f'{box}"{INK}" stroke-width="1.6"/>', "cell, as drawn")]
     if built.missing:
-        keys.append(key(f'{box}"{GHOST}" stroke-dasharray="5 3"/>', "cell without a stone"))
-    return legend(keys) + figure(before, _BEFORE) + figure(after, _AFTER)
+        keys.append(markup.key(f'{box}"{GHOST}" stroke-dasharray="5 3"/>', "cell without a stone"))
+    return markup.legend(keys) + markup.figure(before, _BEFORE) + markup.figure(after, _AFTER)
 
 
 _BEFORE = "Stones as placed. What comes off in front of the wall and behind it is not seen from here."
@@ -266,7 +227,9 @@ _AFTER = (
 def in_space(wall: Assembly, fixed: Bools, carved: Sequence[Carved]) -> str:
     """Stones as a scene in 3D, `fixed` (n,) the held blocks; what is cut off them is seen as ghosts."""
     off = [(piece.vertices, piece.triangles) for c in carved for piece in c.offcuts]
-    return scene_figure(still(wall, fixed), wall.name, f"{DRAG} Ghosts are what is cut off." if off else "", off=off)
+    return markup.scene_figure(
+        still(wall, fixed), wall.name, f"{markup.DRAG} Ghosts are what is cut off." if off else "", off=off
+    )
 
 
 MEANT = (
@@ -275,13 +238,10 @@ MEANT = (
 )
 
 
-def _stones(carved: Sequence[Carved]) -> str:
-    head = [
-        "Stone", "Cell", ">Lambda", ">Gap", ">Stone (L)", ">Comes off (L)",
-        ">Offcuts", ">Cuts", ">Cut area (m²)", ">Deepest (mm)",
-    ]  # fmt: skip
-    order = sorted(carved, key=lambda c: (-c.carved_share, c.cell))
-    return table(head, (_row(c) for c in order), elsewhere=" in cutlist.csv")
+_HEAD = (
+    "Stone", "Cell", ">Lambda", ">Gap", ">Stone (L)", ">Comes off (L)", ">Offcuts", ">Cuts", ">Cut area (m²)",
+    ">Deepest (mm)",
+)  # fmt: skip
 
 
 def _row(c: Carved) -> list[str]:
@@ -289,7 +249,7 @@ def _row(c: Carved) -> list[str]:
     return [
         escape(c.stone),
         escape(c.cell),
-        bar(c.carved_share, GHOST, f"{c.carved_share:.3f}"),
+        markup.bar(c.carved_share, GHOST, f"{c.carved_share:.3f}"),
         f"{c.gap_share:.3f}",
         f"{1e3 * c.stone_volume:.1f}",
         f"{1e3 * (c.stone_volume - c.volume):.1f}",
@@ -304,7 +264,7 @@ def _proof(result: Result, certificate_file: str | None) -> str:
     if result.certificate is None or certificate_file is None:
         return ""
     kind = escape(str(result.certificate.get("kind", "")))
-    return section(
+    return markup.section(
         "How to verify it",
         f"<pre>cyclopean verify {escape(certificate_file)}</pre>",
         f"The verdict on the wall as it will be built carries a certificate ({kind}), checked in exact arithmetic.",

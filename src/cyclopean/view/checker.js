@@ -18,7 +18,7 @@ const TINY = 1e-150, HUGE = 1e100;
 const STEEP = 5, SLIPPERY = 2, ROUNDED_MU = 1e-9;
 const MAX_DEPTH = 250, MAX_NODES = 1000000;
 const LARGEST = 1 << 30;
-const GUARD = 128n; // bits behind the unit that roots and quotients keep
+const GUARD = 128n, UNIT = 1n << GUARD; // bits behind the unit that roots and quotients keep
 const FAMILY = "cyclopean.certificate/", SCHEMA = FAMILY + "2";
 const TOLD_LEAN = 1e-4, TOLD_SHARE = 1e-5; // from which the claim tells how badly contacts fit
 const MAX_CONVEX = 4000, MAX_PAIRS = 100000, MAX_PROJECTED = 4e6; // how far it is looked for overlaps
@@ -878,11 +878,17 @@ function apart2(x, e) { // of x from the segment from 0 to e, squared: a fractio
 
 const leansLittle = (N, NN, M, MM) => square(cross(N, M)) * 1000000n <= NN * MM; // sine at most 1e-3
 
+const isRough = ({ surface }) => surface === "rough" || surface === "curved";
+
+function toleranceAt(model, contact) { // squared, times 40000
+  const { blocks } = model.all ?? model, small = least(blocks[contact.a].DD, blocks[contact.b].DD);
+  return least(40000n * model.tol * model.tol, small * (isRough(contact) ? 25n : 1n));
+}
+
 function checkContact(model, contact) {
   const { k, points, N, NN, surface } = contact, where = { contact: k }, all = model.all ?? model;
   const sides = [all.blocks[contact.a], all.blocks[contact.b]];
-  const rough = surface === "rough" || surface === "curved";
-  const small = least(sides[0].DD, sides[1].DD), tol4 = least(40000n * model.tol * model.tol, small * (rough ? 25n : 1n));
+  const rough = isRough(contact), small = least(sides[0].DD, sides[1].DD), tol4 = toleranceAt(model, contact);
   const told = jointName(all, contact);
   if (surface !== "point") {
     const plane = { N, NN, n: BigInt(points.length), sum: points.reduce(add) };
@@ -891,10 +897,62 @@ function checkContact(model, contact) {
   }
   const looking = sides.map((block, side) => facetsAlong(model, block, contact, side, tol4, rough));
   const seats = points.map((r) => looking.map((facets) => seatOf(facets, r, tol4)));
+  if (contact.tension && !rough) {
+    const ring = seenAlong(contact, points), on = (f) => inCommon(ring, seenAlong(contact, f.points));
+    looking.forEach((facets, side) => demand(2n * facets.reduce((sum, f) => sum + on(f), 0n) >= twiceArea(ring) << GUARD,
+      () => `${told}: less than half of it is on faces of ${quoted(sides[side].id)}, and all would pull`, where));
+  }
   if (surface === "point") checkPoint(model, contact, sides, tol4, told, seats[0]);
   else seats.forEach((pair, i) => pair.forEach((seat, side) => demand(seat, () => `${told}: point ${i} is not on a face of ${quoted(sides[side].id)}`, where)));
   if (rough) contact.near = seats.map((pair) => pair.map(({ on }, side) => on.map((f) => (side ? times(f.N, -1n) : f.N))));
   noteFit(model, seats, looking.flat(), contact, Math.sqrt(ratio(small, 1n)));
+}
+
+// No area pulls twice: no polygon goes round more than a thousandth of itself twice, nor lie two of the same blocks on each other by more.
+function checkPulls(model) {
+  const pulling = model.contacts.filter((contact) => contact.tension), fits = (shared, area) => 1000n * shared <= area << GUARD;
+  pulling.forEach((contact, i) => {
+    const ring = seenAlong(contact, contact.points), area = twiceArea(ring), where = { contact: contact.k };
+    demand(fits(inCommon(ring, ring) - (area << GUARD), area), () => `${jointName(model, contact)} goes round some of its area twice, and would pull there twice`, where);
+    for (const other of pulling.slice(0, i)) {
+      if (!isBeside(model, contact, other)) continue;
+      const there = seenAlong(contact, other.points);
+      demand(fits(inCommon(ring, there), least(area, twiceArea(there))), () => `${jointName(model, other)} and ${jointName(model, contact)} lie on each other, and would pull there twice`, where);
+    }
+  });
+}
+
+function isBeside(model, one, other) { // of the same blocks, looking the same way within 36 degrees, and near its plane
+  if (!(one.a === other.a && one.b === other.b) && !(one.a === other.b && one.b === other.a)) return false;
+  const along = dot(one.N, other.N) * (one.a === other.a ? 1n : -1n);
+  if (along <= 0n || 25n * along * along < 16n * one.NN * other.NN) return false;
+  const rise = other.points.map((r) => size(dot(sub(r, one.points[0]), one.N))).reduce(least);
+  return 40000n * rise * rise <= 16n * most(toleranceAt(model, one), toleranceAt(model, other)) * one.NN;
+}
+
+function seenAlong({ N, NN }, points) { // along N, in two axes of the world
+  const drop = [0, 1, 2].reduce((x, y) => (size(N[y]) > size(N[x]) ? y : x));
+  return points.map((r) => sub(times(r, NN), times(N, dot(r, N))).filter((_, axis) => axis !== drop));
+}
+
+const twiceArea = (ring) => size(edgesOf(ring).reduce((sum, [a, b]) => sum + a[0] * b[1] - a[1] * b[0], 0n));
+
+// Twice the area in common, to 2^-128, each part as often as one goes round it times the other: of what is below their sides.
+function inCommon(one, two) {
+  const base = [...one, ...two].map((r) => r[1]).reduce(least);
+  const sides = (ring) => edgesOf(ring).filter(([a, b]) => a[0] !== b[0]).map(([a, b]) => (a[0] < b[0] ? [a, b, 1n] : [b, a, -1n]));
+  let total = 0n;
+  for (const [a, b, way] of sides(one)) {
+    for (const [c, d, back] of sides(two)) {
+      const left = most(a[0], c[0]), right = least(b[0], d[0]), wide = b[0] - a[0], long = d[0] - c[0];
+      if (left >= right) continue;
+      const ends = [left, right].map((x) => [((a[1] - base) * wide + (b[1] - a[1]) * (x - a[0])) * long, ((c[1] - base) * long + (d[1] - c[1]) * (x - c[0])) * wide]);
+      const [first, last] = ends.map(([p, q]) => p - q), below = least(...ends[0]) + least(...ends[1]);
+      const bend = first < 0n !== last < 0n && first && last ? over(-first * last, size(first) + size(last)) : 0n; // they cross
+      total += way * back * ceilDiv((right - left) * ((below << GUARD) + bend), wide * long);
+    }
+  }
+  return size(total);
 }
 
 function facetsAlong(model, block, { points, N, NN }, side, tol4, rough) { // near a contact, that look along its normal
@@ -932,13 +990,43 @@ function noteFit(model, seats, facets, { N, NN }, small) { // the most of what c
 
 function checkPoint(model, contact, sides, tol4, told, seats) {
   const { N, NN, points: [p] } = contact;
-  const tips = sides.map((block, side) => touching(facetsOf(model, block).filter((f) => beside2(f, p, tol4)), block, side ? times(N, -1n) : N, p, tol4));
-  if ((seats[0] && tips[1]) || (seats[1] && tips[0])) return;
+  const up = (side) => (side ? times(N, -1n) : N), there = (side, room) => facetsOf(model, sides[side]).filter((f) => beside2(f, p, room));
+  const tips = sides.map((block, side) => touching(there(side, tol4), block, up(side), p, tol4));
+  if ((seats[0] && tips[1]) || (seats[1] && tips[0])) {
+    contact.ridged = seats.some((seat, side) => seat && there(side, 16n * tol4).some((f) => fallsFrom(f, sides[side], up(side), NN, p, 16n * tol4)));
+    return;
+  }
   if (tips[0] && tips[1] && tips[0].edge && tips[1].edge) {
     const [e, f] = [tips[0].edge, tips[1].edge], m = cross(e, f), mm = square(m);
     if (100n * mm >= square(e) * square(f) && leansLittle(m, mm, N, NN)) return;
   }
   throw new NotProved(`${told}: the blocks do not touch there so that this is the normal`, { contact: contact.k });
+}
+
+function fallsFrom(f, block, N, NN, p, tol4) { // a facet that does not look along N, and is nowhere before the plane
+  if (dot(f.N, N) > 0n && leansLittle(f.N, f.NN, N, NN)) return false;
+  const rise = f.face.map((i) => dot(sub(block.corners[i], p), N)).reduce(most);
+  return rise <= 0n || 40000n * rise * rise <= tol4 * NN;
+}
+
+// Edges or corners of two blocks on each other have some direction between all the normals listed of them, a force friction about that:
+// in the cones of mu' they add up to no more, mu'^2 = mu^2 (1 + cos) / (2 + mu^2 (1 - cos)) with the largest angle between any two.
+function loosenRidges({ contacts }) {
+  const groups = new Map(), pair = ({ a, b }) => `${Math.min(a, b)} ${Math.max(a, b)}`;
+  for (const one of contacts) if (one.ridged) groups.set(pair(one), [...(groups.get(pair(one)) ?? []), one]);
+  for (const group of groups.values()) {
+    const cosine = group.flatMap((one, i) => group.slice(i + 1).map((two) => cosineBelow(one, two))).reduce(least, UNIT);
+    for (const one of cosine < UNIT ? group : []) {
+      const pp = one.p * one.p, qq = one.q * one.q;
+      one.grip = [isqrt(floorDiv(pp * (UNIT + cosine) << (2n * GUARD), 2n * qq * UNIT + pp * (UNIT - cosine))), UNIT];
+    }
+  }
+}
+
+function cosineBelow(one, two) { // of the angle between the normals, from the same block
+  const along = dot(one.N, two.N) * (one.a === two.a ? 1n : -1n), whole = one.NN * two.NN;
+  if (along > 0n && along * along === whole) return UNIT;
+  return most(floorDiv(along << (2n * GUARD), along > 0n ? rootUp(whole) : rootDown(whole)), -UNIT);
 }
 
 // With what a block touches at a point, looking along N out of it: {edge}, {} for a corner, or nothing.
@@ -1086,7 +1174,8 @@ function slack(F, axis, p, q, pull = 0n, unit = 1n) {
 
 function slackAt(contact, i, F, { pulls = true, scale = 1n } = {}) { // of F / scale, in all cones at the point
   const pull = pulls && contact.pull ? contact.pull[i] * scale : 0n;
-  let worst = slack(F, contact.N, contact.p, contact.q, pull, contact.pull ? contact.pullUnit : 1n);
+  const [p, q] = contact.grip ?? [contact.p, contact.q];
+  let worst = slack(F, contact.N, p, q, pull, contact.pull ? contact.pullUnit : 1n);
   for (const axes of contact.near ? contact.near[i] : []) {
     if (axes) worst = Math.min(worst, Math.max(...axes.map((axis) => slack(F, axis, contact.p, contact.q))));
   }
@@ -1871,6 +1960,8 @@ function verifyCertificate(text, progress = () => {}) {
     toUnits(model);
     all.blocks.forEach((block, k) => { if (k % 64 === 0) progress(0.1 + 0.2 * k / all.blocks.length, "blocks"); measure(block); });
     all.contacts.forEach((contact, k) => { if (k % 64 === 0) progress(0.3 + 0.3 * k / all.contacts.length, "joints"); checkContact(model, contact); });
+    checkPulls(model);
+    loosenRidges(model);
     for (const contact of model.contacts) if (contact.tension) spreadPull(model, contact);
     model.overlaps = overlapsOf(model);
     const [said, worth] = PROOFS[kind](model, ownWeights(model), (share) => progress(0.6 + 0.4 * share, "proof"));

@@ -4,35 +4,6 @@ import numpy as np
 
 from cyclopean.arrays import Bools, Floats, Ints
 
-__all__ = [
-    "ACCENT",
-    "BLAMED",
-    "FORCE",
-    "GHOST",
-    "GRAVITY",
-    "HATCH",
-    "HELD",
-    "INK",
-    "LINE",
-    "LOAD",
-    "NEUTRAL",
-    "PULL",
-    "RUB",
-    "SCALE",
-    "SOFT",
-    "STEPS",
-    "STONES",
-    "SUPPORT",
-    "THRUST",
-    "UNKNOWN",
-    "WEAK",
-    "classes",
-    "fill",
-    "rgb",
-    "shaded",
-    "stone",
-]
-
 # Green for what has much to spare, amber from two thirds on, red for the last tenth. Lightness falls all the way (OKLab
 # 0.95 to 0.50), so that it reads in the right order without colour vision and in a black-and-white print. Ten, so that
 # a legend can be read off.

@@ -12,8 +12,6 @@ from cyclopean.view.figures import cases, force_text, needed_tension, number, pr
 from cyclopean.view.markup import DASHED, arrow, click_note, figure, key, legend, section, told
 from cyclopean.view.tables import cases_table, tension_table
 
-__all__ = ["coupled", "known_all_the_same", "near", "refuted", "tension"]
-
 NEAR = "merit"  # the residual that only an undecided coupled analysis has
 
 

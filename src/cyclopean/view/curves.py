@@ -7,8 +7,6 @@ import numpy as np
 from cyclopean.view.colours import FORCE, GHOST, INK
 from cyclopean.view.svg import open_path, sheet, text
 
-__all__ = ["curves_svg"]
-
 WIDE, HIGH, LEFT, FOOT = 700.0, 260.0, 60.0, 40.0  # of the sheet, and what its axes take
 
 

@@ -24,17 +24,6 @@ from cyclopean.view.figures import (
 from cyclopean.view.motion import Motion, drawn_motion, moved
 from cyclopean.view.thrust import thrust_line
 
-__all__ = [
-    "Picture",
-    "displaced",
-    "feature_edges",
-    "outlines",
-    "picture",
-    "picture_at_limit",
-    "still",
-    "without_points",
-]
-
 FACE_LIMIT = 200_000  # triangles; beyond it blocks with many faces are drawn as their convex outlines
 EDGE_LIMIT = 60_000  # line segments of one kind
 ARROW_LIMIT = 2_000  # drawn in three dimensions; of more the largest, and it is said

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cyclopean.arrays import Floats, Ints
+from cyclopean.arrays import Floats
 from cyclopean.geometry import Polyhedra, face_normals
 from cyclopean.geometry.frames import unit
 from cyclopean.geometry.polygon import convex_hull
@@ -46,8 +46,6 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["FACE_LIMIT", "animated", "elevation_svg", "sides"]
-
 HEIGHT, MARGIN = 640.0, 40.0
 SIDE, FOOT = 2.6 * MARGIN, MARGIN + 44.0  # room for gravity at the right, for the scale below
 FACE_LIMIT = 20_000  # faces painted one by one; beyond it one silhouette a block
@@ -57,6 +55,12 @@ STRAYS = 0.6  # of the depth of a block: middles that stray further are of a mod
 POINT_LIMIT = 5_000  # dots of one kind
 ANIMATED_FACES = 1_500  # beyond it the two shapes of every face would make the page heavy
 FINE = 3  # decimals: a hundredth of a millimetre where the sheet is 10 m wide; faces are many, and pages heavy
+HALO = 'stroke="#fff" stroke-opacity="0.7"'
+DASHED = f'stroke="{GHOST}" stroke-width="1.1" stroke-dasharray="5 4"'
+THRUST_LINE = (
+    f'class="thrust" stroke-linecap="round" {HALO} stroke-width="6"',
+    f'stroke-linecap="round" stroke="{THRUST}" stroke-width="3.5"',
+)
 NOTHING = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.05]])  # what paper is cut to where nothing is shown
 
 
@@ -76,8 +80,8 @@ def elevation_svg(drawn: Picture, title: str, view: View | None = None, *, faces
     parts = [
         f"<defs>{hatch()}{grain()}</defs>",
         layer("stones", _polygons(drawn, paper, moves, faces), solid=True),
-        layer("at-rest", [_ghost(drawn, paper)]),
-        layer("thrust", [_thrust(drawn.thrust, paper)]),
+        layer("at-rest", [_lines(np.unique(paper.of(drawn.ghost).round(FINE), axis=0), DASHED)]),
+        layer("thrust", [_lines(paper.of(drawn.thrust), *THRUST_LINE)]),
         layer("forces", [_arrows(drawn.arrow, paper, FORCE), _dots(drawn.press, full, paper, FORCE)]),
         layer("given-loads", [_arrows(drawn.given, paper, GRAVITY)]),
         layer("friction", [_arrows(drawn.rub, paper, RUB)]),
@@ -145,19 +149,14 @@ def _polygons(drawn: Picture, paper: Paper, moves: bool, faces: int) -> list[str
     light = np.clip(0.86 + 0.14 * facing + 0.08 * normal[:, 2] - 0.04 * (normal @ view.right), 0.0, 1.0)
     before = paper.of(drawn.rest) if moves and drawn.rest is not None else None
     painted = []
-    for f in _painting_order(far, facing):
+    seen = np.flatnonzero(facing > 1e-6)
+    for f in seen[np.argsort(-far[seen], kind="stable")]:  # those that look at the viewer, the furthest first
         corner, body = mesh.corner[mesh.corner_start[f] : mesh.corner_start[f + 1]], int(mesh.face_body[f])
         group = int(drawn.group[body])
         outline = closed(point[corner], FINE)
         way = "" if before is None or group == HELD else _way(closed(before[corner], FINE), outline)
         painted.append(_paint(outline, (group, body), float(light[f]), bool(len(drawn.edge)), way))
     return [f'<g class="grain" stroke="{INK}" stroke-width="0.9" stroke-linejoin="round">', *painted, "</g>"]
-
-
-def _painting_order(far: Floats, facing: Floats) -> Ints:
-    """Faces that look at the viewer, the furthest first."""
-    seen = np.flatnonzero(facing > 1e-6)
-    return np.asarray(seen[np.argsort(-far[seen], kind="stable")])
 
 
 def _way(rest: str, there: str) -> str:
@@ -195,35 +194,18 @@ def _silhouettes(drawn: Picture, paper: Paper) -> list[str]:
     return [f'<g class="grain" stroke="{INK}" stroke-width="0.5" stroke-linejoin="round">', *painted, "</g>"]
 
 
-def _ghost(drawn: Picture, paper: Paper) -> str:
-    """Where the model stands, dashed, over the moved one."""
-    if not len(drawn.ghost):
-        return ""
-    lines = segments(np.unique(paper.of(drawn.ghost).round(FINE), axis=0), FINE)
-    return f'<path d="{lines}" fill="none" stroke="{GHOST}" stroke-width="1.1" stroke-dasharray="5 4"/>'
-
-
-def _thrust(thrust: Floats, paper: Paper) -> str:
-    """The line of thrust: a white halo and a broad line."""
-    if not len(thrust):
-        return ""
-    path, style = segments(paper.of(thrust), FINE), 'fill="none" stroke-linecap="round"'
-    return (
-        f'<path class="thrust" d="{path}" {style} stroke="#fff" stroke-width="6" stroke-opacity="0.7"/>'
-        f'<path d="{path}" {style} stroke="{THRUST}" stroke-width="3.5"/>'
-    )
+def _lines(ends: Floats, *styles: str) -> str:
+    """Segments (e, 2, 2) of the sheet, once in each style; nothing where there are none."""
+    path = segments(ends, FINE)
+    return "".join(f'<path d="{path}" fill="none" {style}/>' for style in styles if path)
 
 
 def _arrows(arrow: Floats, paper: Paper, colour: str) -> str:
     """Forces: a white halo, the shaft, the head."""
-    if not len(arrow):
-        return ""
     ends = paper.of(arrow[:ARROW_LIMIT])
-    shafts, heads = segments(ends, FINE), "".join(_head(tail, tip, 9.0) for tail, tip in ends)
-    return (
-        f'<path d="{shafts}" stroke="#fff" stroke-width="4" stroke-opacity="0.7" fill="none"/>'
-        f'<path d="{shafts}" stroke="{colour}" stroke-width="2" fill="none"/><path d="{heads}" fill="{colour}"/>'
-    )
+    shafts = _lines(ends, f'{HALO} stroke-width="4"', f'stroke="{colour}" stroke-width="2"')
+    heads = "".join(_head(tail, tip, 9.0) for tail, tip in ends)
+    return f'{shafts}<path d="{heads}" fill="{colour}"/>' if shafts else ""
 
 
 def _dots(point: Floats, radius: Floats, paper: Paper, colour: str, rim: str = "#fff") -> str:

@@ -10,24 +10,6 @@ from cyclopean.analysis import Result
 from cyclopean.arrays import Floats, Ints
 from cyclopean.view.motion import Motion
 
-__all__ = [
-    "Pressing",
-    "Resultants",
-    "Tension",
-    "block_utilisation",
-    "cases",
-    "densities",
-    "fastest",
-    "force_text",
-    "free_weight",
-    "needed_tension",
-    "number",
-    "pressing",
-    "resultants",
-    "unit_of",
-    "worst",
-]
-
 CARRIES = 1e-9  # of the largest normal force: below this a patch counts as unloaded
 RUBS = 1e-6  # likewise friction at a point
 TRACE = 1e-5  # of the weight: tension has a price and is not forbidden, so a trace of it is left where none is needed

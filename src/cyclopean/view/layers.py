@@ -16,19 +16,6 @@ from cyclopean.view.svg import View
 if TYPE_CHECKING:
     from cyclopean.view.access import AccessControl  # loads a web server
 
-__all__ = [
-    "SPAN",
-    "camera",
-    "contact_sides",
-    "dots",
-    "fit",
-    "gravity_arrow",
-    "light",
-    "lines",
-    "server",
-    "silent",
-]
-
 SPAN = 4.0  # the model is drawn this large, whatever its size, so that clipping planes and lights suit it
 FIELD = np.radians(14.0)  # vertical field of view: so narrow that upright edges stay as good as parallel
 ASPECT = 1.5  # width over height for which the model is framed; the page's style sheet has the same

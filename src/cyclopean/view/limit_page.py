@@ -33,8 +33,6 @@ from cyclopean.view.proof_here import proof_here
 from cyclopean.view.svg import closed, grid, open_path, sheet, text
 from cyclopean.view.tables import joint_name
 
-__all__ = ["limit_html", "polar_svg", "pushover_svg", "travelling_svg"]
-
 MOST = 40  # joints listed
 RING = f'<circle cx="16" cy="8" r="5" fill="#fff" stroke="{LOAD}" stroke-width="2.4"/>'
 STILL = 1e-6  # degrees: less than that is rounding
@@ -215,9 +213,9 @@ def _unit(polar: Polar) -> str:
 
 def polar_svg(polar: Polar) -> str:
     """Draw what is proved to stand, by azimuth, on circles of equal angle, or multiplier of a push."""
-    table = [(az, low or 0.0, high) for az, low, high in polar.table]
-    most = 90.0 if _unit(polar) else max((low for _, low, high in table if high is not None), default=1.0)
-    shown = [(az, most if high is None and low else low) for az, low, high in table]
+    known = [(az, low or 0.0, high) for az, low, high in polar.table]
+    most = 90.0 if _unit(polar) else max((low for _, low, high in known if high is not None), default=1.0)
+    shown = [(az, most if high is None and low else low) for az, low, high in known]
     top = max((value for _, value in shown), default=1.0) or 1.0
     ring = next((step for step in RINGS if top / step <= 5.0), RINGS[-1])
     rings = np.arange(ring, top * 1.001 + ring, ring)
@@ -236,14 +234,8 @@ def polar_svg(polar: Polar) -> str:
     for x, y, anchor, name in ((204, 4, "start", "+x"), (-204, 4, "end", "−x"), (0, -206, "middle", "+y")):
         parts.append(text(x, y, name, f'text-anchor="{anchor}"'))
     centred = ['<g transform="translate(240 230)">', *parts, "</g>"]
-    return sheet(
-        (480.0, 450.0),
-        "Tilt by azimuth" if _unit(polar) else "Push by azimuth",
-        centred,
-        letters=13.0,
-        white=False,
-        more=' style="max-width:34rem"',
-    )
+    title, narrow = "Tilt by azimuth" if _unit(polar) else "Push by azimuth", ' style="max-width:34rem"'
+    return sheet((480.0, 450.0), title, centred, letters=13.0, white=False, more=narrow)
 
 
 def _dot(x: float, y: float, title: str = "") -> str:
@@ -279,9 +271,8 @@ def _proved(step: PushoverStep) -> str:
 
 def pushover_svg(pushover: Pushover) -> str:
     """Draw the multiplier over the displacement of the control block."""
-    u = np.array([step.displacement for step in pushover.steps])
-    t = np.array([step.multiplier for step in pushover.steps])
-    return _curve(u, t, "Pushover curve", _AXES)
+    u, t = np.array([(step.displacement, step.multiplier) for step in pushover.steps]).T
+    return _curve(u, t, "Pushover curve", "displacement of the control block (m); upright: multiplier")
 
 
 def _travelling(moved: Travelling) -> str:
@@ -309,7 +300,9 @@ def _curve(u: Floats, t: Floats, title: str, axes: str, least: float | None = No
     right, top = float(u.max()) - start or 1.0, float(max(t.max(), 0.0)) or 1.0
     low = float(min(t.min(), 0.0))
     shares = np.linspace(0.0, 1.0, 5)
-    levels = [(12.0 + high * (1.0 - share), _short(low + share * (top - low))) for share in shares]
+    values = low + shares * (top - low)  # three digits, or all before the point
+    said = (f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}" for value in values)
+    levels = list(zip(12.0 + high * (1.0 - shares), said, strict=True))
     ticks = [(left + wide * share, f"{start + share * right:.3g}") for share in shares]
     points = np.stack([left + wide * (u - start) / right, 12.0 + high * (top - t) / (top - low)], -1)
     parts = [
@@ -325,16 +318,10 @@ def _curve(u: Floats, t: Floats, title: str, axes: str, least: float | None = No
     return sheet((left + wide + 24.0, high + foot + 22.0), title, parts, letters=12.0, white=False)
 
 
-def _short(value: float) -> str:
-    """Three digits, or all before the point."""
-    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
-
-
 _TRAVELLING = (
     "The limit of a load of 1 kN in each place, so that multipliers are in kN; the curve is what is proved to stand."
     " The page shows the mechanism of the least of them."
 )
-_AXES = "displacement of the control block (m); upright: multiplier"
 
 
 def _proof(result: LimitResult, certificate_file: str | None, model_file: str | None) -> str:

@@ -15,31 +15,6 @@ from cyclopean.view.elevation import animated, elevation_svg, sides
 from cyclopean.view.scene import scene_html
 from cyclopean.view.style import sheet
 
-__all__ = [
-    "DASHED",
-    "DRAG",
-    "POLICY",
-    "STILL",
-    "SUPPORTED",
-    "arrow",
-    "bar",
-    "click_note",
-    "document",
-    "figure",
-    "headline",
-    "key",
-    "legend",
-    "listed",
-    "model_figures",
-    "ramp",
-    "scene_figure",
-    "section",
-    "switch",
-    "table",
-    "told",
-    "written_first",
-]
-
 # Of pages without a script.
 STILL = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 # Of pages with a scene: the browser itself is told to load nothing from anywhere; the scene in the frame inherits this.

@@ -4,9 +4,6 @@ from dataclasses import replace
 
 from cyclopean.design.rubble.masons_rules import MasonsRules
 from cyclopean.design.walls.front import WallInterlock
-from cyclopean.design.walls.interlock import Interlock
-
-__all__ = ["interlock_lines", "lines"]
 
 SEEN = {
     "drawing": "by the drawing that the model carries",
@@ -45,8 +42,9 @@ def interlock_lines(found: WallInterlock) -> list[str]:
     one, masons = found.interlock, found.masons
     runs = "no two head joints stand above each other"
     if one.running:
+        most = max(joint.courses for joint in one.running)
         places = "1 place" if len(one.running) == 1 else f"{len(one.running)} places"
-        runs = f"head joints stand above each other in {places}, through up to {_most_courses(one)} courses"
+        runs = f"head joints stand above each other in {places}, through up to {most} courses"
     corners = f"{len(one.crossings)} corner{'' if len(one.crossings) == 1 else 's'} of four stones"
     said = [f"interlock: {runs}; {corners}; {SEEN[found.seen]}"]
     if found.size is not None and found.along is not None:
@@ -63,10 +61,6 @@ def interlock_lines(found: WallInterlock) -> list[str]:
         said.append(f"  overlap   stones lap head joints by {one.rules.overlap:.0%} of their length, {least}")
     rest = [] if masons is None else lines(replace(masons, trace_least=None))
     return said + ["  " + line for line in rest]
-
-
-def _most_courses(one: Interlock) -> int:
-    return max(joint.courses for joint in one.running)
 
 
 def _trace(found: WallInterlock) -> str:

@@ -15,8 +15,6 @@ from cyclopean.view.carving_drawing import DATUM, MEANT, carving_svg, in_space
 from cyclopean.view.curves import curves_svg
 from cyclopean.view.markup import POLICY, document, figure, headline, listed, section, table
 
-__all__ = ["match_answer", "match_html", "placed_svg", "rounds_svg"]
-
 VOID = 0.3  # gap above which a wall of stones is none
 _CAPTION = (
     f"Hatched: what comes off. Clifford and McGee measured about {DATUM:g} on their Cyclopean Cannibalism wall (ACADIA"

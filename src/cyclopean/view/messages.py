@@ -17,8 +17,6 @@ from viser import (
     GuiTextHandle,
 )
 
-__all__ = ["LONGEST", "Value", "fits", "read", "takes"]
-
 LONGEST = 200  # characters of a name
 FAR = 1e4  # units of the drawing, which is 4 long
 UNIT = 1e-3  # that the square of a quaternion may be off 1

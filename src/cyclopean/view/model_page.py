@@ -7,25 +7,11 @@ import numpy as np
 
 from cyclopean.arrays import Bools
 from cyclopean.assembly import Assembly, Contacts
+from cyclopean.view import markup
 from cyclopean.view.colours import FORCE
 from cyclopean.view.drawing import still
 from cyclopean.view.figures import number
 from cyclopean.view.layers import contact_sides
-from cyclopean.view.markup import (
-    POLICY,
-    SUPPORTED,
-    document,
-    figure,
-    headline,
-    key,
-    legend,
-    listed,
-    model_figures,
-    section,
-    table,
-)
-
-__all__ = ["model_html"]
 
 _NOT_ASKED = "Whether it stands is not asked here: see the command check."
 
@@ -46,16 +32,18 @@ def model_html(
         ("volume, m³", number(float(assembly.mass.volume.sum()))),
     ]
     outline = f'<path d="M1 8H31" stroke="{FORCE}" stroke-width="3"/>'
-    keys = legend([key(SUPPORTED, "support"), key(outline, "outline of a contact, in the 3D scene")])
-    shown = model_figures(still(assembly, fixed), assembly.name, _NOT_ASKED, joints=contact_sides(contacts))
-    body = (
-        headline(assembly.name, figures),
-        section("The face", figure(drawing)) if drawing else "",
-        section("The model", keys + shown),
-        section("Block by block", _table(assembly, contacts, fixed)),
-        section("Warnings", listed(warnings)),
+    keys = markup.legend(
+        [markup.key(markup.SUPPORTED, "support"), markup.key(outline, "outline of a contact, in the 3D scene")]
     )
-    return document(assembly.name, body, may=POLICY)
+    shown = markup.model_figures(still(assembly, fixed), assembly.name, _NOT_ASKED, joints=contact_sides(contacts))
+    body = (
+        markup.headline(assembly.name, figures),
+        markup.section("The face", markup.figure(drawing)) if drawing else "",
+        markup.section("The model", keys + shown),
+        markup.section("Block by block", _table(assembly, contacts, fixed)),
+        markup.section("Warnings", markup.listed(warnings)),
+    )
+    return markup.document(assembly.name, body, may=markup.POLICY)
 
 
 def _table(assembly: Assembly, contacts: Contacts, fixed: Bools) -> str:
@@ -65,4 +53,4 @@ def _table(assembly: Assembly, contacts: Contacts, fixed: Bools) -> str:
         (escape(b.id), escape(b.group or ""), number(float(v)), f"{int(t):,}", "support" if held else "")
         for b, v, t, held in zip(assembly.blocks, assembly.mass.volume, touching, fixed, strict=False)
     )
-    return table(head, rows)
+    return markup.table(head, rows)

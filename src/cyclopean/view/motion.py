@@ -7,8 +7,6 @@ import numpy as np
 from cyclopean.arrays import Floats, Ints
 from cyclopean.geometry import rotations
 
-__all__ = ["Motion", "drawn_motion", "moved"]
-
 LARGEST_TURN = 0.8  # rad; a block that only spins is not turned further than this
 
 

@@ -8,7 +8,6 @@ for; a drawing is below `HEAVIEST`.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from html import escape
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from cyclopean.assembly import Assembly, Block, supports
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.design.stones.stone import Stone
 from cyclopean.errors import InputError
+from cyclopean.texts import plain
 from cyclopean.view.building import building_svg, outcome
 from cyclopean.view.colours import ACCENT, GHOST, INK, LINE, SOFT
 from cyclopean.view.drawing import Picture, picture, picture_at_limit, still, without_points
@@ -25,8 +25,6 @@ from cyclopean.view.figures import number
 from cyclopean.view.markup import POLICY, STILL, told
 from cyclopean.view.scene import scene_html
 from cyclopean.view.stone_sheet import stone_sheet_svg
-
-__all__ = ["inventory_card", "limit_card", "model_card", "result_card", "sequence_card", "stones_card"]
 
 HEAVIEST = 70_000  # characters of one drawing: a cell stays below 100 kB when its quotes are escaped
 SHOWN = 24  # stones of an inventory
@@ -71,19 +69,13 @@ def limit_card(result: LimitResult, scene: bool = False) -> str:
 def _result(result: Result | LimitResult, title: str, figures: list[tuple[str, str]], shown: str, accent: str) -> str:
     """The card of an answer that may be proved."""
     proof = "none" if result.certificate is None else f"{result.certificate.get('kind', '')}, checked"
-    assumed = ", ".join(f"{name} {_plain(value)}" for name, value in result.assumed.items())
+    assumed = ", ".join(f"{name} {plain(value)}" for name, value in result.assumed.items())
     said = Told(title, f"{result.assembly.name}: {result.reason}", [*figures, ("proof", proof)], result.warnings)
     return _card(said, shown, accent, [f"assumed: {assumed}"] if assumed else [])
 
 
 def _bound(value: float | None, unit: str = "") -> str:
     return "not proved" if value is None else f"{number(value, 6)}{unit}"
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, int | float):
-        return f"{value:g}"
-    return value if isinstance(value, str) else f"({', '.join(f'{float(x):g}' for x in value)})"
 
 
 def model_card(assembly: Assembly, kind: str = "structure", scene: bool = False) -> str:
@@ -135,12 +127,10 @@ def stones_card(said: Told, bodies: Sequence[Block], *, held: Sequence[Block] = 
     `bodies` are the stones where they lie, `held` the supports that are drawn with them; there is at least one body or
     support.
     """
-    whole = Assembly(
-        tuple(Block(f"{k}", b.vertices, b.faces) for k, b in enumerate((*bodies, *held)) if len(b.faces)), contacts=None
-    )
-    fixed = np.arange(len(bodies) + len(held)) >= len(bodies)
-    there = np.array([len(b.faces) > 0 for b in (*bodies, *held)], bool)
-    drawn = still(whole, fixed[there], gravity=DOWN)
+    parts = ((bodies, False), (held, True))
+    there = [(body, one) for some, one in parts for body in some if len(body.faces)]
+    whole = Assembly(tuple(Block(f"{k}", b.vertices, b.faces) for k, (b, _) in enumerate(there)), contacts=None)
+    drawn = still(whole, np.array([one for _, one in there], bool), gravity=DOWN)
     return _card(said, _shown(drawn, said.title, scene))
 
 

@@ -15,8 +15,6 @@ from cyclopean.view.carving_drawing import DATUM, MEANT
 from cyclopean.view.markup import document, figure, headline, section
 from cyclopean.view.stone_sheet import stone_sheet_svg
 
-__all__ = ["overall", "overview_html"]
-
 _STYLE = "ul.files{columns:2;padding-left:1.1rem}ul.files li{break-inside:avoid}"
 _AS_BUILT = "Finished means as carved, with the gaps that are left; the stages are those of the wall as {}."
 SHOWN = 24  # stones of the inventory
@@ -56,19 +54,20 @@ def overview_html(
         ("gap: left empty", f"{whole.gap:.3f}"),
         ("stages", len(sequence.steps)),
     ]
+    stock = (
+        f"{len(stones)} stones of {1e3 * sum(s.volume for s in stones):,.0f} litres were at hand, {len(cuts)} of them"
+    )
+    links = "".join(
+        f'<li><a href="{quote(file, safe="/")}">{escape(file)}</a>: {escape(what)}</li>' for file, what in files.items()
+    )
     body = (
         headline(drawn.assembly.name, figures, answer=(title.removesuffix("."), f"{said} {_AS_BUILT.format(shown)}")),
-        section("Which stones", figure(stone_sheet_svg(stones, most=SHOWN)), _stock(stones, cuts)),
+        section("Which stones", figure(stone_sheet_svg(stones, most=SHOWN)), f"{stock} are used."),
         section("Where they go", figure(before) + figure(after), _carving(whole, wall)),
         section("How it is built", figure(building_svg(sequence)), _building(sequence)),
-        section("Files beside this page", _links(files)),
+        section("Files beside this page", f'<ul class="files">{links}</ul>'),
     )
     return document(drawn.assembly.name, body, word=result.verdict, style=_STYLE)
-
-
-def _stock(stones: Sequence[Stone], cuts: Sequence[Carved]) -> str:
-    litres = 1e3 * sum(stone.volume for stone in stones)
-    return f"{len(stones)} stones of {litres:,.0f} litres were at hand, {len(cuts)} of them are used."
 
 
 def _carving(whole: Total, wall: CarvedWall) -> str:
@@ -86,10 +85,3 @@ def _building(sequence: BuildSequence) -> str:
     stable = sum(step.verdict == "stable" for step in sequence.steps)
     props = f", {held} more with props" if held else ""
     return f"{stable} of {count} stages are stable{props}; each verdict has a certificate of its own."
-
-
-def _links(files: Mapping[str, str]) -> str:
-    rows = "".join(
-        f'<li><a href="{quote(file, safe="/")}">{escape(file)}</a>: {escape(what)}</li>' for file, what in files.items()
-    )
-    return f'<ul class="files">{rows}</ul>'

@@ -4,44 +4,16 @@ from html import escape
 
 from cyclopean.analysis import Result
 from cyclopean.analysis.answers import answer
+from cyclopean.view import markup, tables
 from cyclopean.view.colours import FORCE, GRAVITY, PULL, THRUST, WEAK
 from cyclopean.view.coupling import coupled, known_all_the_same, near, refuted, tension
 from cyclopean.view.drawing import Picture, picture, settled
 from cyclopean.view.elevation import elevation_svg
 from cyclopean.view.figures import force_text
-from cyclopean.view.markup import (
-    DASHED,
-    DRAG,
-    POLICY,
-    SUPPORTED,
-    arrow,
-    document,
-    figure,
-    headline,
-    key,
-    legend,
-    listed,
-    model_figures,
-    section,
-    switch,
-    written_first,
-)
 from cyclopean.view.proof_here import proof_here
 from cyclopean.view.proofs import proves, proves_not
 from cyclopean.view.sensitivity_chart import sensitivity_section
 from cyclopean.view.svg import rect
-from cyclopean.view.tables import (
-    assumptions,
-    contacts_table,
-    margins_section,
-    movement_table,
-    provenance_table,
-    residuals_table,
-    settlement_table,
-    subsidence_section,
-)
-
-__all__ = ["report_html"]
 
 _METHOD = {
     "rbe": "rigid-block equilibrium (RBE)",
@@ -69,35 +41,30 @@ def report_html(
     str
         HTML that opens from a file, off line. The 3D scene needs WebGL; an elevation takes its place in print.
     """
-    drawn = picture(result)
+    drawn, rest = picture(result), settled(result)
+    said = "The stones at the last state of rest, over where they stood."
+    place = "" if rest is None else markup.figure(elevation_svg(rest, "Where they come to rest"), said)
     body = (
         _head(result, model_file),
         known_all_the_same(result),
-        section("How it moves" if drawn.motion else "The model", _pictures(result, drawn)),
+        markup.section("How it moves" if drawn.motion else "The model", _pictures(result, drawn)),
         coupled(result, drawn),
         refuted(result),
         near(result),
-        section("What was assumed", assumptions(result), _ASSUMED if result.assumed else ""),
-        section("After the settlement", settlement_table(result), _SETTLED),
-        section("Blocks that move most", movement_table(result, drawn.motion)),
-        section("Most used contacts", contacts_table(result), _CONTACTS),
-        "" if result.path is None else subsidence_section(result.path, result, _place(result)),
-        "" if result.margins is None else margins_section(result.margins, result),
+        markup.section("What was assumed", tables.assumptions(result), _ASSUMED if result.assumed else ""),
+        markup.section("After the settlement", tables.settlement_table(result), _SETTLED),
+        markup.section("Blocks that move most", tables.movement_table(result, drawn.motion)),
+        markup.section("Most used contacts", tables.contacts_table(result), _CONTACTS),
+        "" if result.path is None else tables.subsidence_section(result.path, result, place),
+        "" if result.margins is None else tables.margins_section(result.margins, result),
         "" if result.sensitivity is None else sensitivity_section(result.sensitivity),
-        section("Tension it would need", tension(result)),
-        section("Warnings", listed(result.warnings)),
-        section("How to verify it", _proof(result, certificate_file, model_file)),
-        section("How exact the answer is", residuals_table(result), _EXACT),
-        section("How it was computed", provenance_table(result)),
+        markup.section("Tension it would need", tension(result)),
+        markup.section("Warnings", markup.listed(result.warnings)),
+        markup.section("How to verify it", _proof(result, certificate_file, model_file)),
+        markup.section("How exact the answer is", tables.residuals_table(result), _EXACT),
+        markup.section("How it was computed", tables.provenance_table(result)),
     )
-    return document(f"{result.assembly.name}: {result.verdict}", body, word=result.verdict, may=POLICY)
-
-
-def _place(result: Result) -> str:
-    """The stones at the last state of rest of a settlement."""
-    place = settled(result)
-    said = "The stones at the last state of rest, over where they stood."
-    return "" if place is None else figure(elevation_svg(place, "Where they come to rest"), said)
+    return markup.document(f"{result.assembly.name}: {result.verdict}", body, word=result.verdict, may=markup.POLICY)
 
 
 _ASSUMED = "Neither the model nor the command said what is marked as assumed. Check it before you rely on the verdict."
@@ -112,7 +79,7 @@ def _head(result: Result, model_file: str | None) -> str:
     n, held, (word, said) = len(result.assembly), int(result.fixed.sum()), answer(result)
     figures = [("blocks", n), ("of them free", n - held), ("contacts", len(result.contacts))]
     figures.append(("contact points", len(result.contacts.point)))
-    return headline(
+    return markup.headline(
         result.assembly.name,
         figures,
         _METHOD.get(result.method, result.method),
@@ -137,9 +104,9 @@ def _pictures(result: Result, drawn: Picture) -> str:
     if not len(drawn.mesh.vertex):
         return ""
     notes = "".join(f" {escape(note)}" for note in drawn.notes)
-    layers = f"{DRAG}{_INSIDE if len(drawn.arrow) else ''}{_POINTS if len(drawn.press) else ''}"
+    layers = f"{markup.DRAG}{_INSIDE if len(drawn.arrow) else ''}{_POINTS if len(drawn.press) else ''}"
     caption = _caption(result, drawn) + notes
-    return _legend(drawn) + model_figures(drawn, result.assembly.name, caption, layers=layers)
+    return _legend(drawn) + markup.model_figures(drawn, result.assembly.name, caption, layers=layers)
 
 
 _INSIDE = " Forces lie inside the stones: switch those off to see them, or the utilisation on."
@@ -171,16 +138,20 @@ def _caption(result: Result, drawn: Picture) -> str:
 def _legend(drawn: Picture) -> str:
     thrust = f'<path d="M1 8H31" stroke="{THRUST}" stroke-width="3.5"/>'
     longest = f"contact force, the longest is {force_text(drawn.largest)}"
-    return legend(
+    return markup.legend(
         [
-            switch(drawn.quantity),
-            key(SUPPORTED, "support"),
-            key(rect(0.0, 0.0, 32.0, 16.0, f'fill="{WEAK}"'), "where the search ends") if len(drawn.blamed) else "",
-            key(arrow(FORCE), longest) if len(drawn.arrow) else "",
-            key(thrust, "line of thrust: centres of pressure, joint by joint") if len(drawn.thrust) else "",
-            key(DASHED, "where it stands") if len(drawn.ghost) else "",
-            key(f'<circle cx="16" cy="8" r="6" fill="{PULL}"/>', "would have to pull") if len(drawn.pull) else "",
-            key(arrow(GRAVITY), "gravity"),
+            markup.switch(drawn.quantity),
+            markup.key(markup.SUPPORTED, "support"),
+            markup.key(rect(0.0, 0.0, 32.0, 16.0, f'fill="{WEAK}"'), "where the search ends")
+            if len(drawn.blamed)
+            else "",
+            markup.key(markup.arrow(FORCE), longest) if len(drawn.arrow) else "",
+            markup.key(thrust, "line of thrust: centres of pressure, joint by joint") if len(drawn.thrust) else "",
+            markup.key(markup.DASHED, "where it stands") if len(drawn.ghost) else "",
+            markup.key(f'<circle cx="16" cy="8" r="6" fill="{PULL}"/>', "would have to pull")
+            if len(drawn.pull)
+            else "",
+            markup.key(markup.arrow(GRAVITY), "gravity"),
         ]
     )
 
@@ -195,17 +166,14 @@ def _proof(result: Result, certificate_file: str | None, model_file: str | None)
     if result.certificate is None:
         lead = "<p>There is no certificate: it is proved neither that this model stands nor that it falls.</p>"
         return lead if result.verdict == "undecided" else ""
-    name, write = written_first("check {model}", certificate_file, model_file)
+    name, write = markup.written_first("check {model}", certificate_file, model_file)
     kind = escape(str(result.certificate.get("kind", "")))
+    does, does_not = ("".join(f"<li>{line}</li>" for line in lines) for lines in (proves(result), proves_not(result)))
     return (
         f"{write}<p>The verdict carries a certificate ({kind}). Check it with</p>"
         f"<pre>cyclopean verify {name}</pre><p>The checker also runs alone. It uses exact arithmetic and"
         f" Python's standard library, and shares no code with the solvers:</p>"
         f"<pre>python -m cyclopean.proof {name}</pre>{proof_here(result.certificate, result.assembly.name)}"
-        f'<div class="proof"><div><h3>What it proves</h3><ul>{_items(proves(result))}</ul></div>'
-        f"<div><h3>What it does not</h3><ul>{_items(proves_not(result))}</ul></div></div>"
+        f'<div class="proof"><div><h3>What it proves</h3><ul>{does}</ul></div>'
+        f"<div><h3>What it does not</h3><ul>{does_not}</ul></div></div>"
     )
-
-
-def _items(lines: list[str]) -> str:
-    return "".join(f"<li>{line}</li>" for line in lines)

@@ -11,8 +11,6 @@ import numpy as np
 
 from cyclopean.arrays import Ints
 
-__all__ = ["png"]
-
 _OF_PALETTE, _RGBA = 3, 6  # colour types
 
 
@@ -26,8 +24,5 @@ def png(pixel: Ints, palette: Ints | None = None) -> bytes:
     if palette is not None:
         colour = palette.astype(np.uint8)
         parts[1:1] = [(b"PLTE", colour[:, :3].tobytes()), (b"tRNS", colour[:, 3].tobytes())]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in parts)
-
-
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    chunks = (struct.pack(">I", len(d)) + kind + d + struct.pack(">I", zlib.crc32(kind + d)) for kind, d in parts)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)

@@ -10,8 +10,6 @@ from importlib.resources import files
 
 from cyclopean.view.markup import document, section
 
-__all__ = ["CHECKING", "proof_here", "proof_page"]
-
 # Of pages that check a proof and have no scene: the worker comes out of the page itself.
 CHECKING = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; worker-src blob:;"

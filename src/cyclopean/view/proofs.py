@@ -2,8 +2,6 @@
 
 from cyclopean.analysis import Result
 
-__all__ = ["proves", "proves_not"]
-
 _REBUILT = "Volumes, weights and contact normals are rebuilt from the geometry, and every contact lies on both blocks."
 _BALANCED = (
     "The listed forces push and never pull, stay within friction at every contact point, and balance every free"

@@ -5,8 +5,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-__all__ = ["RateLimit"]
-
 
 class RateLimit:
     """So many in any span of so many seconds; any thread may ask.

@@ -15,8 +15,6 @@ from cyclopean.geometry.sides import rings
 from cyclopean.view.colours import rgb, shaded
 from cyclopean.view.png import png
 
-__all__ = ["Relief", "hollow", "outlines", "picture", "places", "relief"]
-
 STRIDE = 3  # corners of a pixelled outline that become one of the path
 SHORT = 12  # corners: what is shorter is a speck
 DARKEST = 0.8  # light that a place loses which sees no sky

@@ -47,8 +47,6 @@ from cyclopean.view.svg import (
     to_scale,
 )
 
-__all__ = ["ROLES", "SIDES", "Profile", "Told", "courses_svg", "rubble_svg"]
-
 _VIEWS = {
     "front": ("Front", (1, 0, 0), (0, 1, 0)),
     "back": ("Back", (-1, 0, 0), (0, -1, 0)),
@@ -192,7 +190,7 @@ class _Frame:
         view = _view(side)
         low, high = stones.extent(view)
         across, up = (scale * (high - low)).tolist()
-        paper = Paper(view, low, foot, scale, WIDTH, 0.0)
+        paper = Paper(view, low, foot, scale)
         return cls(side, cut, paper, float(foot[0]), float(foot[1]) - up, across, up, fine)
 
     @property
@@ -208,7 +206,7 @@ class _Frame:
     def pixels(self, point: Floats) -> Floats:
         """(..., 3) pixels to the right, down and towards the viewer, of points (..., 3) in m."""
         flat, depth = project(point, self.paper.view)
-        at = (self.paper.foot + (flat - self.paper.low) * [self.paper.scale, -self.paper.scale]) - [self.left, self.top]
+        at = self.paper.of_flat(flat) - [self.left, self.top]
         return np.asarray(np.concatenate([at, -depth[..., None] * self.paper.scale], axis=-1) * self.fine)
 
 
@@ -269,10 +267,11 @@ def courses_svg(assembly: Assembly, title: str, told: Told) -> str:
         foot = np.array([(wide + APART) * (k % ACROSS), pitch * (k // ACROSS) + scale * up]) + MARGIN
         frame = _Frame.placed(stones, "above", scale, foot, LESS_FINE)
         here = np.flatnonzero(course == one).tolist()
+        stones_here = f"{len(here)} stone{'s' * (len(here) != 1)}"
         seen = _seen(stones, frame, here, seen)
         parts.append(_image(stones, seen, frame, course != one))
         parts.append(layer("stones", [_rims(stones, seen, frame, here)], solid=True))
-        parts.append(layer("text", [_words(frame, CAPTION - 6.0, f"Course {one + 1}", _count(len(here)))]))
+        parts.append(layer("text", [_words(frame, CAPTION - 6.0, f"Course {one + 1}", stones_here)]))
     height, first = MARGIN + pitch * -(-len(every) // ACROSS), (MARGIN, MARGIN + scale * up)
     return sheet((WIDTH, height), title, parts, letters=LETTERS, more=to_scale(scale, first))
 
@@ -310,8 +309,14 @@ def _picture(stones: _Stones, frame: _Frame, cuts: Sequence[float]) -> str:
     rims = _rims(stones, seen, frame, () if section else range(len(stones.name)))
     front = frame.side == "front"
     level, line = _level(seen, frame) if front else (0.0, "")
-    sizes = [_height_of(stones, frame)] if front else []
-    sizes += [_width_of(stones, frame)] if frame.side in ("front", "right", SECTION) else []
+    ends = frame.paper.of(stones.ends)
+    (left, top), (right, foot) = ends.min(axis=0).tolist(), ends.max(axis=0).tolist()
+    sizes = []
+    if front:
+        upright = f"translate({frame.left - 0.62 * DIMENSION:.1f} {foot:.{EXACT}f}) rotate(-90)"
+        sizes.append(f'<g transform="{upright}">{_dimension(0.0, foot - top, 0.0, frame.paper.scale)}</g>')
+    if frame.side in ("front", "right", SECTION):
+        sizes.append(_dimension(left, right - left, frame.foot + STRIP + 0.7 * DIMENSION, frame.paper.scale))
     name, words = _VIEWS[frame.side][0], f"dashed: mean top, {number(level)} m" if front else ""
     if frame.cut is not None:
         name, words = f"Section {_letter(cuts, frame.cut)}", f"x = {number(frame.cut)} m"
@@ -447,20 +452,6 @@ def _level(seen: Relief, frame: _Frame) -> tuple[float, str]:
     return (frame.high - top) / frame.paper.scale, line
 
 
-def _width_of(stones: _Stones, frame: _Frame) -> str:
-    """The dimension of the stones below a picture."""
-    flat = frame.paper.of(stones.ends)[:, 0]
-    y = frame.foot + STRIP + 0.7 * DIMENSION
-    return _dimension(float(flat.min()), float(np.ptp(flat)), y, frame.paper.scale)
-
-
-def _height_of(stones: _Stones, frame: _Frame) -> str:
-    """The dimension of the stones to the left of a picture."""
-    flat = frame.paper.of(stones.ends)[:, 1]
-    turned = f"translate({frame.left - 0.62 * DIMENSION:.1f} {flat.max():.{EXACT}f}) rotate(-90)"
-    return f'<g transform="{turned}">{_dimension(0.0, float(np.ptp(flat)), 0.0, frame.paper.scale)}</g>'
-
-
 def _dimension(x: float, long: float, y: float, scale: float) -> str:
     """A level line of a length (drawing units) with its ends marked, and what it measures."""
     ends = "".join(f"M{end:.{EXACT}f} {y - 6:.1f}v12m-4 -2l8 -8" for end in (x, x + long))
@@ -519,7 +510,3 @@ def _keys(stones: _Stones) -> Iterable[tuple[str, str]]:
 
 def _swatch(fill: str, stroke: str) -> str:
     return rect(0.0, -12.0, 26.0, 14.0, f'fill="{fill}" stroke="{stroke}"')
-
-
-def _count(stones: int) -> str:
-    return f"{stones} stone{'' if stones == 1 else 's'}"

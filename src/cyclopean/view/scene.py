@@ -19,8 +19,6 @@ from cyclopean.view.layers import SPAN, camera, dots, fit, gravity_arrow, light,
 from cyclopean.view.solids import Layer, Layers, arrow_solids, stone_layers
 from cyclopean.view.svg import front_view
 
-__all__ = ["scene_html"]
-
 APART = 0.4  # of its distance from the middle, that a stone moves in the exploded view
 HEAVY = 200_000  # corners of faces beyond which there is no exploded view: the page would be too heavy
 # Viser's own notices would tell the reader of a report about his graphics driver.

@@ -10,8 +10,6 @@ from cyclopean.view.colours import ACCENT, INK
 from cyclopean.view.markup import figure, section
 from cyclopean.view.svg import grid, rect, sheet, text
 
-__all__ = ["sensitivity_section", "sensitivity_svg"]
-
 BINS = 10  # bars of a histogram
 WIDE, HIGH, LEFT, TOP, FOOT = 640.0, 150.0, 52.0, 34.0, 30.0  # of one panel, and what its axes take
 NAMES = {

@@ -9,6 +9,7 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly
 from cyclopean.design.rubble.as_built import course_of
+from cyclopean.texts import first_few
 from cyclopean.view.drawing import still
 from cyclopean.view.figures import number
 from cyclopean.view.markup import POLICY, document, figure, headline, scene_figure, section, table
@@ -18,8 +19,6 @@ from cyclopean.view.rubble_drawing import Profile, Told, courses_svg, rubble_svg
 if TYPE_CHECKING:
     from cyclopean.design.rubble.wall import RubbleWall
     from cyclopean.design.stones.inventory import Inventory
-
-__all__ = ["answer_of", "named", "settled_html", "settled_page", "stands_of", "told_measures", "told_of"]
 
 LISTED = 6  # stones named one by one
 SECTIONS = 3  # at equal steps along the wall
@@ -169,15 +168,9 @@ def stands_of(wall: "RubbleWall", inventory: "Inventory") -> str:
     """Whether it stands while it is laid, and which stones do not."""
     asked = wall.settings
     falls = [inventory.stones[laid.stone].id for laid in wall.laid if not laid.stable]
-    what = "It stands" if not falls else f"Without {named(falls)}, which would fall, it stands"
+    what = "It stands" if not falls else f"Without {first_few(falls, LISTED)}, which would fall, it stands"
     since = "at every stage from here on" if _stood(wall) else "at every stage"
     return f"{what} {since} with friction {asked.friction:g} and gravity leaning by {asked.lean:g} degrees."
-
-
-def named(names: Sequence[str]) -> str:
-    """The first few of some names, and how many more there are."""
-    more = len(names) - LISTED
-    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _stood(wall: "RubbleWall") -> list[str]:

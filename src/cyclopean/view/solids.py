@@ -14,8 +14,6 @@ from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.view.colours import BLAMED, HELD, STEPS, STONES, UNKNOWN, fill, rgb
 from cyclopean.view.drawing import ROUGH, Picture
 
-__all__ = ["Layer", "Layers", "arrow_solids", "block_layers", "once", "stone_layers", "wires"]
-
 SUN = np.array([-3.0, -6.0, 8.0])  # where light comes from: lines are turned towards it, so that all are equally dark
 THIN = 2e-5  # width of what stands for a line, in units of the drawing: far below a pixel, far above rounding
 THROUGH = 0.6  # opacity of free blocks where forces are shown inside them

@@ -14,8 +14,6 @@ from cyclopean.geometry.frames import unit
 from cyclopean.geometry.solids import mesh_of, solid_of
 from cyclopean.view.colours import shaded
 
-__all__ = ["facing", "stone_faces", "stone_svg"]
-
 GRAIN = 5  # steps of coordinates in one unit; whole numbers keep the file small
 FINE = 2.0  # units: faces smaller than that are joined, as no eye would tell them apart
 HAIR = 1.1  # units: the stroke, of the colour of its face, closes the hairlines between faces

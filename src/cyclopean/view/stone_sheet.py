@@ -10,15 +10,12 @@ from html import escape
 
 import numpy as np
 
-from cyclopean.arrays import Ints
 from cyclopean.design.stones.inventory import CLASSES, shape_of
 from cyclopean.design.stones.stone import Stone, in_body_frame
 from cyclopean.errors import InputError
 from cyclopean.view.figures import number
 from cyclopean.view.stone_faces import stone_faces, stone_svg
 from cyclopean.view.svg import WIDTH, round_length, scale_bar, sheet, text
-
-__all__ = ["stone_sheet_svg"]
 
 MARGIN, GAP = 16.0, 14.0  # drawing units
 LABEL, LINE = 11.5, 14.0  # size of the letters of a label, and height of its lines
@@ -42,7 +39,8 @@ def stone_sheet_svg(stones: Sequence[Stone], columns: int = 8, most: int = 48) -
         raise InputError("contact sheet: there are no stones to draw")
     if columns < 1 or most < 1:
         raise InputError(f"contact sheet: {columns} columns, {most} stones; ask for at least 1 of each")
-    shown = [stones[k] for k in _steps(len(stones), most)]
+    steps = np.linspace(0, len(stones) - 1, min(most, len(stones))).round()  # the first and the last among them
+    shown = [stones[k] for k in np.unique(steps.astype(np.int64))]
     columns = min(columns, len(shown))
     bodies = [in_body_frame(stone) for stone in shown]
     extent = np.array([np.ptp(body[:, :2], axis=0) for body in bodies]).max(axis=0)  # m
@@ -64,11 +62,6 @@ def stone_sheet_svg(stones: Sequence[Stone], columns: int = 8, most: int = 48) -
         parts.append(_label(stone, x, y + high + LINE, pitch))
     height = 2.0 * MARGIN + HEAD + row * -(-len(shown) // columns)
     return sheet((WIDTH, height), f"Contact sheet of {len(shown)} stones", parts, letters=LABEL)
-
-
-def _steps(count: int, most: int) -> Ints:
-    """Indices of at most `most` of `count` things, at equal steps, the first and the last among them."""
-    return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(np.int64))
 
 
 def _label(stone: Stone, x: float, y: float, pitch: float) -> str:

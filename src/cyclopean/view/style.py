@@ -2,8 +2,6 @@
 
 from cyclopean.view.colours import ACCENT, FORCE, GRAVITY, INK, LINE, SCALE, SOFT
 
-__all__ = ["sheet"]
-
 _COMMON = """
 :root{--ink:#23211d;--soft:#5b5750;--line:#dedbd3;--paper:#fff;--wash:#f7f6f2;--shade:#0003;color-scheme:light dark}
 *{box-sizing:border-box}

@@ -8,7 +8,7 @@ seen. Written as a file it is as large as what it shows (`true_size`); `io.dxf_t
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 
@@ -17,32 +17,6 @@ import numpy as np
 from cyclopean.arrays import Floats
 from cyclopean.view.colours import HATCH, INK, LINE, SOFT
 from cyclopean.view.figures import number
-
-__all__ = [
-    "EXACT",
-    "PAPER",
-    "WIDTH",
-    "Paper",
-    "View",
-    "closed",
-    "fitted",
-    "front_view",
-    "grain",
-    "grid",
-    "hatch",
-    "layer",
-    "legend",
-    "open_path",
-    "project",
-    "rect",
-    "round_length",
-    "scale_bar",
-    "segments",
-    "sheet",
-    "text",
-    "to_scale",
-    "true_size",
-]
 
 WIDTH = 1000.0  # drawing units
 PAPER = "#ffffff"
@@ -100,12 +74,16 @@ class Paper:
     low: Floats  # (2,) m, right and up: what lies at `foot`
     foot: Floats  # (2,) drawing units
     scale: float  # drawing units a metre
-    width: float
-    height: float
+    width: float = WIDTH
+    height: float = 0.0
 
     def of(self, point: Floats) -> Floats:
         """(..., 2) drawing units of points (..., 3) in m."""
-        return np.asarray(self.foot + (project(point, self.view)[0] - self.low) * [self.scale, -self.scale])
+        return self.of_flat(project(point, self.view)[0])
+
+    def of_flat(self, flat: Floats) -> Floats:
+        """(..., 2) drawing units of what lies so far right and up, (..., 2) m."""
+        return np.asarray(self.foot + (flat - self.low) * [self.scale, -self.scale])
 
     def way(self, move: Floats) -> Floats:
         """(2,) drawing units that a shift (3,) in m amounts to."""
@@ -190,21 +168,16 @@ def true_size(drawing: str) -> str:
         return drawing
     wide, high = (f"{float(side) * 1000.0 / float(scale[1]):.12g}mm" for side in size.groups())
     root = f' xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" width="{wide}" height="{high}"'
-    named = re.sub(r'<g data-layer="([^"]+)"( data-solid="1")?', _inkscape_layer(), drawing)
-    return named.replace(scale[0], root + scale[0], 1)
-
-
-def _inkscape_layer() -> Callable[[re.Match[str]], str]:
-    """What a layer is in Inkscape, and by its id in other programs; names may come again, ids may not."""
     seen: Counter[str] = Counter()
 
     def named(found: re.Match[str]) -> str:
+        """A layer of Inkscape, and by its id of other programs; names may come again, ids may not."""
         name = found[1]
         seen[name] += 1
         number = f"-{seen[name]}" if seen[name] > 1 else ""
         return f'<g id="{name}{number}" inkscape:groupmode="layer" inkscape:label="{name}"'
 
-    return named
+    return re.sub(r'<g data-layer="([^"]+)"( data-solid="1")?', named, drawing).replace(scale[0], root + scale[0], 1)
 
 
 def open_path(points: Floats, digits: int = 1) -> str:

@@ -11,24 +11,11 @@ from cyclopean.analysis.safety_margins import Bracket
 from cyclopean.analysis.verdict import millimetres
 from cyclopean.arrays import Floats
 from cyclopean.assembly import Contacts
+from cyclopean.texts import first_few
 from cyclopean.view.colours import classes, fill
 from cyclopean.view.figures import cases, densities, fastest, needed_tension, number, resultants, unit_of, worst
 from cyclopean.view.markup import bar, section, table
 from cyclopean.view.motion import Motion
-
-__all__ = [
-    "assumptions",
-    "cases_table",
-    "contacts_table",
-    "joint_name",
-    "margins_section",
-    "movement_table",
-    "provenance_table",
-    "residuals_table",
-    "settlement_table",
-    "subsidence_section",
-    "tension_table",
-]
 
 ROWS = 12  # of the longer tables
 
@@ -110,11 +97,8 @@ def _direction(velocity: Floats) -> Cell:
     speed = float(np.linalg.norm(velocity))
     if not (speed > 0.0):
         return "stays"
-    return ", ".join(_signed(part) for part in (velocity / speed).round(2).tolist())
-
-
-def _signed(value: float) -> str:
-    return f"{value:+.2f}".replace("-", "−") if value else "0"
+    parts = (velocity / speed).round(2).tolist()
+    return ", ".join(f"{part:+.2f}".replace("-", "−") if part else "0" for part in parts)
 
 
 def tension_table(result: Result) -> str:
@@ -200,9 +184,8 @@ def assumptions(result: Result) -> str:
         rows.append(_assumption(result, "tolerance", "Forgiven of the drawing", forgiven, ""))
     if partly := result.partly_held:
         sides = {block.id: " ".join(block.held) for block in result.assembly.blocks if block.held}
-        some = ", ".join(f"{name} ({sides[name]})" for name in partly[:5])
-        more = f" and {len(partly) - 5} more" if len(partly) > 5 else ""
-        rows.append(_assumption(result, "held", "Partly held", some + more, ""))
+        some = first_few([f"{name} ({sides[name]})" for name in partly], 5)
+        rows.append(_assumption(result, "held", "Partly held", some, ""))
     if result.loading is not None:
         rows.append(_assumption(result, "loads", "Loads", result.loading.words(), ""))
     if result.strength > 0.0:

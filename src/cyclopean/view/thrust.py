@@ -10,8 +10,6 @@ from cyclopean.analysis import Result
 from cyclopean.arrays import Floats
 from cyclopean.view.figures import resultants
 
-__all__ = ["thrust_line"]
-
 
 def thrust_line(result: Result) -> Floats:
     """(t, 2, 3) m: pieces of the line of thrust; none where a free block bears on more than two joints."""

@@ -14,8 +14,6 @@ from cyclopean.view.markup import document, figure, headline, listed, section, t
 from cyclopean.view.svg import PAPER, grid, legend, open_path, rect, round_length, sheet, text
 from cyclopean.view.wall_drawing import wall_svg
 
-__all__ = ["alternative_svg", "tradeoff_html", "tradeoff_svg"]
-
 WIDE, HIGH, LEFT, BASE, TOP = 760.0, 440.0, 70.0, 340.0, 20.0  # of the sheet, and where its axes lie
 AROUND = 0.08  # of its range, that an axis goes on beyond the outermost walls
 LEAST = 0.02  # that an axis ranges over, so that rounding is not drawn large
@@ -42,12 +40,7 @@ def tradeoff_svg(found: Tradeoff) -> str:
     levels, ticks = (_ticks(float(low[k]), float(high[k]), float(room[k]), (LEFT, BASE)[k]) for k in (1, 0))
     parts = [
         grid(LEFT, room[0], levels, ticks, BASE + 20.0),
-        text(
-            LEFT + room[0] / 2.0,
-            BASE + 42.0,
-            f"Lambda: share of the stones that is carved away, at gap {found.gap:g}",
-            _MIDDLE,
-        ),
+        text(LEFT + room[0] / 2.0, BASE + 42.0, f"{_ACROSS}, at gap {found.gap:g}", _MIDDLE),
         text(18.0, (BASE + TOP) / 2.0, "J: interlock", f'{_MIDDLE} transform="rotate(-90 18 {(BASE + TOP) / 2:g})"'),
     ]
     joined = place[list(found.non_dominated)]
@@ -71,6 +64,7 @@ def tradeoff_svg(found: Tradeoff) -> str:
     return sheet((WIDE, HIGH), "Interlock over the share that is carved away", parts, letters=14.0)
 
 
+_ACROSS = "Lambda: share of the stones that is carved away"
 _MIDDLE = f'text-anchor="middle" fill="{SOFT}"'
 
 
@@ -132,7 +126,9 @@ def tradeoff_html(found: Tradeoff, pictures: Sequence[str] | None = None) -> str
     figures = [("walls", len(found)), ("not beaten", len(found.non_dominated)), ("gap of all", f"{found.gap:g}")]
     drawn = pictures or [alternative_svg(one, f"wall {k}") for k, one in enumerate(found.alternatives, 1)]
     order = [*found.non_dominated, *(k for k in range(len(found)) if k not in found.non_dominated)]
-    walls = "".join(figure(drawn[k], _told(found, k)) for k in order)
+    fault = [one.fault(found.gap) or "beaten" for one in found.alternatives]
+    said = ["not beaten" if k in found.non_dominated else fault[k] for k in range(len(found))]
+    walls = "".join(figure(drawn[k], f"Wall {k + 1}: {said[k]}.") for k in order)
     body = (
         headline(title, figures),
         section("The curve", figure(tradeoff_svg(found), _CAPTION), f"{MEANT} {J_MEANT}"),
@@ -144,12 +140,6 @@ def tradeoff_html(found: Tradeoff, pictures: Sequence[str] | None = None) -> str
 
 
 _WALLS = "The darker a stone, the more of it is carved away. J falls with head joints above each other, and crossings."
-
-
-def _told(found: Tradeoff, k: int) -> str:
-    """Below the picture of one wall."""
-    beaten = "not beaten" if k in found.non_dominated else found.alternatives[k].fault(found.gap) or "beaten"
-    return f"Wall {k + 1}: {beaten}."
 
 
 def _table(found: Tradeoff, order: Sequence[int]) -> str:

@@ -20,8 +20,6 @@ from cyclopean.design.walls.pattern import Pattern
 from cyclopean.view.colours import ACCENT, FORCE, GHOST, INK, RUB
 from cyclopean.view.svg import EXACT, PAPER, WIDTH, closed, layer, legend, open_path, sheet, to_scale
 
-__all__ = ["corner_svg", "wall_svg"]
-
 MARGIN = 24.0  # drawing units
 LEGEND, LINE = 44.0, 5  # height below the wall, and parts of it in one line
 SEAM = 30.0  # between two walls of a corner

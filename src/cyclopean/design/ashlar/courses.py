@@ -188,7 +188,9 @@ def _fill(work: _Work, span: Span, leaf: int, segment: _Segment) -> None:
     """Fill a span with one stone, with several where no piece is long enough, or note the gap."""
     plan, head = work.plan, work.plan.settings.head
     while not _place(work, span, leaf, segment):
-        longest = _longest(work, leaf) + head
+        # no more than the longest piece that is high and deep enough
+        sizes, fits = work.candidates(np.array([0.0, _depths(plan.settings, leaf)[1], work.band[0]]))
+        longest = float(sizes[..., 0][fits].max(initial=0.0)) + head
         low, high = span.low + plan.least, min(span.low + longest, span.high - plan.least)
         joint = best_joint(low, high, work.below[leaf], span.low + longest)
         if joint is None or not _place(work, replace(span, high=joint, kind="closer"), leaf, segment):
@@ -200,12 +202,6 @@ def _fill(work: _Work, span: Span, leaf: int, segment: _Segment) -> None:
                 work.gaps.append(Gap(work.number, span.low, end, leaf))
             return
         span = replace(span, low=joint, kind="closer")
-
-
-def _longest(work: _Work, leaf: int) -> float:
-    """Length (m) of the longest piece that is high and deep enough; 0 where there is none."""
-    sizes, fits = work.candidates(np.array([0.0, _depths(work.plan.settings, leaf)[1], work.band[0]]))
-    return float(sizes[..., 0][fits].max(initial=0.0))
 
 
 def _fill_as_found(work: _Work, segment: _Segment, leaf: int) -> None:

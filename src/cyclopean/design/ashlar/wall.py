@@ -34,15 +34,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.arrays import Floats, Ints
+from cyclopean.arrays import Floats
 from cyclopean.assembly import Assembly, Block, detect
 from cyclopean.design.ashlar.courses import lay
 from cyclopean.design.ashlar.planning import AshlarSettings, Gap, LaidStone, Rule, first_fit, planned
-from cyclopean.design.ashlar.stock import Slab, Stock, stock_of
-from cyclopean.design.walls.interlock import Interlock, interlock_of
-from cyclopean.geometry import Subdivision, subdivide
+from cyclopean.design.ashlar.stock import SAME, Slab, Stock, stock_of
+from cyclopean.design.walls.interlock import interlock_of
+from cyclopean.geometry import Subdivision
+from cyclopean.geometry.line_net import outlined_cells
 
-__all__ = ["AshlarWall", "Readout", "ashlar", "built", "face_of", "interlock_of_face", "open_stones"]
+__all__ = ["AshlarWall", "Readout", "ashlar", "built", "face_of", "open_stones"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +122,10 @@ def built(
     unit: float = 0.0,
 ) -> AshlarWall:
     """Make a wall of stones that were laid in any order; `unit` is the length of a stone with one joint (m)."""
-    stones = _with_top(sorted(laid, key=lambda s: (s.slot.course, s.slot.low[0], s.slot.low[1])))
+    stones = tuple(sorted(laid, key=lambda s: (s.slot.course, s.slot.low[0], s.slot.low[1])))
+    last = [s for s in stones if s.slot.course == stones[-1].slot.course]  # has no bed joint on top
+    top = (replace(s, cell_high=np.append(s.cell_high[:2], s.slot.high[2])) for s in last)
+    stones = (*stones[: len(stones) - len(last)], *top)
     assembly = _assembly(settings, stones, left.slabs)
     readout = _readout(settings, stones, left, unit)
     return AshlarWall(settings, stones, left, tuple(gaps), tuple(notes), readout, assembly, unit)
@@ -137,13 +141,6 @@ def _box(name: str, low: Floats, high: Floats, density: float | None, fixed: boo
     """A cuboid; its corners are counted in binary, x first."""
     corner = np.array([[k & 1, k >> 1 & 1, k >> 2] for k in range(8)], bool)
     return Block(name, np.where(corner, high, low), _FACES, density, fixed, group)
-
-
-def _with_top(laid: Sequence[LaidStone]) -> tuple[LaidStone, ...]:
-    """Stones of the last course have no bed joint on top."""
-    last = max((s.slot.course for s in laid), default=0)
-    top = (replace(s, cell_high=np.append(s.cell_high[:2], s.slot.high[2])) for s in laid if s.slot.course == last)
-    return (*(s for s in laid if s.slot.course < last), *top)
 
 
 def _names(laid: Sequence[LaidStone]) -> list[str]:
@@ -183,33 +180,14 @@ def open_stones(wall: AshlarWall) -> tuple[Block, ...]:
 
 
 def face_of(laid: Sequence[LaidStone]) -> Subdivision:
-    """The front face as cells that share their corners, in the order of the stones that show there."""
-    shown = [s for s in laid if s.slot.leaf <= 0]
-    low = np.array([s.cell_low[[0, 2]] for s in shown]).reshape(-1, 2)
-    high = np.array([s.cell_high[[0, 2]] for s in shown]).reshape(-1, 2)
-    corner = np.unique(np.concatenate([low, high, np.c_[low[:, 0], high[:, 1]], np.c_[high[:, 0], low[:, 1]]]), axis=0)
-    level = {z: np.flatnonzero(corner[:, 1] == z) for z in np.unique(corner[:, 1]).tolist()}  # sorted by x
-    upright = {x: np.flatnonzero(corner[:, 0] == x) for x in np.unique(corner[:, 0]).tolist()}
+    """The front face as cells that share their corners."""
+    import shapely
 
-    def along(of: Ints, axis: int, a: float, b: float) -> list[int]:
-        at = corner[of, axis]
-        return [int(i) for i in of[(at >= a) & (at < b)]]
-
-    def back(of: Ints, axis: int, a: float, b: float) -> list[int]:
-        at = corner[of, axis]
-        return [int(i) for i in of[(at > a) & (at <= b)]][::-1]
-
-    rings = []
-    for (x0, z0), (x1, z1) in zip(low.tolist(), high.tolist(), strict=True):
-        rise, fall = along(upright[x1], 1, z0, z1), back(upright[x0], 1, z0, z1)
-        rings.append([*along(level[z0], 0, x0, x1), *rise, *back(level[z1], 0, x0, x1), *fall])
-    return subdivide(corner, rings)
-
-
-def interlock_of_face(laid: Sequence[LaidStone], unit: float) -> Interlock:
-    """Score of the front face; joints nearer to each other than a tenth of a stone are aligned."""
-    lines = np.unique([z for s in laid for z in (s.cell_low[2], s.cell_high[2])])
-    return interlock_of(face_of(laid), lines, tolerance=0.1 * unit)
+    ends = [(*s.cell_low[[0, 2]], *s.cell_high[[0, 2]]) for s in laid if s.slot.leaf <= 0]
+    face = shapely.box(*np.array(ends).T)
+    found = outlined_cells([shapely.get_coordinates(one) for one in face], face, SAME, once=True)
+    assert found is not None, "stones that are laid do not overlap"
+    return found
 
 
 def _least_lap(laid: Sequence[LaidStone]) -> float:
@@ -227,7 +205,9 @@ def _readout(settings: AshlarSettings, laid: Sequence[LaidStone], left: Stock, u
     wanted = settings.length * settings.height - sum(one.width * one.height for one in settings.openings)
     whole = left.whole()
     volume = np.prod(left.high - left.low, axis=1)
-    found = interlock_of_face(laid, unit) if laid else None
+    lines = np.unique([z for s in laid for z in (s.cell_low[2], s.cell_high[2])])
+    # joints nearer to each other than a tenth of a stone are aligned
+    found = interlock_of(face_of(laid), lines, tolerance=0.1 * unit) if laid else None
     return Readout(
         courses=len({s.slot.course for s in laid}),
         blocks=len(laid),

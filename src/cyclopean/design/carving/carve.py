@@ -36,7 +36,6 @@ Recycling Rubble* (ACADIA 2018). By hand, a cube of 1 m and a cell of the same s
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,11 +58,7 @@ from cyclopean.errors import InputError
 from cyclopean.geometry.solids import difference, intersection, mesh_of, mesh_volume, solid_of
 from cyclopean.representation import one_line
 
-if TYPE_CHECKING:  # only names here
-    from cyclopean.design.matching.cells import Cells
-    from cyclopean.design.matching.match import Match
-
-__all__ = ["BALANCE", "LEAST", "Carved", "Offcut", "Total", "carve", "carve_all", "carve_match", "share_off", "total"]
+__all__ = ["BALANCE", "LEAST", "Carved", "Offcut", "Total", "carve", "carve_all", "share_off", "total"]
 
 BALANCE = 1e-9  # of a volume: what carved and offcuts may differ from the stone, carved and void from the cell
 LEAST = 0.002  # m: depth up to which a cut is dressing; the kerf of a saw is wider
@@ -242,34 +237,6 @@ def carve_all(
         flat = [face.normal for face in flat_faces(stone)]
         found.append(carve(stone, cell, rotation, shift, least=least, flat=np.reshape(flat, (-1, 3))))
     return tuple(found)
-
-
-def carve_match(
-    match: "Match",
-    stones: Sequence[Stone],
-    cells: "Cells",
-    *,
-    least: float = LEAST,
-    progress: Callable[[str], None] = lambda _: None,
-) -> tuple[Carved, ...]:
-    """Carve every stone of a match, in the order of its placements; errors as `carve`.
-
-    Parameters
-    ----------
-    match : Match
-        Which stone goes where.
-    stones : sequence of Stone
-        Those that were matched.
-    cells : Cells
-        Those that were matched.
-    least : float
-        m; as for `carve`.
-    progress : callable
-        Is told which stone comes next.
-    """
-    blocks = cells.assembly.blocks
-    placed = ((stones[p.stone], blocks[int(cells.block[p.cell])], p.rotation, p.shift) for p in match.placements)
-    return carve_all(placed, least=least, progress=progress)
 
 
 def _pose(stone: Stone, rotation: ArrayLike, shift: ArrayLike) -> tuple[Floats, Floats]:

@@ -113,7 +113,10 @@ def carved_wall(
     present = [i for i in range(len(wall)) if whole[i] or i in stones]
     place = np.full(len(wall), -1)
     place[present] = np.arange(len(present))
-    joints, furthest = _drawn_joints(wall)
+    # each joint turned from a into b, and how far (m) the furthest lies off its faces
+    joints, furthest = detect(wall).contacts if wall.contacts is None else wall.contacts, 0.0
+    if wall.contacts is not None:
+        joints, furthest, _ = check_contacts(wall, joints)
     tolerance, frames = length_tolerance(wall), joints.frame
     near = max(tolerance, 2.0 * furthest)
     ends = np.stack([joints.a, joints.b], 1)
@@ -136,7 +139,8 @@ def carved_wall(
     missing, new = (tuple(wall.blocks[i].id for i in rows) for rows in (np.flatnonzero(place < 0), sawn))
     apart = np.flatnonzero((place[ends] >= 0).all(axis=1) & ~(touching > 0.0))
     names = [f"{wall.blocks[a].id}-{wall.blocks[b].id}" for a, b in ends[apart]]
-    notes = _notes(missing, _loads(loaded) - _loads(built), bool(joints.strength.any()), names)
+    lost = len(loaded.loads) + len(loaded.actions) - len(built.loads) - len(built.actions)
+    notes = _notes(missing, lost, bool(joints.strength.any()), names)
     return CarvedWall(built, missing, joints.area, touching, kept, np.array(which, np.int64), notes, new)
 
 
@@ -155,14 +159,6 @@ def _by_block(wall: Assembly, carved: Sequence[Carved], held: Sequence[bool]) ->
         if stone.volume > 0.0:
             found[i] = stone
     return found
-
-
-def _drawn_joints(wall: Assembly) -> tuple[Contacts, float]:
-    """Joints of the drawn wall, each turned from a into b, and how far (m) the furthest lies off its faces."""
-    if wall.contacts is None:
-        return detect(wall).contacts, 0.0
-    joints, furthest, _ = check_contacts(wall, wall.contacts)
-    return joints, furthest
 
 
 def _touching(
@@ -215,10 +211,6 @@ def _block(drawn: Block, stone: Carved | None, held: bool) -> Block:
     density = drawn.density if stone.density is None else stone.density
     faces = tuple(map(tuple, stone.triangles.tolist()))
     return replace(drawn, vertices=stone.vertices, faces=faces, density=density, fixed=held)
-
-
-def _loads(wall: Assembly) -> int:
-    return len(wall.loads) + len(wall.actions)
 
 
 def _notes(missing: Sequence[str], loads_lost: int, pulled: bool, apart: Sequence[str]) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from cyclopean.assembly import Block
 from cyclopean.design.stones.stone import Stone
 from cyclopean.geometry.mesh_repair import solid_angle
 from cyclopean.geometry.polyhedra import face_triangles
+from cyclopean.geometry.sides import Sides
 from cyclopean.geometry.solids import Solid, mesh_of, mesh_volume, sourced_mesh_of
 
 __all__ = [
@@ -228,18 +229,14 @@ def _neighbours(kept: CutPiece, label: Ints, normal: Floats, offset: Floats) -> 
     Below 180 where the stone is convex there; what is told by the side of the other plane on which a face lies. An
     edge between two planes of a cell that is not convex may be of both kinds; the longer one counts.
     """
-    triangle = kept.triangles
-    here = np.concatenate([triangle, triangle[:, [1, 2, 0]], triangle[:, [2, 0, 1]]])  # start, end, opposite corner
-    owner = np.tile(np.arange(len(triangle)), 3)
-    count = max(len(kept.vertices), 1)
-    key, back = here[:, 0] * count + here[:, 1], here[:, 1] * count + here[:, 0]
-    order = np.argsort(key)
-    twin = order[np.minimum(np.searchsorted(key[order], back), max(len(key) - 1, 0))] if len(key) else order
-    one, two = label[owner], label[owner[twin]] if len(key) else label[owner]
+    sides = Sides.of(kept.triangles.ravel(), np.arange(0, kept.triangles.size + 1, 3))
+    here, there = np.concatenate([sides.pairs(), sides.pairs()[::-1]], axis=1)
+    one, two = label[sides.face[here]], label[sides.face[there]]
+    opposite = kept.triangles[sides.face[here], (here + 2) % 3]
     folded: dict[tuple[int, int], float] = {}  # length of convex edges less that of hollow ones
     for e in np.flatnonzero((one != OWN) & (two != OWN) & (one != two)).tolist():
         i, j = int(one[e]), int(two[e])
-        start, end, corner = kept.vertices[here[e]]
+        start, end, corner = kept.vertices[[sides.tail[here[e]], sides.head[here[e]], opposite[e]]]
         length = float(np.linalg.norm(end - start))
         below = float(normal[j] @ corner) <= offset[j]
         folded[i, j] = folded.get((i, j), 0.0) + (length if below else -length)

@@ -225,16 +225,13 @@ def _section(stone: Stone, plane: Cut) -> tuple[Floats, Floats]:
 
 def _rim(carved: Carved, cut: int) -> tuple[Floats, Floats]:
     """Where the face of a cut meets the stone's own surface: segments (e, 2, 3) m, and normals (e, 3); stone frame."""
-    triangle, label = carved.triangles, carved.label
-    side = np.concatenate([triangle[:, [0, 1]], triangle[:, [1, 2]], triangle[:, [2, 0]]])
-    owner = np.tile(np.arange(len(triangle)), 3)
-    count = len(carved.vertices) + 1
-    key, back = side[:, 0] * count + side[:, 1], side[:, 1] * count + side[:, 0]
-    order = np.argsort(key, kind="stable")
-    twin = order[np.minimum(np.searchsorted(key[order], back), len(order) - 1)]
-    met = (label[owner] == cut) & (label[owner[twin]] == OWN) & (key[twin] == back)
-    corner = carved.vertices[triangle[owner[twin][met]]]
-    line = (carved.vertices[side[met]] - carved.shift) @ carved.rotation
+    sides = Sides.of(carved.triangles.ravel(), np.arange(0, carved.triangles.size + 1, 3))
+    here, there = np.concatenate([sides.pairs(), sides.pairs()[::-1]], axis=1)
+    met = (carved.label[sides.face[here]] == cut) & (carved.label[sides.face[there]] == OWN)
+    order = np.lexsort((here[met], here[met] % 3))
+    here, there = here[met][order], there[met][order]
+    corner = carved.vertices[carved.triangles[sides.face[there]]]
+    line = (carved.vertices[np.stack([sides.tail[here], sides.head[here]], 1)] - carved.shift) @ carved.rotation
     return line, _normals(corner) @ carved.rotation
 
 

@@ -74,8 +74,9 @@ def freest(normal: Floats, up: Floats) -> Floats | None:
 
     Among directions that rise equally (or fall equally) the first of a fixed list, so that the answer is repeatable.
     """
-    n = _distinct(normal)
-    if not len(n) or np.all(n @ up >= -SLIDE):
+    n = np.unique(np.round(normal, SAME) + 0.0, axis=0) if len(normal) else np.zeros((0, 3))
+    n = n / np.linalg.norm(n, axis=1, keepdims=True)
+    if np.all(n @ up >= -SLIDE):
         return np.asarray(up, float) + 0.0
     best, height = None, -np.inf
     candidates = _candidates(n, up)
@@ -86,11 +87,6 @@ def freest(normal: Floats, up: Floats) -> Floats | None:
         if rise[top] > height + 1e-9:
             best, height = some[top] + 0.0, float(rise[top])
     return best
-
-
-def _distinct(normal: Floats) -> Floats:
-    rounded = np.unique(np.round(normal, SAME) + 0.0, axis=0) if len(normal) else np.zeros((0, 3))
-    return np.asarray(rounded / np.linalg.norm(rounded, axis=1, keepdims=True)) if len(rounded) else rounded
 
 
 def _candidates(n: Floats, up: Floats) -> Floats:

@@ -19,7 +19,7 @@ from cyclopean.assembly import Contacts
 from cyclopean.design.construction.blocking import neighbours
 from cyclopean.design.construction.ordering import SupportGraph
 from cyclopean.design.construction.props import Held
-from cyclopean.geometry import face_normals
+from cyclopean.geometry import components, face_normals
 
 __all__ = ["Prop", "hanging", "named_props"]
 
@@ -83,17 +83,17 @@ def named_props(
     spans = sorted(_spans(held), key=lambda span: (span[2], span[1]))
     together: dict[tuple[str, int, int], list[tuple[int, int]]] = {}
     for block, first, last in spans:
-        borne = _borne(whole, order[: first + 1], block, up)
+        borne = len(_beds(whole, order[: first + 1], block, up))
         key = ("centring", last, 0) if block in hang else ("strut" if borne else "shore", last, block)
         together.setdefault(key, []).append((first, block))
     props: list[Prop] = []
     for (kind, last, _), rows in together.items():
         until = order[last + 1] if last + 1 < len(order) else None
-        for group in _touching(whole.contacts, [block for _, block in rows], until) if kind == "centring" else [rows]:
-            some = sorted(row for row in rows if kind != "centring" or row[1] in group)
-            wedged = until is not None and _wedged(whole, order[: last + 1], until, up)
-            blocks = tuple(block for _, block in some)
-            props.append(Prop(kind, blocks, some[0][0], last, until, wedged))  # type: ignore[arg-type]
+        blocks = [block for _, block in rows]
+        wedged = until is not None and _from_two_sides(_beds(whole, order[: last + 1], until, up), up, down=False)
+        for group in _touching(whole.contacts, len(whole.assembly), blocks, until) if kind == "centring" else [blocks]:
+            some = sorted(row for row in rows if row[1] in group)
+            props.append(Prop(kind, tuple(block for _, block in some), some[0][0], last, until, wedged))  # type: ignore[arg-type]
     return sorted(props, key=lambda prop: (prop.first, prop.blocks))
 
 
@@ -109,32 +109,18 @@ def _spans(held: Held) -> list[tuple[int, int, int]]:
     return found
 
 
-def _touching(contacts: Contacts, blocks: Sequence[int], link: int | None) -> list[set[int]]:
+def _touching(contacts: Contacts, count: int, blocks: Sequence[int], link: int | None) -> list[set[int]]:
     """Blocks in groups that touch, one way or another, or by way of one more block."""
-    inside, groups = {*blocks, *(() if link is None else (link,))}, [{block} for block in blocks]
-    groups += [] if link is None else [{link}]
-    for a, b in zip(contacts.a.tolist(), contacts.b.tolist(), strict=True):
-        if a in inside and b in inside:
-            one, two = (next(group for group in groups if block in group) for block in (a, b))
-            if one is not two:
-                groups.remove(two)
-                one |= two
-    found = [group - {link} for group in groups if link is not None] if link is not None else groups
-    return [group for group in found if group]
+    inside = np.isin(np.stack([contacts.a, contacts.b]), [*blocks, *(() if link is None else (link,))]).all(axis=0)
+    label = components(count, contacts.a[inside], contacts.b[inside])
+    return [{block for block in blocks if label[block] == k} for k in dict.fromkeys(label[list(blocks)].tolist())]
 
 
-def _borne(whole: PreparedModel, laid: Sequence[int], block: int, up: Floats) -> bool:
-    """Whether a block lies on anything."""
+def _beds(whole: PreparedModel, laid: Sequence[int], block: int, up: Floats) -> Floats:
+    """(k, 3) normals of the joints by which a block lies on what is laid."""
     around = neighbours(whole.contacts, len(whole.assembly))[block]
     there = np.isin(around.block, [*laid, *np.flatnonzero(whole.fixed).tolist()])
-    return bool((there & (around.normal @ up > 0.0)).any())
-
-
-def _wedged(whole: PreparedModel, laid: Sequence[int], block: int, up: Floats) -> bool:
-    """Whether a block that is laid rests on inclined joints on two sides."""
-    around = neighbours(whole.contacts, len(whole.assembly))[block]
-    there = np.isin(around.block, [*laid, *np.flatnonzero(whole.fixed).tolist()])
-    return _from_two_sides(around.normal[there & (around.normal @ up > 0.0)], up, down=False)
+    return around.normal[there & (around.normal @ up > 0.0)]
 
 
 def _from_two_sides(normal: Floats, up: Floats, down: bool) -> bool:

@@ -15,16 +15,14 @@ import numpy as np
 
 from cyclopean.arrays import Ints
 from cyclopean.assembly import Contacts
+from cyclopean.design.construction.blocking import neighbours
 
 __all__ = ["colouring"]
 
 
 def colouring(contacts: Contacts, count: int) -> Ints:
     """(n,) colour 0, 1, ... of each of `count` blocks; blocks with a joint between them differ."""
-    touching: list[set[int]] = [set() for _ in range(count)]
-    for a, b in zip(contacts.a.tolist(), contacts.b.tolist(), strict=True):
-        touching[a].add(b)
-        touching[b].add(a)
+    touching = [set(one.block.tolist()) for one in neighbours(contacts, count)]
     colour = np.full(count, -1)
     seen: list[set[int]] = [set() for _ in range(count)]
     queue = [(0, -len(touching[i]), i) for i in range(count)]

@@ -28,7 +28,6 @@ References
 """
 
 import heapq
-from bisect import bisect_left
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
@@ -165,12 +164,16 @@ def nearest_order(
             if other in before[block]:
                 continue  # it has to be there before
             count += 1
-            more = _with(before, block, other)
+            sooner = before[block] | {block}  # than the other, and than what comes after that
+            more = [mine | sooner if one == other or other in mine else mine for one, mine in enumerate(before)]
             kept = stays(given, more)
             heapq.heappush(cases, (len(given) - len(kept), count, more, kept))
     least = cases[0][0] if cases else 1
     order = list(usual())
-    kept = _increasing(given, order)
+    earlier = [set[int]() for _ in below]
+    for k, block in enumerate(order):
+        earlier[block] = set(order[:k])
+    kept = stays(given, earlier)
     return Nearest(tuple(order), tuple(b for b in order if b not in kept), min(least, len(order) - len(kept)))
 
 
@@ -212,12 +215,6 @@ def _closed(given: Sequence[int], below: Sequence[Collection[int]], fixed: Colle
     return found
 
 
-def _with(before: Sequence[set[int]], first: int, then: int) -> list[set[int]]:
-    """The same, with one block before another as well."""
-    more = before[first] | {first}
-    return [mine | more if block == then or then in mine else mine for block, mine in enumerate(before)]
-
-
 def _trapped(
     order: Sequence[int], first: Sequence[Collection[int]], fixed: Collection[int], trap: Trap
 ) -> tuple[int, list[int]] | None:
@@ -229,23 +226,3 @@ def _trapped(
             return block, others
         standing.add(block)
     return None
-
-
-def _increasing(given: Sequence[int], order: Sequence[int]) -> set[int]:
-    """As many blocks as possible that both orders have in the same order: a longest increasing subsequence."""
-    place = {block: k for k, block in enumerate(given)}
-    ends: list[int] = []  # of the best of every length
-    who: list[int] = []
-    back: dict[int, int] = {}
-    for block in order:
-        k = bisect_left(ends, place[block])
-        if k:
-            back[block] = who[k - 1]
-        ends[k:] = [place[block], *ends[k + 1 :]] if k < len(ends) else [place[block]]
-        who[k:] = [block, *who[k + 1 :]] if k < len(who) else [block]
-    found = {who[-1]} if who else set()
-    at = who[-1] if who else -1
-    while at in back:
-        at = back[at]
-        found.add(at)
-    return found

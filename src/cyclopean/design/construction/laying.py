@@ -4,12 +4,12 @@ Lengths are measured in the wall, along three ways: along it, from its face to i
 that is seen when the wall runs to the right.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from cyclopean.arrays import Floats
+from cyclopean.design.construction.blocking import neighbours
 from cyclopean.design.construction.centring import Prop
 from cyclopean.design.construction.sequence import BuildSequence
 
@@ -60,13 +60,17 @@ def laid_stones(sequence: BuildSequence) -> tuple[LaidStone, ...]:
     """
     assembly, axes = sequence.assembly, axes_of(sequence)
     mass = assembly.densities(sequence.density) * np.abs(assembly.mass.volume)
-    near, upper = _touching(sequence), _upper(sequence)
+    near = neighbours(sequence.contacts, len(assembly))
+    upper = [set[int]() for _ in near]
+    for step in sequence.steps:
+        for below in step.rests_on:
+            upper[below].add(step.block)
     found = []
     for number, step in enumerate(sequence.steps, 1):
         i = step.block
         local = assembly.blocks[i].vertices @ axes.T
         low, size = local.min(axis=0), np.ptp(local, axis=0)
-        others = near[i] - upper[i] - set(step.rests_on)
+        others = set(near[i].block.tolist()) - upper[i] - set(step.rests_on)
         found.append(
             LaidStone(
                 number,
@@ -79,33 +83,11 @@ def laid_stones(sequence: BuildSequence) -> tuple[LaidStone, ...]:
                 step.rests_on,
                 tuple(sorted(upper[i])),
                 tuple(sorted(others)),
-                tuple(_holding(sequence, i, number - 1)),
+                tuple(
+                    Holding(k, prop, i in prop.blocks)
+                    for k, prop in enumerate(sequence.props, 1)
+                    if i in prop.blocks or prop.first <= number - 1 <= prop.last or prop.until == i
+                ),
             )
         )
     return tuple(found)
-
-
-def _touching(sequence: BuildSequence) -> list[set[int]]:
-    """Blocks that touch each block."""
-    near: list[set[int]] = [set() for _ in sequence.assembly.blocks]
-    for a, b in zip(sequence.contacts.a.tolist(), sequence.contacts.b.tolist(), strict=True):
-        near[a].add(b)
-        near[b].add(a)
-    return near
-
-
-def _upper(sequence: BuildSequence) -> list[set[int]]:
-    """Blocks that rest on each block."""
-    upper: list[set[int]] = [set() for _ in sequence.assembly.blocks]
-    for step in sequence.steps:
-        for below in step.rests_on:
-            upper[below].add(step.block)
-    return upper
-
-
-def _holding(sequence: BuildSequence, block: int, step: int) -> Iterator[Holding]:
-    """Props that hold a block, and those that stand while it is laid, at a step from 0."""
-    for number, prop in enumerate(sequence.props, 1):
-        own = block in prop.blocks
-        if own or prop.first <= step <= prop.last or prop.until == block:
-            yield Holding(number, prop, own)

@@ -82,6 +82,11 @@ class SupportGraph:
         broken = {(e.upper, e.lower) for cycle in self.cycles for e in cycle.broken}
         return tuple(e for e in self.edges if (e.upper, e.lower) not in broken)
 
+    @property
+    def below(self) -> list[set[int]]:
+        """What each block rests on, rings broken."""
+        return _below(self.count, self.kept)
+
 
 def upwards(gravity: Floats) -> Floats:
     """(3,) unit vector against gravity.
@@ -150,12 +155,9 @@ def support_graph(contacts: Contacts, fixed: Bools, up: Floats, lean: float = LE
 
 def layers(graph: SupportGraph, fixed: Bools) -> Ints:
     """(n,) layer of every block: 0 for supports, else one more than the highest that it rests on, at least 1."""
-    layer = np.where(fixed, 0, 1)
-    lower: list[list[int]] = [[] for _ in range(graph.count)]
-    for edge in graph.kept:
-        lower[edge.upper].append(edge.lower)
-    for block in _bottom_up(graph.count, graph.kept):
-        layer[block] = max([layer[block], *(layer[i] + 1 for i in lower[block])])
+    layer, below = np.where(fixed, 0, 1), graph.below
+    for block in laid(range(graph.count), below):
+        layer[block] = max([layer[block], *(layer[i] + 1 for i in below[block])])
     return layer
 
 
@@ -183,13 +185,11 @@ def take_apart(
     list of int
         Free blocks, the first to be laid first.
     """
-    below: dict[int, list[int]] = {}
-    load = np.zeros(graph.count, int)
-    for edge in graph.kept:
-        below.setdefault(edge.upper, []).append(edge.lower)
-        load[edge.lower] += 1
+    below = graph.below
+    load = np.bincount(np.array([edge.lower for edge in graph.kept], int), minlength=graph.count)
     standing = set(range(graph.count))
-    ready = [(_down(rank[i]), i) for i in np.flatnonzero(~fixed & (load == 0)).tolist()]
+    down = [tuple(-r for r in one) for one in rank]
+    ready = [(down[i], i) for i in np.flatnonzero(~fixed & (load == 0)).tolist()]
     heapq.heapify(ready)
     order: list[int] = []
     while ready:
@@ -201,15 +201,11 @@ def take_apart(
             heapq.heappush(ready, item)
         order.append(block)
         standing.discard(block)
-        for lower in below.get(block, ()):
+        for lower in below[block]:
             load[lower] -= 1
             if load[lower] == 0 and not fixed[lower]:
-                heapq.heappush(ready, (_down(rank[lower]), lower))
+                heapq.heappush(ready, (down[lower], lower))
     return order[::-1]
-
-
-def _down(rank: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(-r for r in rank)
 
 
 def _cycles(count: int, edges: Sequence[Edge]) -> list[Cycle]:
@@ -240,7 +236,7 @@ def _alternatives(ring: Sequence[Edge], broken: Sequence[Edge]) -> list[tuple[Ed
     for edge in ring:
         rest = [Edge(place[e.upper], place[e.lower], e.support) for e in ring if e is not edge]
         if (len(broken) > 1 or edge is not broken[0]) and not _rings(len(blocks), rest):
-            found.append((edge, tuple(blocks[i] for i in _bottom_up(len(blocks), rest))))
+            found.append((edge, tuple(blocks[i] for i in laid(range(len(blocks)), _below(len(blocks), rest)))))
     return found
 
 
@@ -258,12 +254,12 @@ def _rings(count: int, edges: Sequence[Edge]) -> list[list[int]]:
     return [np.flatnonzero(label == k).tolist() for k in np.flatnonzero(size > 1)]
 
 
-def _bottom_up(count: int, edges: Sequence[Edge]) -> list[int]:
-    """All blocks, every one after those it rests on; the lowest index first where there is a choice."""
+def _below(count: int, edges: Sequence[Edge]) -> list[set[int]]:
+    """What each block rests on."""
     below: list[set[int]] = [set() for _ in range(count)]
     for edge in edges:
         below[edge.upper].add(edge.lower)
-    return laid(range(count), below)
+    return below
 
 
 def laid(given: Sequence[int], before: Sequence[Collection[int]], kept: Collection[int] = ()) -> list[int]:

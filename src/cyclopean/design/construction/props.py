@@ -30,6 +30,7 @@ from functools import partial
 import numpy as np
 
 from cyclopean.analysis import PreparedModel, Result, Settings, Word, mobile
+from cyclopean.design.construction.blocking import neighbours
 from cyclopean.design.construction.stages import Stage, stage_at, verdict, with_props
 from cyclopean.proof import Memory, verify
 
@@ -130,10 +131,7 @@ class _Episode:
         self.age = [len(order)] * len(whole.assembly)
         for number, block in enumerate(order):
             self.age[block] = len(order) - number
-        self.beside: list[set[int]] = [set() for _ in whole.assembly.blocks]
-        for a, b in zip(whole.contacts.a.tolist(), whole.contacts.b.tolist(), strict=True):
-            self.beside[a].add(b)
-            self.beside[b].add(a)
+        self.beside = [set(one.block.tolist()) for one in neighbours(whole.contacts, len(whole.assembly))]
         self.mechanisms: list[list[int]] = []
         self.looks = 0
         self.known: tuple[Stage, Result] | None = None

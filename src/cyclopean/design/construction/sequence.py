@@ -8,7 +8,7 @@ verdicts, `props` and `centring` for what is held meanwhile, `yard` for frames.
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from itertools import groupby
 from typing import Any
@@ -162,7 +162,8 @@ def build_sequence(
     ordered = time.perf_counter()
     work = _Work(whole, settings, progress, watch, executor)
     found = work.verdicts([step.block for step in steps])
-    steps, props, least = _held(whole, site, work, [_judged(*pair) for pair in zip(steps, found, strict=True)])
+    told = [replace(step, **asdict(one)) for step, one in zip(steps, found, strict=True)]
+    steps, props, least = _held(whole, site, work, told)
     given = None if nearest is None else _compared(site, work, steps, nearest)
     done = time.perf_counter()
     return BuildSequence(
@@ -205,14 +206,6 @@ class _Site:
         """Standing blocks that leave a block no way in."""
         return blockers(self.around[block], standing, self.up)
 
-    @property
-    def below(self) -> list[set[int]]:
-        """What each block rests on, rings broken."""
-        found: list[set[int]] = [set() for _ in self.around]
-        for edge in self.graph.kept:
-            found[edge.upper].add(edge.lower)
-        return found
-
     def taken_apart(self, first: Sequence[int] = ()) -> list[int]:
         """An order by layer and along the wall, or as near to another one as taking the structure apart comes."""
         turn = {block: float(k) for k, block in enumerate(first)}
@@ -240,7 +233,7 @@ def _planned(whole: PreparedModel, site: _Site, wanted: SequenceOptions) -> tupl
         order = site.taken_apart()
     else:
         order = list(numbers_of(list(wanted.order), [block.id for block in assembly.blocks], whole.fixed.tolist()))
-        nearest = nearest_order(order, site.below, site.fixed, site.trap, lambda: site.taken_apart(order))
+        nearest = nearest_order(order, site.graph.below, site.fixed, site.trap, lambda: site.taken_apart(order))
     yard = yard_places(assembly, order, site.along, up)
     standing = set(site.fixed)
     below: list[tuple[int, ...]] = [()] * len(assembly)
@@ -278,7 +271,7 @@ class _Work:
         size = min(RUN, max(SHORT, -(-len(order) // FEW)))
         runs = [range(k, min(k + size, len(order))) for k in range(start, len(order), size)]
         watch = self.watch if start == 0 else None
-        do = partial(_run, (self.whole, self.settings, tuple(order), watch is not None))
+        do = partial(judged_run, self.whole, self.settings, tuple(order), watched=watch is not None)
         found: list[Judged] = []
         self.progress(f"stages of {len(order)}")
         for run, rows in zip(runs, self.mapped(do, runs), strict=True):
@@ -293,33 +286,8 @@ class _Work:
         """What is held in each episode."""
         if episodes:
             self.progress("props")
-        do = partial(_episode, (self.whole, self.settings, tuple(order), frozenset(hang)))
+        do = partial(held_through, self.whole, self.settings, tuple(order), hanging=frozenset(hang))
         return list(self.mapped(do, episodes))
-
-
-def _run(given: tuple[PreparedModel, Settings, Sequence[int], bool], run: range) -> list[tuple[Judged, Result | None]]:
-    whole, settings, order, watched = given
-    return judged_run(whole, settings, order, run, watched)
-
-
-def _episode(given: tuple[PreparedModel, Settings, Sequence[int], Collection[int]], run: range) -> Held:
-    whole, settings, order, hang = given
-    return held_through(whole, settings, order, run, hang)
-
-
-def _judged(step: Step, found: Judged) -> Step:
-    """The step with its verdict, without props."""
-    return replace(
-        step,
-        verdict=found.word,
-        proof=found.proof,
-        seal=found.seal,
-        reason=found.reason,
-        warm=found.warm,
-        moving=found.moving,
-        how=found.how,
-        seconds=found.seconds,
-    )
 
 
 def _held(
@@ -341,10 +309,10 @@ def _held(
 def _compared(site: _Site, work: _Work, steps: Sequence[Step], nearest: Nearest) -> GivenOrder:
     """A given order beside the nearest valid one, whose stages are certified from where they differ."""
     order = [step.block for step in steps]
-    faults = tuple(faults_of(order, site.below, site.fixed, site.trap))
+    faults = tuple(faults_of(order, site.graph.below, site.fixed, site.trap))
     same = next((k for k, pair in enumerate(zip(order, nearest.order, strict=True)) if pair[0] != pair[1]), len(order))
     words = [step.verdict for step in steps[:same]]
-    return GivenOrder(faults, nearest, (*words, *(one.word for one in work.verdicts(nearest.order, same))))
+    return GivenOrder(faults, nearest, (*words, *(one.verdict for one in work.verdicts(nearest.order, same))))
 
 
 def dot_text(sequence: BuildSequence) -> str:

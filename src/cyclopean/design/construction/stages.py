@@ -16,7 +16,7 @@ import numpy as np
 
 from cyclopean.analysis import CONTINUED, Judge, Known, PreparedModel, Result, Settings, Word, recheck
 from cyclopean.arrays import Bools, Ints
-from cyclopean.assembly import Assembly, Contacts
+from cyclopean.assembly import Assembly
 from cyclopean.proof import Memory, verify
 
 __all__ = ["RUN", "Judged", "Stage", "judged", "judged_run", "stage_at", "stage_of", "verdict", "with_props"]
@@ -49,7 +49,9 @@ def stage_of(whole: PreparedModel, standing: Bools) -> Stage:
     block = np.flatnonzero(standing | whole.fixed)
     place = np.full(len(standing), -1)
     place[block] = np.arange(len(block))
-    contacts, point = _within(whole.contacts, place)
+    kept = (place[whole.contacts.a] >= 0) & (place[whole.contacts.b] >= 0)
+    point, part = np.flatnonzero(kept[whole.contacts.patch]), whole.contacts.only(np.flatnonzero(kept))
+    contacts = replace(part, a=place[part.a], b=place[part.b])
     loads = tuple(replace(x, block=int(place[x.block])) for x in whole.assembly.loads if place[x.block] >= 0)
     assembly = Assembly(tuple(whole.assembly.blocks[i] for i in block), contacts, loads, whole.assembly.name)
     fixed = whole.fixed[block]
@@ -108,21 +110,11 @@ def _places(here: Ints, wanted: Ints) -> Ints:
     return np.where(here[place] == wanted, place, -1)
 
 
-def _within(contacts: Contacts, place: Ints) -> tuple[Contacts, Ints]:
-    """Joints between blocks that have a place, and which contact points of the whole are theirs."""
-    kept = np.flatnonzero((place[contacts.a] >= 0) & (place[contacts.b] >= 0))
-    inside = np.zeros(len(contacts), bool)
-    inside[kept] = True
-    point = np.flatnonzero(inside[contacts.patch])
-    part = contacts.only(kept)
-    return replace(part, a=place[part.a], b=place[part.b]), point
-
-
 @dataclass(frozen=True, slots=True)
 class Judged:
     """What is kept of the verdict on a stage."""
 
-    word: Word
+    verdict: Word
     reason: str
     proof: str = ""  # kind of the certificate; "" where nothing was proved
     seal: str = ""  # of the certificate

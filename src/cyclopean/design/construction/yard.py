@@ -25,6 +25,8 @@ import numpy as np
 from cyclopean.arrays import Floats, sealed
 from cyclopean.assembly import Assembly
 from cyclopean.errors import InputError
+from cyclopean.geometry.frames import affine
+from cyclopean.geometry.packed import extents
 
 __all__ = ["Frames", "frames_of", "yard_places"]
 
@@ -64,8 +66,7 @@ def yard_places(assembly: Assembly, order: Sequence[int], along: Floats, up: Flo
         return shift
     axes = np.stack([along, np.cross(along, up), up])  # the yard grows along the second: to the right
     local = assembly.mesh.vertex @ axes.T
-    start = assembly.mesh.vertex_start[:-1]
-    low, high = np.minimum.reduceat(local, start, axis=0), np.maximum.reduceat(local, start, axis=0)
+    low, high = extents(local, assembly.mesh.vertex_start)
     size = high - low
     stones = list(order)
     mean = float(np.mean(np.cbrt(np.abs(assembly.mass.volume[stones]))))
@@ -112,11 +113,5 @@ def frames_of(
         own = mesh.vertex[mesh.vertex_start[block] : mesh.vertex_start[block + 1]] + shift
         lift = shift + max(top + clearance - float((own @ up).min()), clearance) * up
         away = clearance * (up if way is None else way)
-        found.append(Frames(*(_at(centre + move) for move in (shift, lift, away, np.zeros(3), away))))
+        found.append(Frames(*(affine(np.eye(3), centre + move) for move in (shift, lift, away, np.zeros(3), away))))
     return found
-
-
-def _at(point: Floats) -> Floats:
-    frame = np.eye(4)
-    frame[:3, 3] = point
-    return frame

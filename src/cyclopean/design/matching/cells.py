@@ -25,8 +25,9 @@ from numpy.typing import ArrayLike
 from cyclopean.arrays import Bools, Floats, Ints, sealed
 from cyclopean.assembly import Assembly, supports
 from cyclopean.errors import InputError
-from cyclopean.geometry import mesh_faults
+from cyclopean.geometry import mesh_faults, offsets
 from cyclopean.geometry.polygon import convex_pieces
+from cyclopean.geometry.sides import Sides, rings
 from cyclopean.representation import one_line
 
 __all__ = ["Cells", "Form", "cells_of"]
@@ -120,6 +121,8 @@ def cells_of(assembly: Assembly, fixed: ArrayLike | None = None, sawn: ArrayLike
     frame = np.stack([_frame(t) for t in through])
     shapes = [_shape(body, turn) for body, turn in zip(bodies, frame, strict=True)]
     normal, offset = _padded([parts for _, parts in shapes])
+    _, vector = np.linalg.eigh(frame[:, :2] @ assembly.mass.spread[block] @ frame[:, :2].transpose(0, 2, 1))
+    long = np.einsum("mi,mik->mk", vector[:, :, 1], frame[:, :2])  # the longest way of the cell's outline
     placed = [body.vertices @ turn.T for body, turn in zip(bodies, frame, strict=True)]
     return Cells(
         assembly=assembly,
@@ -127,7 +130,7 @@ def cells_of(assembly: Assembly, fixed: ArrayLike | None = None, sawn: ArrayLike
         volume=volume,
         centre=centre,
         frame=frame,
-        axes=_principal(assembly.mass.inertia[block], frame),
+        axes=np.stack([long, np.cross(frame[:, 2], long), frame[:, 2]], axis=1),
         depth=np.array([(p[:, 2].min(), p[:, 2].max()) for p in placed]),
         reach=np.array([np.hypot(p[:, 0], p[:, 1]).max() for p in placed]),
         normal=normal,
@@ -208,14 +211,6 @@ def _frame(through: Floats) -> Floats:
     return np.stack([np.cross(up, through), up, through])
 
 
-def _principal(inertia: Floats, frame: Floats) -> Floats:
-    """Frames turned about the way through, so that the first axis is the longest of the cell's outline."""
-    spread = np.trace(inertia, axis1=1, axis2=2)[:, None, None] / 2.0 * np.eye(3) - inertia
-    _, vector = np.linalg.eigh(frame[:, :2] @ spread @ frame[:, :2].transpose(0, 2, 1))
-    long = np.einsum("mi,mik->mk", vector[:, :, 1], frame[:, :2])
-    return np.stack([long, np.cross(frame[:, 2], long), frame[:, 2]], axis=1)
-
-
 def _shape(body: _CentredBlock, frame: Floats) -> tuple[Form, list[list[Plane]]]:
     """How a cell is put together, and the planes of each convex part."""
     own = _distinct(list(zip(body.normal, np.einsum("ti,ti->t", body.normal, body.middle), strict=True)), body.size)
@@ -255,15 +250,9 @@ def _rails(body: _CentredBlock, frame: Floats) -> tuple[Ints, Ints] | None:
 
 def _ring(faces: Sequence[Sequence[int]]) -> list[int] | None:
     """The one ring round a patch of faces, counter-clockwise from outside; None where there is not just one."""
-    edges = {pair for face in faces for pair in zip(face, (*face[1:], face[0]), strict=True)}
-    border = [(a, b) for a, b in edges if (b, a) not in edges]
-    ahead = dict(border)
-    if not border or len(ahead) != len(border):
-        return None
-    ring = [min(ahead)]
-    while len(ring) <= len(ahead) and ahead.get(ring[-1], ring[0]) != ring[0]:
-        ring.append(ahead[ring[-1]])
-    return ring if len(ring) == len(ahead) else None
+    sides = Sides.of(np.array([k for face in faces for k in face], np.int64), offsets([len(face) for face in faces]))
+    found = [ring.tolist() for ring in rings(sides.rim)]
+    return np.roll(found[0], -found[0].index(min(found[0]))).tolist() if len(found) == 1 else None
 
 
 def _prism(body: _CentredBlock, frame: Floats, front: Ints, back: Ints) -> list[list[Plane]]:

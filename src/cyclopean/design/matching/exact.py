@@ -108,9 +108,7 @@ def climbed(
 
 def principal(cells: Cells) -> tuple[Floats, Floats]:
     """Principal axes (m, 3, 3), as rows, and semi-axes (m, 3) (m) of the cells, longest first, as `Stone` has them."""
-    inertia = cells.assembly.mass.inertia[cells.block]
-    spread = np.trace(inertia, axis1=1, axis2=2)[:, None, None] / 2.0 * np.eye(3) - inertia
-    value, vector = np.linalg.eigh(spread)
+    value, vector = np.linalg.eigh(cells.assembly.mass.spread[cells.block])
     axes = vector[:, :, ::-1].transpose(0, 2, 1).copy()
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
     return axes, np.sqrt(5.0 * np.maximum(value[:, ::-1], 0.0) / cells.volume[:, None])

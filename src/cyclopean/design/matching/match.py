@@ -1,6 +1,6 @@
 """Match stones to the cells of a wall: which goes where, how it is turned, what is carved off and what is missing."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from time import perf_counter
@@ -9,6 +9,7 @@ from typing import Literal, Self
 import numpy as np
 
 from cyclopean.arrays import Floats, Ints, sealed
+from cyclopean.assembly import Block
 from cyclopean.design.matching.assignment import assign, costs, prices, weight_for_gap
 from cyclopean.design.matching.candidates import EXACT, POLISH, POLISHED, REFINED, Candidates
 from cyclopean.design.matching.cells import Cells
@@ -122,6 +123,11 @@ class Match:
 
     def __len__(self) -> int:
         return len(self.placements)
+
+    def placed(self, stones: Sequence[Stone], cells: Cells) -> Iterator[tuple[Stone, Block, Floats, Floats]]:
+        """Stone, block, rotation and shift (m) of each placement, as `carve_all` takes them."""
+        for p in self.placements:
+            yield stones[p.stone], cells.assembly.blocks[int(cells.block[p.cell])], p.rotation, p.shift
 
     @classmethod
     def of(

@@ -352,7 +352,8 @@ def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, Variables]
             poses.append(p.pose(stone))
             points.append(talk.points[p.stone, :POINTS])
         else:
-            stone = _filling(turn.cells, j)
+            block = turn.cells.assembly.blocks[int(turn.cells.block[j])]
+            stone = stone_of(block.id, block.vertices, fans(block.faces))
             poses.append((stone.axes.T, stone.centroid))
             points.append(body_points([stone], POINTS)[0])
         bodies.append(stone)
@@ -367,12 +368,6 @@ def _laid_flat(talk: _Talk, turn: _Turn, cell: Ints) -> tuple[Bodies, Variables]
         Bodies(np.stack(points), volume, turn.site[turn.place[cell]], held, bonds),
         Variables(turn.seeds.point, turn.seeds.weight, *frames.flat(rotation, shift)),
     )
-
-
-def _filling(cells: Cells, cell: int) -> Stone:
-    """The body of a cell, as a stone."""
-    block = cells.assembly.blocks[int(cells.block[cell])]
-    return stone_of(block.id, block.vertices, fans(block.faces))
 
 
 def _redrawn(turn: _Turn, goal: Seeds) -> tuple[PolygonalWall, Seeds] | None:

@@ -215,9 +215,9 @@ def tradeoff(
     drawing = _drawing(drawn, wanted)
     plan = list(_plan(drawing, wanted))
     made: list[Alternative] = []
-    for k, answer in enumerate(
-        _answers(executor, [(stock, drawing, asked, settings, wanted.rounds) for asked in plan])
-    ):
+    columns = zip(*((stock, drawing, asked, settings, wanted.rounds) for asked in plan), strict=True)
+    answers = map(_made, *columns) if executor is None else executor.map(_made, *columns)
+    for k, answer in enumerate(answers):
         progress(f"wall {k + 1} of {len(plan)}")
         if len(answer) > 1:
             made.append(_alternative(answer, stock, drawing, plan[k], settings))
@@ -274,12 +274,6 @@ def _plan(drawing: _Drawing, wanted: TradeoffSettings) -> Iterator[Asked]:
         share = 1.0 - share * share  # more of them near 1: of walls of 24 cells those below a half were mostly beaten
         coursing = min(1.0, max(0.0, settings.coursing + COURSING * (2.0 * level - 1.0)))
         yield Asked(settings.seed + k, coursing, low + deep * (high - low), share, k % 2 == 1, redrawn=True)
-
-
-def _answers(executor: Executor | None, calls: Sequence[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
-    """What `_made` says to each call, in order."""
-    columns = zip(*calls, strict=True)
-    return map(_made, *columns) if executor is None else executor.map(_made, *columns)
 
 
 def _made(

@@ -116,8 +116,7 @@ def _shape(draw: np.random.Generator, direction: Floats, triangles: Ints, size: 
     middle = float(np.clip(draw.normal(*MIDDLE), SLIMMEST[0], APART))
     short = float(np.clip(draw.normal(*SHORT), SLIMMEST[1], APART * middle))
     mass = mass_properties(pack([(direction * radius[:, None], triangles)]))
-    spread = np.trace(mass.inertia[0]) / 2.0 * np.eye(3) - mass.inertia[0]  # integral of x x' about the centroid
-    value, vector = np.linalg.eigh(spread)
+    value, vector = np.linalg.eigh(mass.spread[0])
     axes = vector[:, ::-1].T * np.where(vector[:, ::-1].T @ normal[0] < 0.0, -1.0, 1.0)[:, None]  # at every detail
     axes[2] = np.cross(axes[0], axes[1])  # a mirror image would be inside out
     stretch = np.array([1.0, middle, short]) / np.sqrt(value[::-1])

@@ -56,9 +56,7 @@ def stone_of(name: str, vertices: ArrayLike, triangles: ArrayLike, density: floa
     volume = float(mass.volume[0])
     if not volume > 0.0:
         raise InputError(f"stone '{name}': encloses no volume; its mesh must be closed and its faces face outwards")
-    inertia = mass.inertia[0]
-    spread = np.trace(inertia) / 2.0 * np.eye(3) - inertia  # integral of x x' about the centroid
-    value, vector = np.linalg.eigh(spread)
+    value, vector = np.linalg.eigh(mass.spread[0])
     half = np.sqrt(5.0 * np.maximum(value[::-1], 0.0) / volume)
     if not half[2] > SPECK:
         raise InputError(f"stone '{name}': is thinner than {SPECK:g} m; check the units")

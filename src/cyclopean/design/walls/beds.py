@@ -41,7 +41,6 @@ SHARES = (1.0, 0.0, 0.5)  # of a move that falls to the left end of an edge
 TRIES = 6  # moves that would do but cost interlock, before the least of them is taken
 ASIDE = 1e-6  # of a move square to the bed: a corner that slides away from it by less has no say
 
-Edge = tuple[int, int]
 Moves = dict[int, Point]
 
 
@@ -142,12 +141,6 @@ def _angles(front: Floats, back: Floats, first: Ints, second: Ints) -> Floats:
     return np.asarray(np.arccos(np.clip(rise, -1.0, 1.0)))
 
 
-def _around(net: Net, c: int) -> list[Edge]:
-    """Edges of a cell, counter-clockwise."""
-    ring = net.rings[c]
-    return list(zip(ring, ring[1:] + ring[:1], strict=True))
-
-
 def _bedded(net: Net, c: int, wanted: _Wanted) -> bool:
     """Give a stone a bed by the least move that costs no interlock, or by the least; whether there is one."""
     ways = _moves(net, c, wanted) if wanted.steep(net, c) else []  # a neighbour's move may have done it
@@ -195,7 +188,8 @@ def _placed(net: Net, places: Moves) -> Moves:
 def _moves(net: Net, c: int, wanted: _Wanted) -> list[Moves]:
     """New places for the ends of the lower edges of a cell, the shortest way first."""
     found: list[tuple[float, Moves]] = []
-    for a, b in _around(net, c):
+    ring = net.rings[c]
+    for a, b in zip(ring, ring[1:] + ring[:1], strict=True):
         (x, y), (u, _) = net.point[a], net.point[b]
         # where even a level edge is too steep, the surface leans too far
         if u > x and wanted.angles(np.array([(x, y), (u, y)]))[0] <= wanted.limit:

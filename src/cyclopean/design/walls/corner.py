@@ -205,12 +205,6 @@ def _long(pattern: Pattern) -> dict[int, bool]:
     return {k: float(np.ptp(cells.ring(k)[:, 0])) > short * (1.0 + 1e-9) for k in here.tolist()}
 
 
-def _is_box(pattern: Pattern, cell: int) -> bool:
-    """Whether a cell is a whole rectangle."""
-    run, rise = np.ptp(pattern.subdivision.ring(cell), axis=0)
-    return bool(abs(pattern.subdivision.areas()[cell] - run * rise) <= 1e-9 * run * rise)
-
-
 def _pairs(patterns: tuple[Pattern, Pattern]) -> dict[int, int]:
     """Cell of the second wall at the corner to that of the first which is the same stone.
 
@@ -221,7 +215,9 @@ def _pairs(patterns: tuple[Pattern, Pattern]) -> dict[int, int]:
     """
     one, two = (_long(pattern) for pattern in patterns)
     at_corner = [(pattern, k) for pattern, long in zip(patterns, (one, two), strict=True) for k in long]
-    if not all(_is_box(pattern, k) for pattern, k in at_corner):
+    area = np.array([pattern.subdivision.areas()[k] for pattern, k in at_corner])
+    box = np.array([np.prod(np.ptp(pattern.subdivision.ring(k), axis=0)) for pattern, k in at_corner])
+    if not np.all(np.abs(area - box) <= 1e-9 * box):
         raise InputError("corner: a joint of the field would cut into a quoin; choose another seed")
     height = [pattern.subdivision.ring(k)[:, 1] for pattern, k in at_corner]
     bed = [(float(v.min()), float(v.max())) for v in height]

@@ -197,7 +197,9 @@ def _moved(heights: _Heights, start: Floats, aim: Floats, coursing: float, free:
 def _levelled(subdivision: Subdivision, point: Floats, lines: Floats, free: Bools) -> Subdivision:
     """Rings after corners have come to lie on lines: shared corners put in, edges walked both ways taken out."""
     same = _met(point, lines, free)
-    order, rank = _on_lines(point, same, lines)
+    on = np.unique(same[np.isin(point[same, 1], lines)])
+    order = on[np.lexsort((point[on, 0], point[on, 1]))].tolist()  # corners on lines, line by line from the left
+    rank = {k: i for i, k in enumerate(order)}
     height = point[:, 1].tolist()
     rings: list[list[int]] = []
     site: list[int] = []
@@ -297,13 +299,6 @@ def _met(point: Floats, lines: Floats, free: Bools) -> Ints:
     first = on[order[np.unique(group[order], return_index=True)[1]]]
     same[on] = first[group]
     return same
-
-
-def _on_lines(point: Floats, same: Ints, lines: Floats) -> tuple[list[int], dict[int, int]]:
-    """Corners on course lines, line by line from left to right, and the place of each in that list."""
-    on = np.unique(same[np.isin(point[same, 1], lines)])
-    order = on[np.lexsort((point[on, 0], point[on, 1]))].tolist()
-    return order, {k: i for i, k in enumerate(order)}
 
 
 def _loops(walk: list[int]) -> Iterator[list[int]]:

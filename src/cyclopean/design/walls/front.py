@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.arrays import Floats, Ints
 from cyclopean.assembly import Assembly, supports
 from cyclopean.design.options import at_least
 from cyclopean.design.rubble.masons_rules import Faces, MasonsRules, masons_rules, seen_front
@@ -36,8 +36,8 @@ from cyclopean.design.walls.line_work import usual_grid
 from cyclopean.design.walls.polygonal import PolygonalWall
 from cyclopean.design.walls.surfaces import Plane
 from cyclopean.errors import InputError
-from cyclopean.geometry import Subdivision, components, dissolved, subdivide
-from cyclopean.geometry.line_net import faces, noded
+from cyclopean.geometry import Subdivision, components, subdivide
+from cyclopean.geometry.line_net import outlined_cells
 from cyclopean.geometry.polyhedra import face_normals, face_triangles
 
 __all__ = ["WallInterlock", "interlock_of_stones", "interlock_of_wall"]
@@ -110,7 +110,9 @@ def interlock_of_wall(
     if not isinstance(wall.surface, Plane):
         return WallInterlock("drawing", found, pattern.subdivision, courses, None, None, None)
     stands = _standing(wall.assembly)
-    return WallInterlock("drawing", found, pattern.subdivision, courses, _measured(stands), stands.along, stands.size)
+    return WallInterlock(
+        "drawing", found, pattern.subdivision, courses, masons_rules(*_between_faces(stands)), stands.along, stands.size
+    )
 
 
 def interlock_of_stones(
@@ -136,7 +138,7 @@ def interlock_of_stones(
     stands = _standing(assembly)
     cells = _jointed(stands)
     seen = "elevation" if cells is None else "joints"
-    masons = _measured(stands)
+    masons = masons_rules(*_between_faces(stands))
     cells = _elevated(stands) if cells is None else cells
     if not len(cells) or np.bincount(cells.index).max() < LEAST:
         raise _none(assembly, "no stone lies across the joint of two others, as in an arch, a column or one course")
@@ -175,7 +177,9 @@ def _standing(assembly: Assembly) -> _Standing:
     """
     import shapely
 
-    mesh, ground = assembly.mesh, _ground(assembly)
+    mesh, (ground, rule) = assembly.mesh, supports(assembly)
+    if rule == "lowest" and np.count_nonzero(ground) > 1:  # the first course, where nobody said that it is fixed
+        ground = np.zeros_like(ground)
     free = np.flatnonzero(~ground)
     if len(free) < LEAST:
         raise _none(assembly, f"it has {len(free)} stones, and a bond needs {LEAST}")
@@ -201,12 +205,6 @@ def _standing(assembly: Assembly) -> _Standing:
     heights = [float(np.ptp(s.vertices[:, 2])) for s in stones]
     ends = tuple(parts[k] for k in np.flatnonzero(ground))
     return _Standing(stones, ends, front, axes[0], high - low, float(np.median(heights)))
-
-
-def _ground(assembly: Assembly) -> Bools:
-    """(n,) blocks that are ground: several that lie lowest are the first course where nobody said they are fixed."""
-    fixed, rule = supports(assembly)
-    return np.zeros_like(fixed) if rule == "lowest" and np.count_nonzero(fixed) > 1 else fixed
 
 
 def _axes(plan: Floats) -> Floats:
@@ -264,24 +262,9 @@ def _jointed(stands: _Standing) -> Subdivision | None:
     closed = shapely.buffer(shapely.buffer(whole, half, join_style="mitre"), -half, join_style="mitre")
     if shapely.area(closed) - shapely.area(whole) > OPEN * shapely.area(whole):
         return None
-    return _cells([shapely.get_coordinates(one.exterior) for one in front], front, SNAP * stands.height, once=True)
-
-
-def _cells(outlines: list[Floats], shapes: Any, reach: float, *, once: bool) -> Subdivision | None:
-    """Cells (m) of outlines: the faces that lie in a shape; None where they cross, or `once` is not so of each."""
-    import shapely
-
-    net = noded(outlines, reach)
-    if len(net.crossing):
-        return None
-    ring = faces(net).rings
-    inside = shapely.point_on_surface(shapely.polygons([shapely.linearrings(net.point[list(r)]) for r in ring]))
-    face, shape = shapely.STRtree(shapes).query(inside, predicate="within")
-    if once and not (np.bincount(shape, minlength=len(shapes)) == 1).all():
-        return None
-    if len(np.unique(face)) < len(face):
-        return None
-    return dissolved(subdivide(net.point, [ring[k] for k in face.tolist()], shape))
+    return outlined_cells(
+        [shapely.get_coordinates(one.exterior) for one in front], front, SNAP * stands.height, once=True
+    )
 
 
 def _elevated(stands: _Standing) -> Subdivision:
@@ -298,7 +281,7 @@ def _elevated(stands: _Standing) -> Subdivision:
         for part in shapely.get_parts(whole):
             shapes.append(shapely.Polygon(part.exterior))
             outlines.append(shapely.get_coordinates(part.exterior))
-    cells = _cells(outlines, np.array(shapes), 0.25, once=False)
+    cells = outlined_cells(outlines, np.array(shapes), 0.25, once=False)
     if cells is None:
         raise InputError("the front of the wall cannot be told into stones; are its meshes sound?")
     straight = _chords(cells)
@@ -342,10 +325,6 @@ def _foot(stands: _Standing, cells: Subdivision) -> Floats | None:
 
 
 # The masons' measures
-
-
-def _measured(stands: _Standing) -> MasonsRules:
-    return masons_rules(*_between_faces(stands))
 
 
 def _between_faces(stands: _Standing) -> tuple[tuple[_Stone, ...], Faces]:

@@ -30,7 +30,7 @@ import numpy as np
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.design.options import at_least
 from cyclopean.design.walls.interlock import Interlock, course_lines, interlock, joint_gaps
-from cyclopean.design.walls.pattern import Pattern, PatternSettings, Readout, Seeds, draw_from, draw_pattern, seed_grid
+from cyclopean.design.walls.pattern import Pattern, PatternSettings, Seeds, draw_from, draw_pattern, seed_grid
 from cyclopean.errors import InputError
 
 __all__ = ["Chosen", "improve_interlock", "improvements", "standing"]
@@ -61,7 +61,7 @@ class _Scored:
     """A pattern, its score, and where what is wrong with it lies."""
 
     pattern: Pattern
-    seeds: Seeds
+    seeds: Seeds  # of the pattern
     found: Interlock
     place: Floats  # (k, 2) spacings
     offence: Floats  # (k,) share of J that is lost there, margin included
@@ -79,10 +79,8 @@ class _Scored:
 class _Start:
     """What the search began with, which bounds where it may go."""
 
-    settings: PatternSettings
-    tolerance: float | None  # m
-    seeds: Seeds
-    readout: Readout
+    pattern: Pattern
+    seeds: Seeds  # of the pattern
     origin: Floats  # (2,) m, of the grid of seeds
     spacing: Floats  # (2,) m
     thinnest: float  # m, least inradius proxy that a stone may have
@@ -97,12 +95,7 @@ class Chosen:
     before: str | None  # its verdict on the wall that the search began with; None = there was no need to ask
 
 
-def improve_interlock(
-    wall: Pattern | PatternSettings,
-    *,
-    rounds: int | None = None,
-    tolerance: float | None = None,
-) -> Pattern:
+def improve_interlock(wall: Pattern | PatternSettings, *, rounds: int | None = None) -> Pattern:
     """Move seeds and weights of a wall to raise its interlock score.
 
     Parameters are those of `improvements`, of which this is the first.
@@ -118,15 +111,11 @@ def improve_interlock(
     InputError
         As `improvements`.
     """
-    return improvements(wall, rounds=rounds, tolerance=tolerance)[0]
+    return improvements(wall, rounds=rounds)[0]
 
 
 def improvements(
-    wall: Pattern | PatternSettings,
-    *,
-    rounds: int | None = None,
-    tolerance: float | None = None,
-    until: float = 1.0,
+    wall: Pattern | PatternSettings, *, rounds: int | None = None, until: float = 1.0
 ) -> tuple[Pattern, ...]:
     """Walls that the search came through on its way to the best one.
 
@@ -136,8 +125,6 @@ def improvements(
         A pattern drawn from seeds, or what to draw one from.
     rounds : int, optional
         At most; each draws the pattern once or twice. 300 where not given, fewer for walls of more than 200 stones.
-    tolerance : float, optional
-        m, as for `interlock`.
     until : float
         Score at which the search ends.
 
@@ -159,7 +146,7 @@ def improvements(
     rounds = usual if rounds is None else at_least("rounds", rounds, 0)
     origin, spacing = seed_grid(pattern.settings)
     thinnest = THIN * float(pattern.subdivision.inradii().min())
-    start = _Start(pattern.settings, tolerance, pattern.seeds, pattern.readout, origin, spacing, thinnest)
+    start = _Start(pattern, pattern.seeds, origin, spacing, thinnest)
     state = _scored(pattern, pattern.seeds, start)
     better = [state]
     draw = np.random.Generator(np.random.PCG64([pattern.settings.seed, 1]))
@@ -255,9 +242,9 @@ def _nearby(state: _Scored, point: Floats) -> Floats:
 
 def _drawn(seeds: Seeds, start: _Start) -> _Scored | None:
     """The pattern of these seeds, if it is as sound as the one that the search began with."""
-    was = start.readout
+    was = start.pattern.readout
     try:
-        pattern = draw_from(seeds, start.settings)
+        pattern = draw_from(seeds, start.pattern.settings)
     except InputError:  # too many slivers
         return None
     now = pattern.readout
@@ -272,7 +259,7 @@ def _drawn(seeds: Seeds, start: _Start) -> _Scored | None:
 
 def _scored(pattern: Pattern, seeds: Seeds, start: _Start) -> _Scored:
     """Score, and what takes from it: head joints by their nearest fellow in the next course, and crossings."""
-    cells, found = pattern.subdivision, interlock(pattern, tolerance=start.tolerance)
+    cells, found = pattern.subdivision, interlock(pattern)
     tolerance, reach = found.tolerance, MARGIN * found.tolerance
     low, high, gap = joint_gaps(cells, course_lines(pattern), found.head, reach + 0.5 * float(start.spacing[0]))
     ends = cells.vertex[cells.edge[found.head]]

@@ -45,7 +45,7 @@ from cyclopean.design.options import not_negative, positive
 from cyclopean.design.walls.pattern import Pattern
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision
-from cyclopean.geometry.packed import components
+from cyclopean.geometry.packed import components, extents
 
 __all__ = [
     "Interlock",
@@ -295,7 +295,7 @@ def _rules(cells: Subdivision, lines: Floats, head: Ints, depth: float | None, f
     bed = np.flatnonzero(inner & ~_steep(cells))
     run = np.abs(cells.vertex[cells.edge[bed, 1], 0] - cells.vertex[cells.edge[bed, 0], 0])
     along = cells.lengths()[bed]
-    low, high = _extents(cells)
+    low, high = extents(cells.vertex[cells.index, 0], cells.start)
     return MasonsRules(
         overlap=float(lap.mean()) if len(lap) else np.nan,
         least_overlap=float(lap.min()) if len(lap) else np.nan,
@@ -309,12 +309,6 @@ def _rules(cells: Subdivision, lines: Floats, head: Ints, depth: float | None, f
     )
 
 
-def _extents(cells: Subdivision) -> tuple[Floats, Floats]:
-    """Left and right end (m) of each stone, (n,)."""
-    u = cells.vertex[cells.index, 0]
-    return np.minimum.reduceat(u, cells.start[:-1]), np.maximum.reduceat(u, cells.start[:-1])
-
-
 def _laps(cells: Subdivision, head: Ints) -> Floats:
     """How far a third stone at the upper end of each head joint reaches to both sides of it / its length."""
     ends = cells.edge[head]
@@ -322,7 +316,7 @@ def _laps(cells: Subdivision, head: Ints) -> Floats:
     order = np.argsort(cells.index, kind="stable")
     corner, stone = cells.index[order], cells.cell()[order]
     begin, end = np.searchsorted(corner, top), np.searchsorted(corner, top, side="right")
-    low, high = _extents(cells)
+    low, high = extents(cells.vertex[cells.index, 0], cells.start)  # left and right end (m) of each stone
     laps = []
     for k, (a, b) in enumerate(zip(begin.tolist(), end.tolist(), strict=True)):
         over = np.setdiff1d(stone[a:b], cells.side[head[k]])

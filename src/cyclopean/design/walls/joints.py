@@ -312,7 +312,8 @@ def _caps(uv: Floats, points: Floats, middle: Floats, tolerance: float) -> tuple
     caps: list[Face] = []
     if all(flat):
         return points, (tuple(range(k)), tuple(range(2 * k - 1, k - 1, -1)))
-    if _sees_all(uv):
+    twice = cross_2d(uv, np.roll(uv, -1, axis=0))
+    if np.all(twice > 1e-9 * np.abs(twice).sum()):  # the centroid sees every side from within
         points = np.concatenate([points, middle])
         caps = [(i, (i + 1) % k, 2 * k) for i in range(k)]
         caps += [((i + 1) % k + k, i + k, 2 * k + 1) for i in range(k)]
@@ -327,12 +328,6 @@ def _flat(point: Floats, tolerance: float) -> bool:
     normal = np.cross(here[1:-1], here[2:]).sum(0)
     length = float(np.linalg.norm(normal))
     return length > 0.0 and float(np.abs(here @ normal).max()) <= tolerance * length
-
-
-def _sees_all(ring: Floats) -> bool:
-    """Whether the origin sees every side of a ring from within."""
-    twice = cross_2d(ring, np.roll(ring, -1, axis=0))
-    return bool(np.all(twice > 1e-9 * np.abs(twice).sum()))
 
 
 def _contacts(pattern: Pattern, rails: _Rails, masonry: Masonry) -> tuple[Contacts, JointReadout]:
@@ -353,7 +348,10 @@ def _contacts(pattern: Pattern, rails: _Rails, masonry: Masonry) -> tuple[Contac
         k = int(edge[i])
         first, second = cells.edge[k]
         quad = np.stack([rails.front[first], rails.front[second], rails.back[second], rails.back[first]])
-        quad = _flattened(quad) if bent[k] and not folded[k] else quad
+        if bent[k] and not folded[k]:  # laid into the plane midway between its diagonals, equally far from all four
+            normal = np.cross(quad[2] - quad[0], quad[3] - quad[1])
+            normal /= np.linalg.norm(normal)
+            quad = quad - ((quad - quad.mean(0)) @ normal)[:, None] * normal
         for piece in _cut((0, 1, 2, 3), bool(folded[k]), bool(rails.from_first[k])):
             pairs.append((int(min(a[i], b[i])), int(max(a[i], b[i]))))
             polygons.append(quad[list(piece[::-1] if a[i] > b[i] else piece)])
@@ -367,13 +365,6 @@ def _contacts(pattern: Pattern, rails: _Rails, masonry: Masonry) -> tuple[Contac
         short=int((shared & ~bears).sum()),
     )
     return Contacts.of(pairs, polygons, friction), readout
-
-
-def _flattened(quad: Floats) -> Floats:
-    """The quad laid into the plane midway between its diagonals, to which all four corners are equally far."""
-    normal = np.cross(quad[2] - quad[0], quad[3] - quad[1])
-    normal /= np.linalg.norm(normal)
-    return np.asarray(quad - ((quad - quad.mean(0)) @ normal)[:, None] * normal)
 
 
 def _ground(pattern: Pattern, rails: _Rails, thickness: Thickness, density: float | None) -> Block:

@@ -28,13 +28,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cyclopean.arrays import Bools, Floats, Ints, sealed
+from cyclopean.arrays import Bools, Floats, sealed
 from cyclopean.design.options import at_least, positive
 from cyclopean.design.walls.joints import base_edges
-from cyclopean.design.walls.pattern import Kind, Pattern, PatternSettings, Readout
+from cyclopean.design.walls.pattern import Kind, Pattern, PatternSettings, course_of, readout_of
 from cyclopean.errors import InputError
 from cyclopean.geometry import Subdivision, dissolved, subdivide
 from cyclopean.geometry.line_net import Faces, LineNet, faces, noded
+from cyclopean.geometry.packed import extents
 from cyclopean.options import check_options, option
 
 __all__ = [
@@ -163,7 +164,8 @@ def pattern_of(
     """
     snap = usual_snap(work) if snap is None else positive("snap", snap)
     reach = snap * work.per_metre
-    net = noded([line.point for line in work.lines], reach, [_curved(line) for line in work.lines])
+    curved = [np.zeros(len(one.point), bool) if one.curved is None else one.curved for one in work.lines]
+    net = noded([line.point for line in work.lines], reach, curved)
     if len(net.crossing):
         raise work.wrong(
             f"lines cross at {work.at(net.crossing)}: end them on each other; where four stones meet, break both there"
@@ -180,10 +182,6 @@ def pattern_of(
     if not len(base_edges(pattern)):
         raise work.wrong("no stone stands on the line of the ground; let the lowest joints lie on it, or end on it")
     return replace(pattern, notes=(*work.notes, *_closed(work, net)))
-
-
-def _curved(line: Line) -> Bools:
-    return np.zeros(len(line.point), bool) if line.curved is None else line.curved
 
 
 def _closed(work: LineWork, net: LineNet) -> tuple[str, ...]:
@@ -289,14 +287,6 @@ def _foot(work: LineWork, base: Floats, cells: Subdivision) -> Floats | None:
     return foot if foot[:, 1].any() else None
 
 
-def _ordered(cells: Subdivision, lines: Floats) -> tuple[Subdivision, Ints]:
-    """The cells course by course, each from left to right, whatever the order of the lines was; and their courses."""
-    centre = cells.centroids()
-    course: Ints = np.searchsorted(lines[1:-1], centre[:, 1])
-    order, rings = np.lexsort((centre[:, 0], course)), cells.rings()
-    return subdivide(cells.vertex, [rings[k] for k in order]), course[order]
-
-
 def pattern_of_cells(
     cells: Subdivision, foot: Floats | None, courses: int | None = None, max_bed: float | None = None
 ) -> Pattern:
@@ -315,22 +305,15 @@ def pattern_of_cells(
 
     width, height = np.ptp(cells.vertex, axis=0).tolist()
     columns, rows = usual_grid(cells, courses)
-    area = float(cells.areas().sum())
     settings = PatternSettings(width, height, columns, rows, courses=rows, max_bed=90.0)
     settings = settings if max_bed is None else replace(settings, max_bed=max_bed)
     whole = shapely.coverage_union_all(cells.polygons())
     holes = [ring for part in shapely.get_parts(whole) for ring in part.interiors]
     lines = np.linspace(0.0, height, rows + 1)
-    cells, course = _ordered(cells, lines)
-    areas = cells.areas()
-    readout = Readout(
-        cells=len(cells),
-        coverage=area / float(shapely.area(whole)),
-        area_cv=float(areas.std() / areas.mean()),
-        culled=0,
-        merged=0,
-        crossings=len(cells.crossings()),
-    )
+    course, rings = course_of(cells, lines), cells.rings()  # each course from left to right, however it was drawn
+    order = np.lexsort((cells.centroids()[:, 0], course))
+    cells, course = subdivide(cells.vertex, [rings[k] for k in order]), course[order]
+    readout = readout_of(cells, float(shapely.area(whole)))
     clear = tuple(np.asarray(shapely.get_coordinates(ring)[:-1]) for ring in holes)
     kind: list[Kind] = ["stone"] * len(cells)
     return Pattern(cells, tuple(kind), course, lines, clear, foot, readout, settings)
@@ -338,8 +321,7 @@ def pattern_of_cells(
 
 def usual_grid(cells: Subdivision, courses: int | None = None) -> tuple[int, int]:
     """Columns and courses of a wall of as many stones of the same size; `courses` where they are given."""
-    corner = cells.vertex[cells.index]
-    low, high = (chosen.reduceat(corner, cells.start[:-1]) for chosen in (np.minimum, np.maximum))
+    low, high = extents(cells.vertex[cells.index], cells.start)
     (wide, tall), (width, height) = (high - low).mean(axis=0), np.ptp(cells.vertex, axis=0)
     area = float(cells.areas().sum())
     usual = max(1, round(float(height * np.sqrt(len(cells) * wide / (tall * area)))))

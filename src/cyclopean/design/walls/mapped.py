@@ -81,7 +81,7 @@ class Mapped:
         if not all(0 <= x.min(initial=0) and x.max(initial=0) < len(self.uv) for x in (self.triangle, self.boundary)):
             raise InputError("surface: a triangle names a corner that is not there")
         ring = self.uv[self.boundary]
-        if not (len(ring) >= 3 and shapely.is_valid(shapely.polygons(ring)) and np.all(self._stretch() > 0.0)):
+        if not (len(ring) >= 3 and shapely.is_valid(shapely.polygons(ring)) and self.stretch[0] > 0.0):
             raise InputError("surface: its boundary crosses itself in the plane, or a triangle is turned over there")
         outline, (width, height) = _outline(self.uv[self.boundary])
         for name, value in (("outline", outline), ("width", width), ("height", height)):
@@ -112,11 +112,8 @@ class Mapped:
     @property
     def stretch(self) -> tuple[float, float]:
         """Least and greatest length on the surface of a metre in the pattern."""
-        each = self._stretch()
+        each = stretch(self.vertex, self.uv, self.triangle)
         return float(each.min()), float(each.max())
-
-    def _stretch(self) -> Floats:
-        return stretch(self.vertex, self.uv, self.triangle)
 
     @property
     def told(self) -> str:

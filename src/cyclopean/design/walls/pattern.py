@@ -53,10 +53,12 @@ __all__ = [
     "Readout",
     "Seeds",
     "beyond_outline",
+    "course_of",
     "draw_from",
     "draw_pattern",
     "drawing_seeds",
     "live_seeds",
+    "readout_of",
     "seed_grid",
 ]
 
@@ -163,8 +165,8 @@ class Pattern:
         """The same stones with their corners, (V, 2) m, in other places."""
         cells = self.subdivision
         moved = Subdivision(vertex, cells.start, cells.index, cells.site)
-        readout = replace(self.readout, area_cv=_unevenness(moved))
-        return replace(self, subdivision=moved, course=_course(moved, self.lines), readout=readout)
+        readout = replace(self.readout, area_cv=readout_of(moved, 1.0).area_cv)
+        return replace(self, subdivision=moved, course=course_of(moved, self.lines), readout=readout)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -266,30 +268,22 @@ def draw_from(seeds: Seeds, settings: PatternSettings) -> Pattern:
     drawn, live, least = _culled(seeds, settings, frame)
     whole = _without_thin_pieces(drawn, least)
     found = without_short_joints(whole, frame.spacing, least)
-    readout = Readout(
-        cells=len(found),
-        coverage=float(found.areas().sum()) / frame.area,
-        area_cv=_unevenness(found),
-        culled=int((~live).sum()),
-        merged=len(drawn) - len(whole),
-        crossings=len(found.crossings()),
-    )
+    readout = readout_of(found, frame.area, int((~live).sum()), len(drawn) - len(whole))
     field: list[Kind] = ["stone"] * int((found.site >= 0).sum())
-    kind = (*field, *frame.kind)
-    return Pattern(
-        found, kind, _course(found, frame.lines), frame.lines, frame.openings, frame.foot, readout, settings, seeds
-    )
+    kind, course = (*field, *frame.kind), course_of(found, frame.lines)
+    return Pattern(found, kind, course, frame.lines, frame.openings, frame.foot, readout, settings, seeds)
 
 
-def _course(cells: Subdivision, lines: Floats) -> Ints:
-    """(n,) course in which each cell's centroid lies."""
+def course_of(cells: Subdivision, lines: Floats) -> Ints:
+    """(n,) course in which each cell's centroid lies, between lines (k,) m."""
     return np.searchsorted(lines[1:-1], cells.centroids()[:, 1])
 
 
-def _unevenness(cells: Subdivision) -> float:
-    """Standard deviation / mean of the field stones' areas."""
-    areas = cells.areas()[cells.site >= 0]
-    return float(areas.std() / areas.mean())
+def readout_of(cells: Subdivision, area: float, culled: int = 0, merged: int = 0) -> Readout:
+    """What cells are judged by, in a wall whose area without openings is so large (m2)."""
+    total, field = float(cells.areas().sum()), cells.areas()[cells.site >= 0]
+    uneven = float(field.std() / field.mean())
+    return Readout(len(cells), total / area, uneven, culled, merged, len(cells.crossings()))
 
 
 def live_seeds(seeds: Seeds, settings: PatternSettings) -> Ints:

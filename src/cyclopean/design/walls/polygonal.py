@@ -78,7 +78,10 @@ def polygonal_wall(
     """
     pattern = settings or PatternSettings()
     if isinstance(surface, Mapped):
-        pattern = _on_sheet(pattern, surface)
+        if isinstance(pattern, Pattern):
+            surface.refuse_outside(pattern.subdivision)
+        else:  # drawn to cover it
+            pattern = draw_pattern(surface.fitted(pattern), surface.area_ratio)
     whole = pattern.settings if isinstance(pattern, Pattern) else pattern
     bed = surface if surface is not None else Plane(), Thickness(depth, batter), Masonry(density, mu, warped)
     refuse_folds(*bed[:2], whole.width, whole.height)
@@ -87,14 +90,6 @@ def polygonal_wall(
     patterns = improvements(pattern, until=float(improve))
     chosen = standing(patterns, lambda pattern: verdict(laid_wall(pattern, *bed).assembly))
     return replace(laid_wall(patterns[chosen.place], *bed), chosen=chosen)
-
-
-def _on_sheet(pattern: PatternSettings | Pattern, surface: Mapped) -> Pattern:
-    """The pattern on a surface that has an end: drawn to cover it, or as it was drawn if it lies within."""
-    if isinstance(pattern, PatternSettings):
-        return draw_pattern(surface.fitted(pattern), surface.area_ratio)
-    surface.refuse_outside(pattern.subdivision)
-    return pattern
 
 
 def laid_wall(pattern: Pattern, surface: Surface, thickness: Thickness, masonry: Masonry) -> PolygonalWall:

@@ -42,20 +42,15 @@ def without_short_joints(found: Subdivision, spacing: Floats, least: float) -> S
         A valid pattern of the same outline; the very one given where nothing could be changed.
     """
     for _ in range(ROUNDS):
-        near = _short_edges(found, spacing)
+        along = (found.vertex[found.edge[:, 1]] - found.vertex[found.edge[:, 0]]) / spacing
+        length = np.hypot(along[:, 0], along[:, 1])
+        some = np.flatnonzero(length < SHORT)
+        near = found.edge[some[np.argsort(length[some], kind="stable")]].tolist()  # the shortest first
         net = net_of(found, spacing, least) if near else None
         if net is None or not sum(_mended(net, a, b) for a, b in near if a in net.cells and b in net.cells):
             break
         found = dissolved(subdivide(net.point, net.rings, found.site))
     return found
-
-
-def _short_edges(found: Subdivision, spacing: Floats) -> list[tuple[int, int]]:
-    """Short edges, the shortest first."""
-    along = (found.vertex[found.edge[:, 1]] - found.vertex[found.edge[:, 0]]) / spacing
-    length = np.hypot(along[:, 0], along[:, 1])
-    some = np.flatnonzero(length < SHORT)
-    return [(a, b) for a, b in found.edge[some[np.argsort(length[some], kind="stable")]].tolist()]
 
 
 def _mended(net: Net, a: int, b: int) -> bool:

@@ -5,14 +5,13 @@ from dataclasses import replace
 from typing import Any
 
 from cyclopean.analysis.settings import Settings
-from cyclopean.api.checking import SequenceOptions, sequenced
+from cyclopean.api.checking import sequenced
+from cyclopean.design.construction.options import SequenceOptions
 from cyclopean.design.rubble.wall import SettleSettings
 from cyclopean.io.rhino_json import Pose
 from cyclopean.service.inputs import option_inputs, option_values
 from cyclopean.service.meshes import BLOCKS, FOLDER, STONES, model_in, model_of, model_text, moved, stones_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
-
-__all__ = ["SEQUENCE", "SETTLE"]
 
 Given = Mapping[str, Any]
 

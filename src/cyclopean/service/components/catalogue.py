@@ -7,8 +7,6 @@ from cyclopean.service.components.matching import CARVE, MATCH
 from cyclopean.service.components.walls import POLYGONAL_WALL
 from cyclopean.service.parameters import Component
 
-__all__ = ["COMPONENTS"]
-
 COMPONENTS: dict[str, Component] = {
     component.path: component for component in (CHECK, LIMIT, POLYGONAL_WALL, MATCH, CARVE, SEQUENCE, SETTLE)
 }

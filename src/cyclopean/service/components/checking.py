@@ -16,8 +16,6 @@ from cyclopean.service.parameters import Answer, Component, Context, Input, Outp
 if TYPE_CHECKING:
     from cyclopean.analysis import LimitResult, Result
 
-__all__ = ["CHECK", "SHARE", "force_lines"]
-
 SHARE = 0.8  # of the time that a solve may take, for the search; the rest is for reading, proving and writing
 LONGEST = 0.5  # of a mean block: the line of the largest force
 FIRST = "mu density method gravity"  # inputs that have always been first
@@ -30,42 +28,48 @@ THEN = (
 def _check(given: Mapping[str, Any], context: Context) -> Answer:
     """Check a model and lay out what was found."""
     from cyclopean.io import json_text, result_dict
+    from cyclopean.view.figures import resultants
 
     turned = {**given, "Tilt": (given["Tilt"], given["Azimuth"]) if given["Tilt"] else None}
-    settings, more = (
-        option_values(turned, Settings(seconds=SHARE * context.seconds)),
-        option_values(given, CheckOptions()),
-    )
+    settings = option_values(turned, Settings(seconds=SHARE * context.seconds))
     assembly, said = model_of(given)
-    result = examined(assembly, settings, Reading(), more)
-    centre = result.assembly.mass.centroid
-    moving = result.verdict == "unstable" and result.mechanism is not None
-    motion = result.mechanism if moving else None
+    result = examined(assembly, settings, Reading(), option_values(given, CheckOptions()))
+    motion = result.mechanism if result.verdict == "unstable" else None
     values = {
         "Verdict": result.verdict,
         "Reason": result.reason,
         "Utilisation": None if result.utilisation is None else [[u] for u in result.utilisation.tolist()],
-        "Contacts": [[curve] for curve in contact_curves(result.contacts)],
         "Pairs": contact_names(result.assembly, result.contacts),
-        "Forces": force_lines(result),
-        "Resultants": None if result.force is None else list(_resultants(result)),
-        "Centres": list(centre),
-        "Motion": None if motion is None else list(motion[:, :3]),
-        "Spin": None if motion is None else list(motion[:, 3:]),
-        "Certificate": None if result.certificate is None else json_text(result.certificate).strip(),
+        "Resultants": None if (found := resultants(result)) is None else list(found.force),
+        **laid_out(result, motion),
         "Result": json_text(result_dict(result)).strip(),
     }
     return Answer(values, (*said, *result.warnings))
 
 
-def force_lines(result: "Result | LimitResult") -> list[list[Floats]]:
+def laid_out(result: "Result | LimitResult", motion: Floats | None) -> dict[str, Any]:
+    """What every answer shows: joints, forces in them, a motion (n, 6) of the blocks, the proof."""
+    from cyclopean.io import json_text
+
+    return {
+        "Contacts": [[curve] for curve in contact_curves(result.contacts)],
+        "Forces": _force_lines(result),
+        "Centres": list(result.assembly.mass.centroid),
+        "Motion": None if motion is None else list(motion[:, :3]),
+        "Spin": None if motion is None else list(motion[:, 3:]),
+        "Certificate": None if result.certificate is None else json_text(result.certificate).strip(),
+    }
+
+
+def _force_lines(result: "Result | LimitResult") -> list[list[Floats]]:
     """For each contact, a line (2, 3) in m for each point that carries force: what the second block feels.
 
     The largest is half as long as a mean block, so they can be compared with each other.
     """
     if result.force is None:
         return []
-    world = _world(result)
+    frame = result.contacts.frame if result.frame is None else result.frame
+    world = np.einsum("pi,pij->pj", result.force, frame[result.contacts.patch])  # in the world's axes
     size = np.linalg.norm(world, axis=1)
     largest = float(size.max(initial=0.0))
     if not largest > 0.0:
@@ -77,19 +81,6 @@ def force_lines(result: "Result | LimitResult") -> list[list[Floats]]:
     return [
         [lines[i] for i in range(start[k], start[k + 1]) if size[i] > 1e-9 * largest] for k in range(len(start) - 1)
     ]
-
-
-def _world(result: "Result | LimitResult") -> Floats:
-    """(P, 3) N at each contact point, on the second block, in the world's axes."""
-    assert result.force is not None
-    frame = result.contacts.frame if result.frame is None else result.frame
-    return np.asarray(np.einsum("pi,pij->pj", result.force, frame[result.contacts.patch]))
-
-
-def _resultants(result: "Result") -> Floats:
-    """(c, 3) N of each contact."""
-    world, count = _world(result), len(result.contacts)
-    return np.stack([np.bincount(result.contacts.patch, world[:, k], count) for k in range(3)], axis=1)
 
 
 CHECK = Component(

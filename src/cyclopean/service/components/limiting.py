@@ -8,15 +8,13 @@ from cyclopean.analysis.settings import Settings
 from cyclopean.api.inputs import Reading
 from cyclopean.api.limiting import LIMITED, LimitOptions, limited
 from cyclopean.errors import InputError
-from cyclopean.service.components.checking import SHARE, force_lines
+from cyclopean.service.components.checking import SHARE, laid_out
 from cyclopean.service.inputs import option_inputs, option_values
-from cyclopean.service.meshes import BLOCKS, contact_curves, model_of
+from cyclopean.service.meshes import BLOCKS, model_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
 if TYPE_CHECKING:
     from cyclopean.analysis import Live
-
-__all__ = ["LIMIT"]
 
 
 def _limit(given: Mapping[str, Any], context: Context) -> Answer:
@@ -34,7 +32,6 @@ def _limit(given: Mapping[str, Any], context: Context) -> Answer:
     ids = [block.id for block in found.assembly.blocks]
     at = found.governing
     ends = [] if at is None else [ids[int(found.contacts.a[at])], ids[int(found.contacts.b[at])]]
-    motion = found.mechanism
     values = {
         "Outcome": found.word,
         "Reason": found.reason,
@@ -42,12 +39,7 @@ def _limit(given: Mapping[str, Any], context: Context) -> Answer:
         "Falls At": found.upper,
         "Angle": None if found.angle is None else found.angle[0],
         "Governing": ends,
-        "Contacts": [[curve] for curve in contact_curves(found.contacts)],
-        "Forces": force_lines(found),
-        "Centres": list(found.assembly.mass.centroid),
-        "Motion": None if motion is None else list(motion[:, :3]),
-        "Spin": None if motion is None else list(motion[:, 3:]),
-        "Certificate": None if found.certificate is None else json_text(found.certificate).strip(),
+        **laid_out(found, found.mechanism),
         "Result": json_text(limit_dict(found)).strip(),
     }
     return Answer(values, (*said, *found.warnings))

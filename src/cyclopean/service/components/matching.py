@@ -10,8 +10,6 @@ from cyclopean.io.rhino_json import Pose
 from cyclopean.service.meshes import FOLDER, STONES, blocks_of, model_text, moved, stones_of
 from cyclopean.service.parameters import Answer, Component, Context, Input, Output
 
-__all__ = ["CARVE", "MATCH"]
-
 Given = Mapping[str, Any]
 
 CELLS = (

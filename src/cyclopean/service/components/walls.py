@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from cyclopean.design.walls.pattern import Pattern, PatternSettings
     from cyclopean.design.walls.surfaces import Surface
 
-__all__ = ["POLYGONAL_WALL"]
-
 MOST_STONES = 3000  # in a wall that is drawn while somebody waits
 
 PATTERN = {

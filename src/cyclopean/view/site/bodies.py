@@ -3,7 +3,6 @@
 The outline hides what lies behind, in print by its paint and in DXF by cutting that away; shading is for print alone.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,9 +18,7 @@ from cyclopean.geometry.solids import cross_section, fans, solid_of
 from cyclopean.view.colours import INK
 from cyclopean.view.drawing import feature_edges
 from cyclopean.view.stone_faces import facing, stone_faces, stone_svg
-from cyclopean.view.svg import View, closed, layer, project, segments
-
-__all__ = ["Body", "Solid", "on_paper", "sliced", "solid_of_block"]
+from cyclopean.view.svg import Paper, View, closed, layer, project, segments
 
 MANY = 400  # triangles beyond which a stone is a scan: its small faces are joined, and it has no edges
 FINER = 10.0  # steps of shading in a mm
@@ -65,8 +62,7 @@ class Body:
         """The stone in a tint (#rrggbb); what lies outside a window, a geometry of shapely in mm, is left out."""
         shape = self.outline if window is None else self.outline.intersection(window)
         style = f'fill="{tint}" stroke="{INK}" stroke-width="{RIM}" stroke-linejoin="round"'
-        rim = "".join(_rings(shape))
-        if not rim:
+        if not (rim := covered(shape)):
             return ""
         whole = window is None or window.contains(self.outline)
         shade = stone_svg(self.name, self.corner * FINER, self.light, tint) if whole else ""
@@ -95,7 +91,7 @@ class Slice(Body):
         import shapely
 
         shape = self.shape if window is None else self.shape.intersection(window)
-        if not (rim := "".join(_rings(shape))):
+        if not (rim := covered(shape)):
             return ""
         left, top, right, foot = shape.bounds
         begin = np.arange(left - (foot - top), right, HATCHED)
@@ -108,13 +104,13 @@ class Slice(Body):
         return f'<path d="{rim}" {style}/>{hatch}'
 
 
-def sliced(solid: Solid, view: View, far: float, times: float, at: Floats) -> Body:
-    """A stone cut open so far (m) away from the viewer; `times` and `at` as in `on_paper`."""
+def sliced(solid: Solid, paper: Paper, far: float) -> Body:
+    """A stone cut open so far (m) away from the viewer."""
     import shapely
 
-    flat, away = project(solid.vertices, view)
+    flat, away = project(solid.vertices, paper.view)
     body = solid_of(np.column_stack([flat, -away]), solid.triangles, solid.name)
-    rings = [shapely.Polygon(at + times * ring * [1.0, -1.0]) for ring in cross_section(body, -far)]
+    rings = [shapely.Polygon(paper.of_flat(ring)) for ring in cross_section(body, -far)]
     shape = shapely.Polygon()
     for ring in sorted(rings, key=lambda one: -one.area):  # what lies within another is a hole
         shape = shape.symmetric_difference(shapely.make_valid(ring))
@@ -122,14 +118,12 @@ def sliced(solid: Solid, view: View, far: float, times: float, at: Floats) -> Bo
     return Slice(solid.name, np.zeros((0, 3, 3)), np.zeros(0), none, shape)
 
 
-def _rings(shape: Any) -> Iterator[str]:
-    """Paths of what a geometry covers, holes too."""
+def covered(shape: Any, digits: int = FINE) -> str:
+    """Path of what a geometry of shapely covers, holes too."""
     import shapely
 
-    for part in shapely.get_parts(shape):
-        if part.geom_type == "Polygon":
-            for ring in shapely.get_rings(part):
-                yield closed(shapely.get_coordinates(ring)[:-1], FINE)
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon" and not part.is_empty]
+    return "".join(closed(shapely.get_coordinates(r)[:-1], digits) for part in parts for r in shapely.get_rings(part))
 
 
 def solid_of_block(block: Block) -> Solid:
@@ -140,24 +134,11 @@ def solid_of_block(block: Block) -> Solid:
     return Solid(block.id, planes.vertices, planes.triangles)
 
 
-def on_paper(solid: Solid, view: View, times: float, at: Floats) -> Body:
-    """A stone as it is seen.
-
-    Parameters
-    ----------
-    solid : Solid
-        The stone.
-    view : View
-        From where.
-    times : float
-        mm of paper a metre.
-    at : (2,) float
-        mm of paper, where the structure's origin lies.
-    """
-    flat, far = project(solid.vertices, view)
-    point = np.column_stack([at + times * flat * [1.0, -1.0], -times * far])
-    edge = at + times * project(_edges(solid, view).reshape(-1, 3), view)[0] * [1.0, -1.0]
-    return Body(solid.name, *_faces(point, solid), edge.reshape(-1, 2, 2))
+def on_paper(solid: Solid, paper: Paper) -> Body:
+    """A stone as it is seen on paper, whose units are mm."""
+    flat, far = project(solid.vertices, paper.view)
+    point = np.column_stack([paper.of_flat(flat), -paper.scale * far])
+    return Body(solid.name, *_faces(point, solid), paper.of(_edges(solid, paper.view)))
 
 
 def _faces(point: Floats, solid: Solid) -> tuple[Floats, Floats]:

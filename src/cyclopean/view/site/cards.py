@@ -7,6 +7,7 @@ the right of it, all at one scale.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -32,9 +33,7 @@ from cyclopean.view.site.paper import (
     words,
     wrapped,
 )
-from cyclopean.view.svg import View, layer, project, rect
-
-__all__ = ["MOST", "Card", "Place", "card_pages", "drawn_pages", "facts"]
+from cyclopean.view.svg import Paper, View, layer, project, rect
 
 MOST = 8  # cards on a page; on A4 smaller ones have no room for their words
 GRID = {1: (1, 1), 2: (2, 1), 3: (3, 1), 4: (2, 2), 5: (3, 2), 6: (3, 2), 7: (4, 2), 8: (4, 2)}  # columns, rows
@@ -49,8 +48,7 @@ RED = "#b3261e"  # the centre of gravity, which must not be missed
 THIN = f'stroke="{INK}" stroke-width="0.18" fill="none"'
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """A rectangle of a page, mm."""
 
     x: float
@@ -59,12 +57,7 @@ class Place:
     high: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Card:
-    """What a card is made of: drawn in the place that it is given."""
-
-    step: int
-    drawn: Callable[[Place], Iterator[str]]
+Card: TypeAlias = tuple[int, Callable[[Place], Iterator[str]]]  # its step, and what draws it in the place it is given
 
 
 def drawn_pages(kind: str, title: str, cards: Sequence[Card], form: Form, each: int) -> tuple[Page, ...]:
@@ -75,17 +68,14 @@ def drawn_pages(kind: str, title: str, cards: Sequence[Card], form: Form, each: 
     pages = []
     for part in portions(cards, each):
         drawn = []
-        for k, card in enumerate(part):
+        for k, (_, card) in enumerate(part):
             place = Place(x + k % across * (size[0] + GUTTER), y + k // across * (size[1] + GUTTER), *size)
-            drawn.append(layer("frames", [rect(*_box(place), THIN, 2)]))
-            drawn += card.drawn(place)
-        steps = f"{part[0].step}" if part[0].step == part[-1].step else f"{part[0].step} to {part[-1].step}"
+            drawn.append(layer("frames", [rect(*place, THIN, 2)]))
+            drawn += card(place)
+        first, last = part[0][0], part[-1][0]
+        steps = f"{first}" if first == last else f"{first} to {last}"
         pages.append(Page(kind, f"{title} {steps}", tuple(drawn)))
     return tuple(pages)
-
-
-def _box(place: Place) -> tuple[float, float, float, float]:
-    return place.x, place.y, place.wide, place.high
 
 
 def card_pages(
@@ -97,7 +87,7 @@ def card_pages(
     each: int,
 ) -> tuple[Page, ...]:
     """Cards of all stones; `source` says of what a block is made, where that is known."""
-    cards = [Card(stone.step, partial(_card, sequence, stone, solids[stone.block], source)) for stone in stones]
+    cards = [(stone.step, partial(_card, sequence, stone, solids[stone.block], source)) for stone in stones]
     return drawn_pages("cards", "Stones", cards, form, each)
 
 
@@ -198,12 +188,14 @@ def _pictures(sequence: BuildSequence, stone: LaidStone, solid: Solid, tint: str
     centre = sequence.assembly.mass.centroid[stone.block]
     marks = []
     for view, foot in views:
-        low = project(solid.vertices, view)[0].min(axis=0)
-        at = foot - third.times * low * [1.0, -1.0]
-        yield layer("stones", [on_paper(solid, view, third.times, at).drawn(tint)])
-        marks.append(_centre(at + third.times * project(centre, view)[0] * [1.0, -1.0]))
+        paper = Paper(view, project(solid.vertices, view)[0].min(axis=0), foot, third.times)
+        yield layer("stones", [on_paper(solid, paper).drawn(tint)])
+        marks.append(_centre(paper.of(centre)))
     yield layer("centre-of-gravity", marks)
-    yield layer("arrows", _arrows(third, third.times * stone.size))
+    (x, y), (wide, _, high) = third.front.tolist(), (third.times * stone.size).tolist()
+    rise, run = min(max(high, 6.0), TALL), min(max(wide, 8.0), 18.0)
+    arrows = _arrow(x - 3.0, y, x - 3.0, y - rise), _arrow(x, y + 2.4, x + run, y + 2.4)
+    yield layer("arrows", arrows)  # up, at the left of the face; along the wall, below it
     yield layer("names", _names(third, third.times * stone.size, place))
 
 
@@ -215,14 +207,6 @@ def _centre(at: Floats) -> str:
         f'<circle cx="{x:.2f}" cy="{y:.2f}" r="1.2" fill="#ffffff" stroke="{RED}" stroke-width="0.25"/>'
         f'<path d="{quarters}" fill="{RED}"/>'
     )
-
-
-def _arrows(third: _Third, size: Floats) -> Iterator[str]:
-    """Up, at the left of the face; along the wall, below it."""
-    (x, y), (wide, _, high) = third.front.tolist(), size.tolist()
-    rise, run = min(max(high, 6.0), TALL), min(max(wide, 8.0), 18.0)
-    yield _arrow(x - 3.0, y, x - 3.0, y - rise)
-    yield _arrow(x, y + 2.4, x + run, y + 2.4)
 
 
 def _arrow(x: float, y: float, to_x: float, to_y: float) -> str:

@@ -5,7 +5,7 @@ it is seen. Numbered points are where a person can find them. Each cut has three
 numbered points; its line runs through them, round the stone where it may be sawn right through.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -17,6 +17,7 @@ from cyclopean.design.carving.cuts import Cut
 from cyclopean.design.carving.marks import CutMarks, NumberedPoints, cut_marks, numbered_points, template_of
 from cyclopean.design.construction.laying import LaidStone
 from cyclopean.design.stones.stone import Stone
+from cyclopean.geometry.frames import unit
 from cyclopean.view.colours import INK, SOFT
 from cyclopean.view.site.bodies import Solid, on_paper
 from cyclopean.view.site.cards import PAD, RED, THIN, Card, Place, drawn_pages, heading
@@ -34,9 +35,7 @@ from cyclopean.view.site.paper import (
     words,
     wrapped,
 )
-from cyclopean.view.svg import EXACT, View, closed, layer, project, rect, sheet, to_scale
-
-__all__ = ["CutStone", "bent_faces", "cut_pages", "cut_stone", "template_svg"]
+from cyclopean.view.svg import EXACT, Paper, View, closed, layer, project, rect, segments, sheet, to_scale
 
 TINT = "#ded5c4"  # stone as it was found
 CUT = "#0b4f8a"  # lines of cuts
@@ -82,7 +81,7 @@ def _cards(stone: LaidStone, one: CutStone, axes: Floats, form: Form) -> Iterato
     parts = portions(list(_rows(one)), each // 3 * 3) or [()]
     for k, part in enumerate(parts):
         again = f"card {k + 1} of {len(parts)}" if len(parts) > 1 else ""
-        yield Card(stone.step, partial(_card, stone, one, axes, again, part))
+        yield stone.step, partial(_card, stone, one, axes, again, part)
 
 
 Row = tuple[str, ...]
@@ -165,14 +164,13 @@ def _cut_rows(k: int, cut: Cut, marks: CutMarks | None, every: Sequence[Cut]) ->
 def _table(x: float, y: float, room: float, rows: Sequence[Row]) -> Iterator[str]:
     """Cuts with their marks."""
     wide = (*COLUMNS, room - sum(COLUMNS))
-    at = [x + sum(wide[:k]) for k in range(len(wide))]
-    yield columns(at, wide, ("", "", "", "", "", "off", "face", "angle of stone"), y - LINE + 0.4, BOLD)
-    yield words(at[2], y - LINE + 0.4, "mm to point", more=BOLD)
-    yield columns(at, wide, ("Cut", "mark", "1", "2", "3", "mm", "cm²", "to next cut"), y, BOLD)
+    yield columns(x, wide, ("", "", "", "", "", "off", "face", "angle of stone"), y - LINE + 0.4, BOLD)
+    yield words(x + sum(wide[:2]), y - LINE + 0.4, "mm to point", more=BOLD)
+    yield columns(x, wide, ("Cut", "mark", "1", "2", "3", "mm", "cm²", "to next cut"), y, BOLD)
     for k, row in enumerate(rows):
         if k % 3 == 0:
             yield f'<path d="M{x:.2f} {y + k * LINE + 1.3:.2f}h{room:.2f}" {THIN}/>'
-        yield columns(at, wide, row, y + (k + 1) * LINE)
+        yield columns(x, wide, row, y + (k + 1) * LINE)
 
 
 @dataclass(slots=True)
@@ -202,40 +200,29 @@ class _Labels:
 def _picture(one: CutStone, axes: Floats, side: int, place: Place) -> Iterator[str]:
     """The found stone from above its face and right end, or from below its back and left end."""
     along, into, up = axes
-    sight = _unit(into - along - 0.8 * up) * (1.0 if side == 0 else -1.0)
-    right = _unit(np.cross(sight, up))
+    sight = unit(into - along - 0.8 * up) * (1.0 if side == 0 else -1.0)
+    right = unit(np.cross(sight, up))
     view = View(right, sight, np.cross(right, sight))
     solid = Solid(one.found.id, one.in_wall(one.found.vertices), one.found.triangles)
     flat = project(solid.vertices, view)[0]
     low, span = flat.min(axis=0), np.ptp(flat, axis=0)
     times = float(min((place.wide - 16.0) / span[0], (place.high - 16.0) / span[1]))
     middle = np.array([place.x + place.wide / 2.0, place.y + place.high / 2.0 - 2.0])
-    at = middle + times * (low + span / 2.0) * [-1.0, 1.0]
-
-    def of(point: Floats) -> Floats:
-        return np.asarray(at + times * project(point, view)[0] * [1.0, -1.0])
-
-    yield layer("stones", [on_paper(solid, view, times, at).drawn(TINT)])
-    yield layer("cuts", _lines(one, view, of))
-    yield layer("marks", _points(one, view, of, middle))
+    paper = Paper(view, low + span / 2.0, middle, times)
+    yield layer("stones", [on_paper(solid, paper).drawn(TINT)])
+    yield layer("cuts", _lines(one, paper))
+    yield layer("marks", _points(one, paper))
     said = "from the right, above the face" if side == 0 else "from the left, below the back"
     yield layer("names", [words(place.x, place.y + place.high - 1.0, said, more=f'fill="{SOFT}"')])
 
 
-def _unit(way: Floats) -> Floats:
-    return np.asarray(way / np.linalg.norm(way))
-
-
-def _lines(one: CutStone, view: View, of: Callable[[Floats], Floats]) -> Iterator[str]:
+def _lines(one: CutStone, paper: Paper) -> Iterator[str]:
     """Lines of the cuts on what is seen of the surface."""
     for marks in one.marks:
         if marks is not None:
-            seen = one.in_wall(marks.line[_faces(one, marks.normal, view)])
-            ends = of(seen.reshape(-1, 3)).reshape(-1, 2, 2).tolist()
-            way = "".join(f"M{a:.2f} {b:.2f}L{c:.2f} {d:.2f}" for (a, b), (c, d) in ends)
-            yield (
-                f'<path d="{way}" stroke="{CUT}" stroke-width="0.4" stroke-linecap="round" fill="none"/>' if way else ""
-            )
+            way = segments(paper.of(one.in_wall(marks.line[_faces(one, marks.normal, paper.view)])), 2)
+            style = f'stroke="{CUT}" stroke-width="0.4" stroke-linecap="round" fill="none"'
+            yield f'<path d="{way}" {style}/>' if way else ""
 
 
 def _faces(one: CutStone, normal: Floats, view: View) -> Bools:
@@ -243,26 +230,26 @@ def _faces(one: CutStone, normal: Floats, view: View) -> Bools:
     return np.asarray((normal @ one.carved.rotation.T) @ view.sight < 0.0)
 
 
-def _points(one: CutStone, view: View, of: Callable[[Floats], Floats], middle: Floats) -> Iterator[str]:
+def _points(one: CutStone, paper: Paper) -> Iterator[str]:
     """Marks that are seen, and numbered points, dashed where they are on the far side."""
     labels = _Labels()
     points, centre = one.in_wall(one.points.point), one.in_wall(one.found.centroid[None])[0]
     seen = [
-        (f"{marks.cut + 1}{'abc'[k]}", of(one.in_wall(marks.point[k : k + 1]))[0])
+        (f"{marks.cut + 1}{'abc'[k]}", paper.of(one.in_wall(marks.point[k])))
         for marks in one.marks
         if marks is not None
-        for k in np.flatnonzero(_faces(one, marks.facing, view)).tolist()
+        for k in np.flatnonzero(_faces(one, marks.facing, paper.view)).tolist()
     ]
     for _, (x, y) in seen:
         labels.taken.append((x - 1.2, y - 1.2, x + 1.2, y + 1.2))
         yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="0.7" fill="{CUT}"/>'
-    for k, (point, (x, y)) in enumerate(zip(points, of(points).tolist(), strict=True), 1):
+    for k, (point, (x, y)) in enumerate(zip(points, paper.of(points).tolist(), strict=True), 1):
         labels.taken.append((x - DISC, y - DISC, x + DISC, y + DISC))
-        dashed = ' stroke-dasharray="0.8 0.6"' if (point - centre) @ view.sight > 0.0 else ""
+        dashed = ' stroke-dasharray="0.8 0.6"' if (point - centre) @ paper.view.sight > 0.0 else ""
         yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{DISC}" fill="#ffffff" stroke="{RED}" stroke-width="0.4"{dashed}/>'
         yield words(x, y + 0.36 * LETTERS, str(k), more=f'text-anchor="middle" {BOLD}')
     for name, at in seen:
-        yield labels.put(at, at - middle, name)
+        yield labels.put(at, at - paper.foot, name)
 
 
 def template_svg(one: CutStone, cut: int, step: int, up: Floats) -> str:

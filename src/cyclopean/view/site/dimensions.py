@@ -15,18 +15,6 @@ from cyclopean.view.figures import number
 from cyclopean.view.site.paper import BOLD, Form, width, words
 from cyclopean.view.svg import View, layer, rect, round_length
 
-__all__ = [
-    "axes_mark",
-    "chain",
-    "clear_sizes",
-    "datum",
-    "level_joints",
-    "openings",
-    "overall",
-    "scale_mark",
-    "section_mark",
-]
-
 Box = tuple[float, float, float, float]
 LEVEL = 1e-3  # m: beds that differ by less are level
 CLEAR = 0.15  # m: what is seen through and smaller is a joint or a chink, no opening

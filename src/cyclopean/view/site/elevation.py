@@ -14,24 +14,12 @@ from cyclopean.arrays import Floats
 from cyclopean.design.construction.laying import axes_of
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.errors import InputError
+from cyclopean.texts import first_few
 from cyclopean.view.building import STONES, middle_of, painting_order
+from cyclopean.view.site import dimensions
 from cyclopean.view.site.bodies import Body, Solid, on_paper, sliced, solid_of_block
-from cyclopean.view.site.dimensions import (
-    MIDDLE,
-    axes_mark,
-    chain,
-    clear_sizes,
-    datum,
-    level_joints,
-    openings,
-    overall,
-    scale_mark,
-    section_mark,
-)
 from cyclopean.view.site.paper import BOLD, HEADING, LETTERS, SCALES, Form, Page, standard_scale, words
-from cyclopean.view.svg import View, layer, project
-
-__all__ = ["GROUND", "Elevations", "elevation_pages", "numbered"]
+from cyclopean.view.svg import Paper, View, layer, project
 
 LEFT, TOP, RIGHT, FOOT = 24.0, 14.0, 30.0, 36.0  # mm round the stones: dimensions, heading, levels, scale bar
 BEYOND = 9.0  # mm that supports are shown beyond the stones
@@ -115,9 +103,8 @@ def elevation_pages(sequence: BuildSequence, form: Form, scale: int | None = Non
         left -= told.keys()
     notes = [f"1:{scale} does not fit on {form.paper}; 1:{k} on {', '.join(names)}" for k, names in other.items()]
     if left:
-        steps = sorted(k for k, step in enumerate(sequence.steps, 1) if step.block in left)
-        some = ", ".join(map(str, steps[:12])) + (f" and {len(steps) - 12} more" if len(steps) > 12 else "")
-        notes.append(f"no room on any elevation for the number of {some}; see the cards")
+        steps = [str(k) for k, step in enumerate(sequence.steps, 1) if step.block in left]
+        notes.append(f"no room on any elevation for the number of {first_few(steps, 12)}; see the cards")
     return Elevations(tuple(pages), tuple(notes))
 
 
@@ -212,24 +199,20 @@ class _Drawn:
     @classmethod
     def of(cls, sequence: BuildSequence, solids: Sequence[Solid], side: _Side, form: Form, frame: _Frame) -> "_Drawn":
         """Draw every block of which something is seen."""
-        times = 1000.0 / frame.scale
-        at = np.array(frame.foot) - times * frame.low * [1.0, -1.0]
+        paper = Paper(side.view, frame.low, np.array(frame.foot), 1000.0 / frame.scale)
         bodies: dict[int, Body] = {}
         slices: dict[int, Body] = {}
         near = -np.inf if side.cut is None else side.cut
+        left, top, right, foot = frame.window
         for i in painting_order(sequence, side.view.sight):
-            flat, far = project(solids[i].vertices, side.view)
-            (a, b), (c, d) = (
-                (at + times * flat * [1.0, -1.0]).min(axis=0),
-                (at + times * flat * [1.0, -1.0]).max(axis=0),
-            )
-            left, top, right, foot = frame.window
+            flat, far = paper.of(solids[i].vertices), project(solids[i].vertices, side.view)[1]
+            (a, b), (c, d) = flat.min(axis=0), flat.max(axis=0)
             if far.max() <= near or not (a < right and left < c and b < foot and top < d):
                 continue
             if far.min() < near:
-                slices[i] = sliced(solids[i], side.view, near, times, at)
+                slices[i] = sliced(solids[i], paper, near)
             else:
-                bodies[i] = on_paper(solids[i], side.view, times, at)
+                bodies[i] = on_paper(solids[i], paper)
         return cls(side, form, frame, sequence, solids, bodies | slices)
 
     @property
@@ -277,23 +260,21 @@ class _Drawn:
             for i, body in self.bodies.items()
         )
         whole = not self.frame.part
+        title = f"{self._name()}, numbers in the order of laying{self._range()}"
         parts = (
             *stones,
             layer("numbers", told.values()),
             layer("dimensions", self._dimensions() if whole else ()),
-            layer("datum", datum(self.box, self.scale, BEYOND) if self.side.upright and whole else ()),
+            layer("datum", dimensions.datum(self.box, self.scale, BEYOND) if self.side.upright and whole else ()),
             layer("section", self._section_mark() if whole else ()),
-            layer("headings", [words(self.form.room[0], self.form.room[1] + HEADING, *self._heading())]),
-            scale_mark(self.form, self.scale),
-            axes_mark(self.form, self.side.view, axes_of(self.sequence)),
+            layer("headings", [words(self.form.room[0], self.form.room[1] + HEADING, title, HEADING, BOLD)]),
+            dimensions.scale_mark(self.form, self.scale),
+            dimensions.axes_mark(self.form, self.side.view, axes_of(self.sequence)),
         )
         return Page("elevation", self._name(), parts, f"1:{self.scale}", 1000.0 / self.scale, self.frame.foot)
 
     def _name(self) -> str:
         return self.side.name + (f", {self.frame.part}" if self.frame.part else "")
-
-    def _heading(self) -> tuple[str, float, str]:
-        return f"{self._name()}, numbers in the order of laying{self._range()}", HEADING, BOLD
 
     def _range(self) -> str:
         """Which part of the structure a sheet shows."""
@@ -311,27 +292,27 @@ class _Drawn:
         courses, holes = (self._courses(), self._openings()) if self.side.upright else ([], [])
         if holes:
             ends = sorted({left, right, *(x for a, _, c, _ in holes for x in (a, c))})
-            yield from chain(ends, foot + BEYOND + 4.5, self.scale, foot + 1.0)
-            yield from clear_sizes(holes, foot, self.scale)
+            yield from dimensions.chain(ends, foot + BEYOND + 4.5, self.scale, foot + 1.0)
+            yield from dimensions.clear_sizes(holes, foot, self.scale)
         if courses:
-            yield from chain(courses, left - BEYOND - 2.0, self.scale, left - 1.0, upright=True)
+            yield from dimensions.chain(courses, left - BEYOND - 2.0, self.scale, left - 1.0, upright=True)
         below, beside = BEYOND + (10.5 if holes else 4.5), BEYOND + (8.0 if courses else 2.0)
-        yield from overall(self.box, self.scale, below, beside)
+        yield from dimensions.overall(self.box, self.scale, below, beside)
 
     def _section_mark(self) -> Iterator[str]:
         if self.side.section is not None:
             (left, foot), times = self.frame.foot, 1000.0 / self.scale
             x = left + times * (self.side.section - float(self.frame.low[0]))
-            yield from section_mark(x, self.box[1], foot)
+            yield from dimensions.section_mark(x, self.box[1], foot)
 
     def _courses(self) -> list[float]:
         """Level joints, mm of paper, from the foot."""
         up = [self.solids[step.block].vertices @ self.side.view.up for step in self.sequence.steps]
-        found = level_joints(np.array([z.min() for z in up]), np.array([z.max() for z in up]))
+        found = dimensions.level_joints(np.array([z.min() for z in up]), np.array([z.max() for z in up]))
         return [self.box[3] - 1000.0 / self.scale * (z - found[0]) for z in found]
 
     def _openings(self) -> list[tuple[float, float, float, float]]:
-        found = openings((body.outline for body in self.bodies.values()), self.box, self.scale)
+        found = dimensions.openings((body.outline for body in self.bodies.values()), self.box, self.scale)
         return found if len(found) <= MOST_OPENINGS else []
 
 
@@ -349,11 +330,6 @@ def numbered(region: Any, said: str) -> str:
             half = np.array([TIGHT[0] * len(said), TIGHT[1]]) * size / 2.0 + CLEAR
             across, up = half if turn == 0 else half[::-1]
             if part.contains(shapely.box(x - across, y - up, x + across, y + up)):
-                return _written(x, y, said, size, turn)
+                style = f"{dimensions.MIDDLE} {BOLD}" + (f' transform="rotate({turn} {x:.1f} {y:.1f})"' if turn else "")
+                return words(x, y + 0.36 * size, said, size, style)
     return ""
-
-
-def _written(x: float, y: float, said: str, size: float, turn: int) -> str:
-    """A number about its middle."""
-    style = f"{MIDDLE} {BOLD}" + (f' transform="rotate({turn} {x:.1f} {y:.1f})"' if turn else "")
-    return words(x, y + 0.36 * size, said, size, style)

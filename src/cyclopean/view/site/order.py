@@ -13,8 +13,6 @@ from cyclopean.view.site.paper import BOLD, HEADING, Form, Page, columns, portio
 from cyclopean.view.site.paper import LINE as PITCH
 from cyclopean.view.svg import layer
 
-__all__ = ["kilograms", "millimetres", "named", "order_pages", "props_and_masses"]
-
 ROW = 5.2  # mm, height of a row
 MOST = 4  # lines of a step
 SHARES = (0.05, 0.16, 0.06, 0.08, 0.15, 0.30, 0.20)  # of the width: one for each column
@@ -44,29 +42,26 @@ def order_pages(sequence: BuildSequence, stones: Sequence[LaidStone], form: Form
     """Every step, in so many tables as it takes."""
     x, y, wide, high = form.room
     rooms = [share * wide for share in SHARES]
-    at = [x + sum(rooms[:k]) for k in range(len(rooms))]
+    steps = []
+    for stone in stones:  # in so many lines as its longest column takes
+        cells = [wrapped(said, room - 2.0, MOST) for said, room in zip(_row(sequence, stone), rooms, strict=True)]
+        steps.append((stone.step, list(zip_longest(*cells, fillvalue=""))))
     pages = []
-    for part in _filled([(stone.step, _lines(sequence, stone, rooms)) for stone in stones], high - 2.0 * ROW - HEADING):
+    for part in _filled(steps, high - 2.0 * ROW - HEADING):
         first, last = part[0][0], part[-1][0]
         row = y + HEADING + ROW + 1.0
         drawn = [words(x, y + HEADING, f"Order of laying, steps {first} to {last}", HEADING, BOLD)]
-        drawn.append(columns(at, rooms, HEAD, row + 0.72 * ROW, BOLD))
+        drawn.append(columns(x, rooms, HEAD, row + 0.72 * ROW, BOLD))
         row += ROW
         for step, lines in part:
             drawn.append(f'<path d="M{x:.2f} {row:.2f}h{wide:.2f}" stroke="{INK if step == first else LINE}" {_THIN}/>')
-            drawn += [columns(at, rooms, line, row + 0.72 * ROW + k * PITCH) for k, line in enumerate(lines)]
+            drawn += [columns(x, rooms, line, row + 0.72 * ROW + k * PITCH) for k, line in enumerate(lines)]
             row += _height(lines)
         pages.append(Page("order", f"Order of laying, {first} to {last}", (layer("order", drawn),)))
     return tuple(pages)
 
 
 Rows = list[tuple[str, ...]]  # lines of a step, each with all columns
-
-
-def _lines(sequence: BuildSequence, stone: LaidStone, rooms: Sequence[float]) -> Rows:
-    """A step, in so many lines as its longest column takes."""
-    cells = [wrapped(said, room - 2.0, MOST) for said, room in zip(_row(sequence, stone), rooms, strict=True)]
-    return list(zip_longest(*cells, fillvalue=""))
 
 
 def _height(lines: Rows) -> float:
@@ -160,12 +155,9 @@ def _masses(stones: Sequence[LaidStone]) -> Iterator[str]:
 def _props(sequence: BuildSequence) -> Iterator[str]:
     if not sequence.props:
         yield "None: nothing has to be held."
-    ids = [block.id for block in sequence.assembly.blocks]
+    whole = sequence.assembly
+    ids, masses = [b.id for b in whole.blocks], whole.densities(sequence.density) * np.abs(whole.mass.volume)
     for k, prop in enumerate(sequence.props, 1):
-        mass = float(sum(sequence.assembly.densities(sequence.density)[i] * _volume(sequence, i) for i in prop.blocks))
+        mass = sum(masses[list(prop.blocks)].tolist())
         said = f"stone{'s' * (len(prop.blocks) > 1)} {named(sequence, prop.blocks)}, {kilograms(mass)} kg in all"
         yield f"P{k}: {prop.said(ids)} ({said})."
-
-
-def _volume(sequence: BuildSequence, block: int) -> float:
-    return abs(float(sequence.assembly.mass.volume[block]))

@@ -6,30 +6,11 @@ No letter is smaller than a capital of 2.2 mm: it is read at arm's length, in th
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
+from itertools import accumulate
 from typing import TypeVar
 
 from cyclopean.view.colours import INK, SOFT
 from cyclopean.view.svg import layer, rect, sheet, text, to_scale
-
-__all__ = [
-    "BOLD",
-    "HEADING",
-    "LETTERS",
-    "LINE",
-    "PAPERS",
-    "SCALES",
-    "Form",
-    "Page",
-    "Title",
-    "columns",
-    "drawn",
-    "portions",
-    "shortened",
-    "standard_scale",
-    "width",
-    "words",
-    "wrapped",
-]
 
 T = TypeVar("T")
 PAPERS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}  # mm, landscape
@@ -111,8 +92,10 @@ def _title_block(page: Page, form: Form, title: Title, number: str) -> str:
     labels = ("Structure", "Drawing", "Date", "Scale", "Paper", "Sheet")
     said = (title.name, page.title, title.date, page.scale or "none", form.paper, number)
     for label, value, room in zip(labels, said, _parted(form, title), strict=True):
-        if room:
-            parts.append(_field(x, top, room, label, value))
+        if room:  # with a line at its left
+            parts.append(f'<path d="M{x:.2f} {top:g}v{STRIP:g}" stroke="{INK}" stroke-width="0.25"/>')
+            parts.append(words(x + 2.0, top + 4.6, label, more=f'fill="{SOFT}"'))
+            parts.append(words(x + 2.0, top + 10.2, shortened(value, room - 4.0, LETTERS * BOLDER), more=BOLD))
         x += room
     parts.append(f'<path d="M{MARGIN:g} {top:g}H{wide - MARGIN:g}" {line}/>')
     return layer("title-block", parts)
@@ -123,15 +106,6 @@ def _parted(form: Form, title: Title) -> tuple[float, ...]:
     fixed = (38.0 if title.date else 0.0, 24.0, 18.0, 34.0)
     rest = form.size[0] - 2.0 * MARGIN - sum(fixed)
     return 0.55 * rest, 0.45 * rest, *fixed
-
-
-def _field(x: float, top: float, room: float, label: str, said: str) -> str:
-    """One field of the title block, with a line at its left."""
-    return (
-        f'<path d="M{x:.2f} {top:g}v{STRIP:g}" stroke="{INK}" stroke-width="0.25"/>'
-        + words(x + 2.0, top + 4.6, label, more=f'fill="{SOFT}"')
-        + words(x + 2.0, top + 10.2, shortened(said, room - 4.0, LETTERS * BOLDER), more=BOLD)
-    )
 
 
 def words(x: float, y: float, said: str, size: float = LETTERS, more: str = "") -> str:
@@ -176,11 +150,11 @@ def wrapped(said: str, room: float, most: int = 99) -> list[str]:
     return [shortened(line, room) for line in lines]
 
 
-def columns(at: Sequence[float], rooms: Sequence[float], row: Iterable[str], y: float, more: str = "") -> str:
-    """A row of a table: words that begin at each x (mm), cut to their rooms."""
+def columns(x: float, rooms: Sequence[float], row: Iterable[str], y: float, more: str = "") -> str:
+    """A row of a table: words in columns of such widths (mm) from x on, cut to them."""
     size = LETTERS * BOLDER if BOLD in more else LETTERS
-    cells = zip(at, rooms, row, strict=True)
-    return "".join(words(x, y, shortened(said, room - 2.0, size), more=more) for x, room, said in cells if said)
+    cells = zip(accumulate(rooms, initial=x), rooms, row, strict=False)
+    return "".join(words(at, y, shortened(said, room - 2.0, size), more=more) for at, room, said in cells if said)
 
 
 def portions(things: Sequence[T], each: int) -> list[Sequence[T]]:

@@ -1,7 +1,8 @@
 """The set of sheets for whoever builds: elevations, stages, order, props, masses, cards, cuts, an index of many."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 
 from cyclopean.design.construction.laying import LaidStone, axes_of, laid_stones
 from cyclopean.design.construction.sequence import BuildSequence
@@ -12,13 +13,28 @@ from cyclopean.view.site.elevation import elevation_pages
 from cyclopean.view.site.order import order_pages, props_and_masses
 from cyclopean.view.site.paper import BOLD, HEADING, LINE, Form, Page, Title, columns, drawn, portions, words
 from cyclopean.view.site.stages import stage_pages
-from cyclopean.view.site.stock import Stock, told
 from cyclopean.view.svg import layer
-
-__all__ = ["Layout", "SiteSet", "site_set"]
 
 INDEXED = 40  # stones from which looking one up takes an index
 ENTRY = (34.0, 14.0, 16.0)  # mm, columns of the index: stone, step, sheet
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOver:
+    """A stone, or a piece of one, that is not in the structure."""
+
+    name: str
+    volume: float  # m3
+    why: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stock:
+    """What is known of the stones as they were found or bought; nothing where a model alone is given."""
+
+    cut: Mapping[int, CutStone] = field(default_factory=dict)  # stones that are cut, by block
+    source: Mapping[int, str] = field(default_factory=dict)  # of what a block is made, as its card says it
+    left: tuple[LeftOver, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +83,9 @@ def site_set(sequence: BuildSequence, layout: Layout, stock: Stock | None = None
         *seen.pages,
         *stage_pages(sequence, solids, form),
         *order_pages(sequence, stones, form),
-        *props_and_masses(sequence, stones, form, tuple(_work(stones, stock, layout.hours)), tuple(told(stock.left))),
+        *props_and_masses(
+            sequence, stones, form, tuple(_work(stones, stock, layout.hours)), tuple(_left_over(stock.left))
+        ),
         *card_pages(sequence, stones, solids, stock.source, form, cards),
         *cut_pages(stones, stock.cut, axes_of(sequence), form),
     ]
@@ -94,6 +112,16 @@ def _work(stones: Sequence[LaidStone], stock: Stock, rates: Mapping[str, float])
         yield f"Work: {parts}; {sum(hours.values()):.1f} h in all."
 
 
+def _left_over(left: Iterable[LeftOver]) -> Iterator[str]:
+    """What is left over, a line for each reason, with litres."""
+    every = sorted(left, key=lambda one: one.why)
+    for why, some in groupby(every, key=lambda one: one.why):
+        those = list(some)
+        litres = 1000.0 * sum(one.volume for one in those)
+        names = ", ".join(f"{one.name} ({1000.0 * one.volume:.3g})" for one in those)
+        yield f"{len(those)} {why}, {litres:,.0f} litres in all: {names}."
+
+
 def _templates(sequence: BuildSequence, stones: Sequence[LaidStone], cut: Mapping[int, CutStone]) -> dict[str, str]:
     """A template for each face that a cut leaves, by the step of its stone and the number of the cut."""
     digits = len(str(len(stones)))
@@ -114,10 +142,9 @@ def _index(stones: Sequence[LaidStone], first: int, each: int, form: Form) -> tu
         drawn_ = [words(x, y + HEADING, "Index of stones", HEADING, BOLD)]
         for k, column in enumerate(portions(part, rows)):
             left = x + k * (sum(ENTRY) + 4.0)
-            at = [left, left + ENTRY[0], left + ENTRY[0] + ENTRY[1]]
-            drawn_.append(columns(at, ENTRY, ("Stone", "Step", "Sheet"), y + HEADING + 8.0, BOLD))
+            drawn_.append(columns(left, ENTRY, ("Stone", "Step", "Sheet"), y + HEADING + 8.0, BOLD))
             for row, stone in enumerate(column, 1):
                 entry = stone.id, str(stone.step), str(first + (stone.step - 1) // each)
-                drawn_.append(columns(at, ENTRY, entry, y + HEADING + 8.0 + row * LINE))
+                drawn_.append(columns(left, ENTRY, entry, y + HEADING + 8.0 + row * LINE))
         pages.append(Page("index", f"Index, {part[0].id} to {part[-1].id}", (layer("index", drawn_),)))
     return tuple(pages)

@@ -11,12 +11,10 @@ from cyclopean.design.construction.laying import axes_of
 from cyclopean.design.construction.sequence import BuildSequence
 from cyclopean.view.building import STONES, painting_order
 from cyclopean.view.colours import INK
-from cyclopean.view.site.bodies import Solid, on_paper
+from cyclopean.view.site.bodies import Solid, covered, on_paper
 from cyclopean.view.site.elevation import GROUND, numbered
 from cyclopean.view.site.paper import BOLD, BOLDER, HEADING, LETTERS, LINE, Form, Page, portions, shortened, words
-from cyclopean.view.svg import View, closed, layer, project
-
-__all__ = ["stage_pages"]
+from cyclopean.view.svg import Paper, View, layer, project
 
 GRIDS = {"A4": ((3, 4), (4, 3), (6, 2)), "A3": ((4, 5), (5, 4), (7, 3))}  # pictures across and down
 PAGES = 2  # sheets of pictures at most: each picture shows more steps where there are many
@@ -61,7 +59,7 @@ def stage_pages(sequence: BuildSequence, solids: Sequence[Solid], form: Form) ->
         return float(min(room[0] / span[0], room[1] / span[1]))
 
     across, down = max(GRIDS[form.paper], key=times)
-    stones = _outlines(sequence, solids, view, times((across, down)), flat.min(axis=0))
+    stones = _outlines(sequence, solids, Paper(view, flat.min(axis=0), np.zeros(2), times((across, down))), span)
     each = -(-steps // (across * down * PAGES))
     pages = []
     for part in portions([range(k, min(k + each, steps)) for k in range(0, steps, each)], across * down):
@@ -76,25 +74,16 @@ def stage_pages(sequence: BuildSequence, solids: Sequence[Solid], form: Form) ->
     return tuple(pages)
 
 
-def _outlines(sequence: BuildSequence, solids: Sequence[Solid], view: View, times: float, low: Floats) -> _Stones:
-    shape = {}
-    flat = np.concatenate([solids[step.block].vertices for step in sequence.steps])
-    size = times * np.ptp(project(flat, view)[0], axis=0)
-    for i in painting_order(sequence, view.sight):
-        outline = on_paper(solids[i], view, times, -times * low * [1.0, -1.0]).outline.simplify(COARSE)
+def _outlines(sequence: BuildSequence, solids: Sequence[Solid], paper: Paper, span: Floats) -> _Stones:
+    shape, size = {}, paper.scale * span
+    for i in painting_order(sequence, paper.view.sight):
+        outline = on_paper(solids[i], paper).outline.simplify(COARSE)
         if sequence.fixed[i]:  # supports are shown a little beyond the stones
             import shapely
 
             outline = outline.intersection(shapely.box(-1.5, -size[1] - 1.5, size[0] + 1.5, 1.5))
         shape[i] = outline
-    return _Stones(shape, {i: _path(one) for i, one in shape.items()}, size)
-
-
-def _path(shape: Any) -> str:
-    import shapely
-
-    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon" and not part.is_empty]
-    return "".join(closed(shapely.get_coordinates(ring)[:-1], 2) for part in parts for ring in shapely.get_rings(part))
+    return _Stones(shape, {i: covered(one, 2) for i, one in shape.items()}, size)
 
 
 def _picture(

@@ -3,8 +3,6 @@
 import threading
 from typing import Generic, TypeVar
 
-__all__ = ["LatestValue"]
-
 T = TypeVar("T")
 
 

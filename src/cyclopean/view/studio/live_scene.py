@@ -20,8 +20,6 @@ from cyclopean.view.solids import Layer, Layers, arrow_solids, block_layers, onc
 from cyclopean.view.studio.session import Snapshot
 from cyclopean.view.svg import front_view
 
-__all__ = ["LABELS", "LiveScene", "Look", "hit"]
-
 LABELS = 300  # blocks beyond which only the chosen one is labelled
 NARROW = 0.82  # width over height beside the panel, for which the model is framed at first
 CHOSEN = "#007a4d"
@@ -98,8 +96,12 @@ class LiveScene:
         """Draw a snapshot."""
         with self._lock:
             drawn = picture(snapshot.result)
-            if self._shown is None:
-                self._frame(drawn)
+            if self._shown is None:  # fit model and camera; only once, so that nothing jumps when a block goes
+                home = self._home.model.mesh
+                self._centre, self._scale = fit(home)
+                beside = gravity_arrow(drawn.gravity, home, self._view).reshape(-1, 3)
+                shown = self.place(np.concatenate([home.vertex, beside]))
+                camera(self._server.initial_camera, self._view, shown, NARROW)
             self._shown = _Shown(snapshot, drawn, *triangles(drawn.mesh))
             self._draw([*self._bodies(self._shown), *self._others(drawn)])
 
@@ -141,13 +143,6 @@ class LiveScene:
             if self._shown is not None:
                 self._details(self._shown)
                 self._put_handle(self._shown.snapshot.state.arrangement)
-
-    def _frame(self, drawn: Picture) -> None:
-        """Fit model and camera; only once, so that nothing jumps when a block goes."""
-        home = self._home.model.mesh
-        self._centre, self._scale = fit(home)
-        shown = np.concatenate([home.vertex, gravity_arrow(drawn.gravity, home, self._view).reshape(-1, 3)])
-        camera(self._server.initial_camera, self._view, self.place(shown), NARROW)
 
     def _others(self, drawn: Picture) -> list[Layer]:
         """What stands still while a mechanism moves."""

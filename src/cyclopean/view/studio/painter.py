@@ -10,8 +10,6 @@ from cyclopean.view.studio.latest_value import LatestValue
 from cyclopean.view.studio.live_scene import LiveScene
 from cyclopean.view.studio.session import Snapshot
 
-__all__ = ["Painter"]
-
 TURN = 1.6  # s that the mechanism takes there and back
 FRAMES = 12.0  # a second, of small models
 BUSY = 4e5  # triangles a second that are sent while a mechanism moves
@@ -45,7 +43,8 @@ class Painter:
         shown, moved = -np.inf, False
         while True:
             runs = self._moving() and self._scene.moves
-            snapshot = self._box.take(self._pause(runs))
+            rate = min(FRAMES, BUSY / max(self._scene.size, 1))  # as many a second as the size of the model allows
+            snapshot = self._box.take(1.0 / max(rate, 0.2) if runs else GLANCE)
             if self._box.ended:
                 return
             if snapshot is not None:
@@ -58,8 +57,3 @@ class Painter:
             elif moved and not runs:
                 self._scene.pose_mechanism(1.0)
                 moved = False
-
-    def _pause(self, runs: bool) -> float:
-        """Seconds to the next frame: as many frames a second as the size of the model allows."""
-        rate = min(FRAMES, BUSY / max(self._scene.size, 1))
-        return 1.0 / max(rate, 0.2) if runs else GLANCE

@@ -28,8 +28,6 @@ from cyclopean.view.studio.prover import Reach
 from cyclopean.view.studio.saving import KINDS, save
 from cyclopean.view.studio.session import Listener, Session, Snapshot, State
 
-__all__ = ["Studio", "studio"]
-
 MU, TILT, PUSH, SCALES = 1.5, 60.0, 1.0, 4.0  # ends of the sliders
 GRAVITY = 9.80665  # m/s2, by which weights are told
 PATIENCE = 8.0  # s that a notice stays

@@ -20,8 +20,6 @@ from cyclopean.errors import CyclopeanError
 from cyclopean.processes import ChildProcess
 from cyclopean.view.studio.latest_value import LatestValue
 
-__all__ = ["Prover", "Question", "Reach"]
-
 PATIENCE = 1.0  # s that an outdated question may still take before its process is ended
 BEHIND = 10  # steps of niceness
 GLANCE = 0.05  # s between looks at whether a question is outdated

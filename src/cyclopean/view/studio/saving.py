@@ -9,8 +9,6 @@ from cyclopean.io.model_json import model_dict
 from cyclopean.view.page import report_html
 from cyclopean.view.studio.session import Snapshot
 
-__all__ = ["KINDS", "claimed", "save", "written"]
-
 KINDS: Mapping[str, str] = {"model": ".json", "report": ".html", "certificate": ".certificate.json"}
 MOST = 9999  # files of one name, as long as numbers of four digits last
 

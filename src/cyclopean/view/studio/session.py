@@ -24,8 +24,6 @@ from cyclopean.assembly.rearranging import Arrangement, Pose
 from cyclopean.errors import CyclopeanError
 from cyclopean.view.studio.prover import Prover, Question, Reach
 
-__all__ = ["Session", "Snapshot", "State"]
-
 REST = 0.25  # s without a change after which a proof is asked for
 PROMPT = 0.025  # s: what usually takes no longer to prove is not shown before it is proved
 KEPT = 200  # steps that can be undone
