@@ -10,8 +10,11 @@ from scipy.spatial import ConvexHull
 from cyclopean.analysis import Settings, check
 from cyclopean.assembly import Assembly
 from cyclopean.design.rubble.orientations import bedded
-from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, settle
+from cyclopean.design.rubble.settle import OVERLAP, SettleSettings, _built, _laid_anew, settle
+from cyclopean.design.rubble.sharing import Share
+from cyclopean.design.rubble.site import Site
 from cyclopean.design.rubble.standing import FRICTION
+from cyclopean.design.rubble.wall import filled_in
 from cyclopean.design.stones.inventory import Inventory
 from cyclopean.design.stones.quarry import quarry
 from cyclopean.design.stones.stone import stone_of
@@ -376,9 +379,26 @@ def test_a_little_dressing_is_told_cut_by_cut_and_the_wall_stands(stones):
     assert check(found.assembly, Settings(method="rbe", mu=FRICTION)).verdict == "stable"
 
 
+def test_what_was_laid_last_is_taken_out_and_the_rest_laid_anew_after_the_others():
+    """What stands is as it was; stones that were taken out come last; a wall of fewer stones is never kept."""
+    stock = quarry(24, 5, detail=1)
+    asked = filled_in(stock, replace(QUICK, length=2.0, thickness=0.8))
+    site = _built(Site(stock, asked, lambda _: None), Share())
+    last, rest = [laid.stone for laid in site.laid[-4:]], site.laid[:-4]
+    before = site.without(4)
+    for one, two in zip(before.laid, rest, strict=True):
+        assert one.stone == two.stone
+        assert np.array_equal(one.transform, two.transform)
+    assert before.kept["stone"][-4:] == sorted(last, key=before.left.index)
+    assert before.structure.resolve()
+    highest = max(site.stood[k].high[2] for k in range(len(rest)))
+    assert float(before.map[before.room > 0.0].max()) == pytest.approx(highest, abs=1e-9)
+    assert len(_laid_anew(site, Share()).laid) >= len(site.laid)
+
+
 def test_a_pin_is_a_small_stone_that_bears_the_one_laid_right_after_it():
     """Of stones and chips of a thousandth to a thirtieth of their volume; without pins they lie otherwise."""
-    chips = (replace(chip, id=f"chip-{chip.id}") for chip in quarry(12, 103, (3e-4, 6e-3), detail=1))
+    chips = (replace(chip, id=f"chip-{chip.id}") for chip in quarry(12, 104, (3e-4, 6e-3), detail=1))
     stock = Inventory((*quarry(14, 3, detail=1), *chips))
     found = settle(stock, replace(QUICK, pins=True))
     contacts = found.assembly.contacts

@@ -51,6 +51,7 @@ PART, SHARED, WHOLE = 10.0, 2.5, 1.5  # of the unit: parts of a long wall, and w
 MOST = 128  # stones that are tried where none of the largest goes
 LOOKED = 150  # places that are looked at closely at a time
 STEADY = 2.5  # weight of `centre` once none of the largest goes: of the steadiest fifth of places most stand
+TAKEN_OUT = 0.15, 0.3  # share of the stones that is taken out, those laid last, to lay the rest of the wall anew
 PATIENCE, LAST = 60, 200  # trials in vain before the ceiling rises, and under the last one
 
 
@@ -133,7 +134,7 @@ def _laid(
     site.first = FIRST[way]
     following = _advised(site, advice) if advice else ()
     if not advice:
-        _build(site, share or Share())
+        site = _laid_anew(_built(site, share or Share()), share or Share())
     return _finished(site, following) if site.laid or before.blocks else None
 
 
@@ -141,7 +142,7 @@ def _lay(inventory: Inventory, settings: SettleSettings, share: Share) -> None:
     """Lay the same wall as another process does, to help it."""
     site = Site(inventory.stones, settings, _silent)
     site.first = FIRST[0]
-    _build(site, share)
+    _laid_anew(_built(site, share), share)
 
 
 def _advised(site: Site, count: int) -> tuple[Laid, ...]:
@@ -175,7 +176,16 @@ def _rank(wall: RubbleWall) -> tuple[int, float]:
     return -sum(laid.stable for laid in wall.laid), wall.measures.void
 
 
-def _build(site: Site, share: Share) -> None:
+def _laid_anew(site: Site, share: Share) -> Site:
+    """The wall, or one of more stones: what was laid last is taken out, and laid anew once others were tried."""
+    for part in TAKEN_OUT:
+        if site.left and site.kept.keys() <= {"stone", "hearting"} and not site.settings.all:
+            again = _built(site.without(math.ceil(part * len(site.taken))), share)
+            site = max(site, again, key=lambda wall: len(wall.laid))  # the first of equals
+    return site
+
+
+def _built(site: Site, share: Share) -> Site:
     """Lay stones under a rising ceiling until stones or room are used up; then the copes."""
     parts = _parts(site, share)
     lift, begun, lintels = COURSE * site.course, -1, list[int]()
@@ -201,6 +211,7 @@ def _build(site: Site, share: Share) -> None:
         else:
             lift += 1
     _crowned(site, parts, lift // COURSE + 1)
+    return site
 
 
 def _ceiling(site: Site, lift: int) -> float:

@@ -70,6 +70,7 @@ class Site:
         self.ties = 0  # rows of through-stones that were begun
         self.row: list[float] = []  # m along the wall: through-stones of this row
         self.laid: list[Laid] = []
+        self.taken: list[tuple[Trial, int, str]] = []  # what was laid, in which course and as what
         self.known: dict[int, list[Bedded]] = {}
         self.bodies: dict[int, Body] = {}  # stones in their own frames
         self.stood: dict[int, Body] = {}  # by their numbers in the structure
@@ -153,6 +154,7 @@ class Site:
     def take(self, trial: Trial, course: int, role: str) -> list[Box]:
         """Lay stones, and raise the map by them; the boxes of cells that they cover."""
         number = self.structure.next
+        self.taken.append((trial, course, role))
         self.structure.lay([one.fresh for one in trial.stones], trial.state)
         boxes = []
         for k, one in enumerate(trial.stones):
@@ -171,6 +173,18 @@ class Site:
             boxes.append(self.stand(number + k, one.body))
         self.say(f"{len(self.laid)} of {len(self.stones)} stones, course {course + 1}")
         return boxes
+
+    def without(self, count: int) -> "Site":
+        """The wall before so many trials, the last ones; their stones come after all others when it is gone on with."""
+        kept, out = self.taken[: len(self.taken) - count], self.taken[len(self.taken) - count :]
+        other = Site(self.stones, self.settings, self.say, self.before)
+        other.first, other.bodies = self.first, self.bodies
+        for trial, course, role in kept:
+            other.take(trial, course, role)
+        other.course = out[0][1] if out else self.course
+        last = {one.stone for trial, _, _ in out for one in trial.stones}
+        other.kept["stone"].sort(key=lambda k: k in last)  # the order is kept among the others
+        return other
 
     def leave(self, one: Seated, course: int) -> Box:
         """Put a stone down that does not stand by itself, flagged with the reason."""
