@@ -51,9 +51,8 @@ def test_equal_names_of_stones_are_numbered_at_once(tmp_path, monkeypatch) -> No
 
     stone = stone_of("x", *boulder(0))
     many = Reading(stones=(stone,) * 20_000, named=True, alone=False)
-    found = module._Listed([tmp_path / "yard.obj"], folder=False)
     started = time.perf_counter()
-    inventory = module._gathered(tmp_path / "yard.obj", found, [many])
+    inventory = module._gathered(tmp_path / "yard.obj", [tmp_path / "yard.obj"], [many], 0)
     assert time.perf_counter() - started < SECONDS
     assert [stone.id for stone in inventory.stones[:3]] == ["x", "x-2", "x-3"]
     assert len({stone.id for stone in inventory.stones}) == 20_000

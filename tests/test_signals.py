@@ -159,3 +159,21 @@ def test_an_interrupt_that_a_library_takes_for_its_own_error_is_one(monkeypatch,
     assert (status, "interrupted" in err, "internal error" in err) == (
         (130, True, False) if interrupted else (70, False, True)
     )
+
+
+def test_an_interrupt_of_a_string_that_was_run_ends_with_the_status_too(tmp_path):
+    """The interpreter notes it where it makes a dataclass, and would end a module by the signal all the same."""
+    (tmp_path / "interrupted.py").write_text(
+        "from cyclopean import cli\n"
+        "def main():\n"
+        "    try:\n"
+        "        exec('raise KeyboardInterrupt')\n"
+        "    except KeyboardInterrupt:\n"
+        "        print('answered')\n"
+        "        return 130\n"
+        "cli.main = main\n"
+        "cli.process()\n"
+    )
+    line = [sys.executable, "-m", "interrupted"]
+    ended = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=LONG)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "answered\n", "")

@@ -1,5 +1,6 @@
 """The command line: the only room that prints or exits. Heavy libraries are imported inside the commands."""
 
+import atexit
 import contextlib
 import os
 import signal
@@ -20,12 +21,28 @@ def process() -> typing.NoReturn:
 
     After a signal it waits for threads, but not for ever: one that an interrupt has cut off from its lock never ends.
     """
+    signalled: list[int] = []
+    atexit.register(_leave, signalled)  # what is registered first is called last
     status = main()
     if status in _SIGNALLED:
+        signalled.append(status)
         end = threading.Timer(_PATIENCE, os._exit, (status,))
         end.daemon = True
         end.start()
     raise SystemExit(status)
+
+
+def _leave(signalled: list[int]) -> None:
+    """End with the status of a signal that was answered.
+
+    The interpreter would end by the signal itself if an interrupt came while it ran a string, as it does to make a
+    dataclass, however the command has answered it.
+    """
+    if signalled:
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError):  # the terminal may be gone
+                stream.flush()
+        os._exit(signalled[0])
 
 
 def main(argv: list[str] | None = None) -> int:
