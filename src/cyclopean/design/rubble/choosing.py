@@ -37,7 +37,7 @@ TILTED = 0.35  # slope beyond which one that has tipped is left alone: hardly an
 TOUCHING = 0.2  # cells: gap at which a stone counts as touching
 LEAST, MOST = 0.12, 0.45  # of the stone's size: margin below which it is left alone, and above which more is no better
 SQUARES = 0.3, 0.7  # of the size of a stone: half the widths of the squares
-LET = 0.15  # of the share that may be knocked off: a flat takes several times what stands in its way
+LET = 0.4  # of the share that may be knocked off: a flat takes more than what stands in its way
 BEARING = 0.7  # cells: gap at which a stone all but lies on the map
 STANDS_BACK = 1.0  # of the size of a stone: what is farther from a face leaves room before it
 

@@ -52,7 +52,7 @@ MOST = 128  # stones that are tried where none of the largest goes
 LOOKED = 150  # places that are looked at closely at a time
 STEADY = 2.5  # weight of `centre` once none of the largest goes: of the steadiest fifth of places most stand
 TAKEN_OUT = 0.15, 0.3  # share of the stones that is taken out, those laid last, to lay the rest of the wall anew
-MANY = 1 / 3  # of the stones are left: then that is done
+MANY = 1 / 3  # of the stones are left: then that is done; of few, it always is
 PATIENCE, LAST = 60, 200  # trials in vain before the ceiling rises, and under the last one
 
 
@@ -178,9 +178,10 @@ def _rank(wall: RubbleWall) -> tuple[int, float]:
 
 
 def _laid_anew(site: Site, share: Share) -> Site:
-    """The wall; where many stones are left, one of more: what was laid last is taken out to try others first."""
+    """The wall; where many stones are left, or some of few, one of more: what was laid last gives way to others."""
     for part in TAKEN_OUT:
-        many = len(site.left) > MANY * (len(site.left) + len(site.laid))
+        few = len(site.left) + len(site.laid) <= FEW
+        many = len(site.left) > (0.0 if few else MANY * len(site.stones))
         if many and site.kept.keys() <= {"stone", "hearting"} and not site.settings.all:
             again = _built(site.without(math.ceil(part * len(site.taken))), share)
             site = max(site, again, key=lambda wall: len(wall.laid))  # the first of equals
