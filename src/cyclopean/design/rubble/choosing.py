@@ -39,6 +39,7 @@ LEAST, MOST = 0.12, 0.45  # of the stone's size: margin below which it is left a
 SQUARES = 0.3, 0.7  # of the size of a stone: half the widths of the squares
 LET = 0.4  # of the share that may be knocked off: a flat takes more than what stands in its way
 BEARING = 0.7  # cells: gap at which a stone all but lies on the map
+DENSER = 1.5  # times the weight of void where stones are dressed: then they fit where they are wanted
 STANDS_BACK = 1.0  # of the size of a stone: what is farther from a face leaves room before it
 
 
@@ -118,7 +119,7 @@ def chosen(ground: Floats, label: Ints, places: Sequence[Place], looks: Looks) -
     under = [len(np.unique(_under(label, touching[k], at[k]))) for k in good]
     tall = np.array([(lying[k].top - lying[k].bottom) / (2.0 * lying[k].thin) for k in good])
     cost = (
-        scores.void * (room / volume - 1.0)
+        scores.void * (DENSER if dress > 0.0 else 1.0) * (room / volume - 1.0)
         + scores.height * rest[good] / unit
         - scores.centre * np.minimum(margin[good], MOST)
         - scores.size * np.log(volume / unit**3)
