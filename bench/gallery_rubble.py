@@ -29,7 +29,7 @@ WALLS = {
     "rubble-double": ("Two faces, with hearting", "60 1", "--wythes 2 --length 3 --height 2", ROUND),
     "rubble-batter": ("Batter of 1 in 6", "40 2", "--batter 1:6 --length 3.5 --height 1.8", ENDS),
     "rubble-corner": ("Two legs at a corner", "50 3", "--length 3 --corner 2.4 --height 1.8", ENDS),
-    "rubble-copes": ("Two faces under copes", "60 5", "--wythes 2 --copes --length 3 --height 2", ROUND),
+    "rubble-copes": ("Two faces under copes", "60 3", "--wythes 2 --copes --length 3 --height 1.6", ROUND),
     "rubble-dressed": ("Up to 5 % knocked off a stone", "40 0", "--dress 0.05 --length 4 --height 1.8", FRONT),
     "rubble-racked": ("Racked ends", "40 6", "--ends racked --length 5.5 --height 1.6", FRONT),
     "rubble-boulders": ("Boulders, scanned", "scans", "--units m --length 4.5 --height 2", FRONT),
