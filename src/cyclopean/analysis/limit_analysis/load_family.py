@@ -47,10 +47,10 @@ class Pencil:
         return total(true)
 
     def balance(self, f: Floats, s: float) -> float:
-        """||A f + p(s)|| in loads at s; infinite where its square is, of forces that have run away."""
-        with np.errstate(over="ignore"):
+        """||A f + p(s)|| in loads at s; no number, or infinite, where forces or s have run away."""
+        with np.errstate(over="ignore", invalid="ignore"):
             off = float(np.linalg.norm(self.system.A @ f.ravel() + self.loads(s)))
-        whole = self.net(s)
+            whole = self.net(s)
         return off / whole if whole > 0.0 else (0.0 if off == 0.0 else np.inf)
 
 
