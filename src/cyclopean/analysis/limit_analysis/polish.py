@@ -211,7 +211,7 @@ def rebalanced(loads: Pencil, schur: Schur, f: Floats, s: float, rounds: int = 4
     f = project_cones(f, system.mu)
     best, balance = (f, s), loads.balance(f, s)
     for _ in range(rounds):
-        if balance <= EXACT:
+        if not EXACT < balance < np.inf:  # what has run away is not brought back
             break
         x = f / stretch
         det = np.maximum(x[:, 0] ** 2 - x[:, 1] ** 2 - x[:, 2] ** 2, 0.0)
