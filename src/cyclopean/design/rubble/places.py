@@ -58,7 +58,7 @@ class Scores:
     upright: float = 0.5
     bearing: float = 0.75  # share of its plan that lies on what is below
     level: float = 0.6  # slope to which it tips
-    face: float = 4.0  # stands back from a face of the wall that nothing fits before any more
+    face: float = 4.0  # area too far behind a face or an end to be seen in it, over the square of its size
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
