@@ -39,18 +39,18 @@ ROOMS = {  # the code of each, and its tests
         ["proof_checker", "proof_parts", "proof_surfaces", "proof_rules", "proof_laws", "proof_standalone",
          "proof_solids", "limit_certificates", "proof_cra_state", "proof_small_files", "proof_fast_paths",
          "proof_places", "proof_mutations", "settlements", "partial_supports", "tension", "mutated_certificates",
-         "proof_within", "proof_cra_tree"],
+         "proof_within", "proof_cra_tree", "proof_points"],
     ),
     "equilibrium": (
         "analysis/equilibrium",
         ["textbook", "tipping", "near_limit", "nearest", "own_scale", "partial_supports", "tension", "settlements",
-         "subsidence", "solvers", "laws", "rbe", "oracle"],
+         "subsidence", "solvers", "laws", "rbe", "oracle", "random_planes", "undecided", "slips"],
     ),
     "coupled": (
         "analysis/coupled",
         [
             "cra_tree", "cra_penalty", "cra_laws", "cra_continuation", "cra_plane", "cra_search", "smallest_eta",
-            "peer_cra", "cra_random", "oracle",
+            "peer_cra", "cra_random", "oracle", "cra_probing", "undecided",
         ],
     ),
 }  # fmt: skip

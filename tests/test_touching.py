@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cyclopean.analysis import Settings, check
-from cyclopean.assembly import Assembly, Block
+from cyclopean.assembly import Assembly, Block, Contacts
 from cyclopean.assembly.patches import gathered
 from cyclopean.design.rubble.features import body_of
 from cyclopean.design.rubble.seating import seat
@@ -27,7 +27,7 @@ from cyclopean.io.exchange import write_exchange
 from fixtures_stones import boulder, box, rotation
 from laws import examples
 from oracle_models import box as oracle_box
-from test_proof_points import ridges, stool
+from test_proof_points import knife, ridges, stool
 
 GROUND = body_of(*box(8.0, 8.0, 1.0, at=(-4.0, -4.0, -1.0)))
 
@@ -249,3 +249,26 @@ def test_what_touches_does_so_from_either_side_and_a_proof_takes_it(seed, ratio)
     assert result.verdict in ("stable", "unstable")
     assert "refused" not in result.provenance
     assert result.certificate is not None
+
+
+@pytest.mark.parametrize(("share", "word"), [(0.98, "stable"), (1.02, "undecided"), (1.5, "unstable")])
+@pytest.mark.parametrize(("half", "mu"), [(30.0, 0.5), (45.0, 0.6)])
+def test_an_edge_on_an_edge_is_held_up_to_the_slope_that_a_proof_takes(half, mu, share, word):
+    """By hand, of a knife edge that may not turn, listed with both normals: up to mu it stands; from mu / sqrt(cos^2 a
+    - mu^2 sin^2 a) on it slides; between the two no proof is taken.
+    """
+    given_, up, out = knife(half, mu, 1.0, 0.0)[0], np.cos(np.radians(half)), np.sin(np.radians(half))
+    blocks = tuple(
+        Block(b["id"], b["vertices"], b["faces"], b["density"], b["fixed"], held=tuple(b.get("held", ())))
+        for b in given_["blocks"]
+    )
+    joints = given_["contacts"]
+    contacts = Contacts.of(
+        [(0, 1)] * len(joints),
+        [np.array(joint["polygon"]) for joint in joints],
+        [mu] * len(joints),
+        facing=[np.array(joint["normal"]) for joint in joints],
+    )
+    slope = share * (mu if share < 1.2 else mu / np.sqrt(up**2 - (mu * out) ** 2))
+    result = check(Assembly(blocks, contacts, ()), Settings(method="rbe", gravity=(0.0, -9.81 * slope, -9.81)))
+    assert result.verdict == word, result.reason

@@ -18,7 +18,7 @@ from cyclopean.analysis.settings import Settings
 from cyclopean.analysis.undecided import Undecided, folds_at, recut_of
 from cyclopean.analysis.verdict import Result
 from cyclopean.arrays import Floats
-from cyclopean.assembly import Assembly, bearing_cones
+from cyclopean.assembly import Assembly, Contacts, bearing_cones
 from cyclopean.errors import InputError, SolverError
 from cyclopean.geometry import frames_from_normals
 from cyclopean.proof import verify
@@ -28,6 +28,8 @@ SPARED = (0.0, 0.003, 0.01, 0.03)  # rad by which cones are narrower still, one 
 COUPLED = 6  # rounds of that in coupled analysis, each a search of its own
 BISECTIONS = 40  # for how far a force may lean
 NARROWINGS = 12  # rounds of narrowing cones that forces leave, two or three are usual; then all are narrowed
+
+ROUNDED = 1e-9  # of a cosine: by which the checker, in whole numbers, may find it less
 
 MARGIN = 1.001  # of beta_min, where a state was refused by a rounding error
 
@@ -146,6 +148,7 @@ def _decided(
     if result.verdict == "undecided" and claim.kind == "cra-state":  # beta_min to the last bit was too little
         claim = solved(model, settings, system, progress, MARGIN)
         result = prove(model, settings, system, claim, judge)
+    result = on_edges(model, settings, system, result, progress)
     result = within_faces(model, settings, system, result, progress)
     if result.verdict == "undecided" and settings.chosen_method() == "cra":
         result = _explained(model, settings, system, claim, result, judge)
@@ -243,6 +246,46 @@ def _after_settlement(model: PreparedModel, ground: Floats) -> Claim | None:
     if not size > 0.0:
         return None
     return settled_claim(settle(system, gap / size), size * system.length_unit)
+
+
+def on_edges(
+    model: PreparedModel,
+    settings: Settings,
+    system: EquilibriumSystem,
+    result: Result,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Result:
+    """The result, or one with forces that a proof takes where edges lie on edges, where it is open for want of them.
+
+    Between the faces that meet there a point has one normal. Forces about two of them have to be in narrower cones,
+    so that they add up to one about a normal between. Which points these are, the checker tells from the faces; here
+    all single points of two blocks count, so that it may take some of less friction than they have.
+    """
+    if "friction cone" not in str(result.provenance.get("refused")) or model.settled is not None:
+        return result
+    mu = np.minimum(_edge_friction(model.contacts)[model.contacts.patch[system.used]], system.mu)
+    if not (mu < system.mu).any():
+        return result
+    less = replace(system, mu=mu)
+    second = prove(model, settings, less, solved(model, settings, less, progress))
+    return second if second.verdict == "stable" else result
+
+
+def _edge_friction(contacts: Contacts) -> Floats:
+    """(c,) friction that adds up, of single points of two blocks with different normals, to that about one of them.
+
+    mu'^2 = mu^2 (1 + c) / (2 + mu^2 (1 - c)), with c the least cosine between any two of the normals.
+    """
+    mu, sides = contacts.mu.copy(), dict[tuple[int, int], list[int]]()
+    for k in np.flatnonzero(contacts.at_points).tolist():
+        a, b = int(contacts.a[k]), int(contacts.b[k])
+        sides.setdefault((min(a, b), max(a, b)), []).append(k)
+    for rows in sides.values():
+        normal = np.where(contacts.a[rows] < contacts.b[rows], 1.0, -1.0)[:, None] * contacts.normal_given[rows]
+        cosine = min(float((normal @ normal.T).min()), 1.0) - ROUNDED
+        if cosine < 1.0 - 2.0 * ROUNDED:
+            mu[rows] *= np.sqrt(max(1.0 + cosine, 0.0) / (2.0 + contacts.mu[rows] ** 2 * (1.0 - cosine)))
+    return mu
 
 
 def within_faces(
