@@ -21,7 +21,7 @@ from cyclopean.analysis import check
 from cyclopean.assembly import Assembly, Block, BodyLoad, Combination, Contacts, FrictionPair, Load, SurfaceLoad
 from cyclopean.errors import InputError
 from cyclopean.geometry import mesh_faults
-from cyclopean.io import read_findings, read_model, result_dict, write_exchange, write_json
+from cyclopean.io import archives, read_findings, read_model, result_dict, write_exchange, write_json
 from cyclopean.io.blocklist import blocklist_text, not_convex
 from cyclopean.io.findings import Findings
 from cyclopean.io.formats import FORMATS, exchange_format
@@ -394,12 +394,17 @@ def test_damaged_rhino_archives(monkeypatch):
             stream.write(bad)
         with pytest.raises(InputError, match=line):
             read_model("b.3dm")
-    monkeypatch.setattr("cyclopean.io.archives._TRIAL", "import time; time.sleep(60)")
-    monkeypatch.setattr("cyclopean.io.archives.PATIENCE", 0.2)
-    with pytest.raises(InputError, match=r"a\.3dm: is a damaged 3DM file: it cannot be read in 0 s"):
+    trial = archives._TRIAL
+    monkeypatch.setattr(archives, "PATIENCE", 1)
+    monkeypatch.setattr(archives, "_TRIAL", trial.replace("import rhino3dm", "while True: pass"))
+    with pytest.raises(InputError, match=r"a\.3dm: is a damaged 3DM file; save it again"):  # by the processor's time
         read_model("a.3dm")
-    monkeypatch.setattr("cyclopean.io.archives._TRIAL", "import os; os.abort()")
-    monkeypatch.setattr("cyclopean.io.archives.PATIENCE", 20.0)
+    monkeypatch.setattr(archives, "WAIT", 1)
+    monkeypatch.setattr(archives, "_TRIAL", "import time; time.sleep(60)")
+    with pytest.raises(InputError, match=r"a\.3dm: is a damaged 3DM file: it cannot be read in 1 s"):
+        read_model("a.3dm")
+    monkeypatch.setattr(archives, "PATIENCE", 60)
+    monkeypatch.setattr(archives, "_TRIAL", "import os; os.abort()")
     with pytest.raises(InputError, match=r"a\.3dm: is a damaged 3DM file; save it again"):
         read_model("a.3dm")
 

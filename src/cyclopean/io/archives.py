@@ -18,7 +18,8 @@ from cyclopean.io.fields import refuse_unfolded
 
 __all__ = ["refuse_damaged"]
 
-PATIENCE = 5.0  # s; beside one second for each MB, which is a hundred times what a sound file takes
+PATIENCE = 5  # s of the processor; beside one for each MB, which is a hundred times what a sound file takes
+WAIT = 20  # times as many by the clock, where other work keeps the processor busy, or none are counted
 _HEADER = 32  # bytes: the name of the format, and its version in the last eight
 _SHORT = 0x80000000  # types that have a number in place of a length, and no bytes
 _END = 0x00007FFF  # type of the last chunk
@@ -28,6 +29,7 @@ import sys
 try:
     import resource
     resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]),) * 2)
+    resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[3]),) * 2)
 except (ImportError, ValueError, OSError):  # not on every system, nor above a lower limit
     pass
 import rhino3dm
@@ -52,16 +54,15 @@ def refuse_damaged(path: str, data: bytes) -> None:
         raise InputError(f"{path}: is a damaged 3DM file, or is cut off; save it again in Rhino")
     if "python" not in os.path.basename(sys.executable or "").lower():  # inside Rhino there is no Python to start
         return
-    limit, room = PATIENCE + len(data) / 1e6, str(_ROOM[0] + _ROOM[1] * len(data))
+    limit, room = PATIENCE + len(data) // 1_000_000, _ROOM[0] + _ROOM[1] * len(data)
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "trial.3dm"
         place.write_bytes(data)
+        trial = [sys.executable, "-c", _TRIAL, str(place), str(room), str(limit)]
         try:
-            done = subprocess.run(
-                [sys.executable, "-c", _TRIAL, str(place), room], capture_output=True, timeout=limit, check=False
-            )
+            done = subprocess.run(trial, capture_output=True, timeout=WAIT * limit, check=False)
         except subprocess.TimeoutExpired:
-            raise InputError(f"{path}: is a damaged 3DM file: it cannot be read in {limit:.0f} s") from None
+            raise InputError(f"{path}: is a damaged 3DM file: it cannot be read in {WAIT * limit} s") from None
     if done.returncode:
         raise InputError(f"{path}: is a damaged 3DM file; save it again in Rhino")
     refuse_unfolded(path, int(done.stdout.split()[-1]), len(data))

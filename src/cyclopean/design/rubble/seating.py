@@ -190,9 +190,7 @@ def _heading(turn: Floats) -> Floats:
     return np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _scene(
-    stone: Features, to: tuple[Floats, Floats, float], placed: Sequence[Body], spare: float
-) -> Features:
+def _scene(stone: Features, to: tuple[Floats, Floats, float], placed: Sequence[Body], spare: float) -> Features:
     """What is within `spare` of the box around a stone, in its frame about `to` (its centre, axes, and unit)."""
     centre, frame, unit = to
     low, high = stone.point.min(axis=0) - spare, stone.point.max(axis=0) + spare
