@@ -244,7 +244,7 @@ class _Neighbourhood:
 
     def _moved(self, rotation: Floats, shift: Floats, spin: Floats, start: Floats) -> float:
         """How far any point of the stone is at most from where it was."""
-        turned = float(np.linalg.norm(rotation - spin)) / np.sqrt(2.0)
+        turned = float(np.linalg.norm(rotation - spin) / np.sqrt(2.0))
         return float(np.linalg.norm(shift - start)) + self.radius * turned
 
 
