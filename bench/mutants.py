@@ -44,7 +44,7 @@ ROOMS = {  # the code of each, and its tests
     "equilibrium": (
         "analysis/equilibrium",
         ["textbook", "tipping", "near_limit", "nearest", "own_scale", "partial_supports", "tension", "settlements",
-         "subsidence", "solvers", "laws", "rbe", "oracle", "random_planes", "undecided", "slips"],
+         "subsidence", "solvers", "laws", "rbe", "oracle", "random_planes", "undecided", "slips", "loads"],
     ),
     "coupled": (
         "analysis/coupled",
