@@ -396,6 +396,19 @@ def test_what_was_laid_last_is_taken_out_and_the_rest_laid_anew_after_the_others
     assert len(_laid_anew(site, Share()).laid) >= len(site.laid)
 
 
+def test_of_very_many_stones_those_that_are_tried_stay_the_same_and_have_every_size():
+    """What is known of the places of a stone is then of use again, when another has been laid."""
+    stock = quarry(60, 5, detail=1)
+    site = Site(stock, filled_in(stock, QUICK), lambda _: None)
+    some = site.some_of(site.left, 20)
+    assert some == [k for k in site.left if k in some]
+    assert len(some) == 20
+    for gone in site.left:
+        then = site.some_of([k for k in site.left if k != gone], 20)
+        assert len(set(then) - set(some)) == (gone in some)
+    assert all(set(some) & set(site.left[k : k + 20]) for k in (0, 20, 40))
+
+
 def test_a_pin_is_a_small_stone_that_bears_the_one_laid_right_after_it():
     """Of stones and chips of a thousandth to a thirtieth of their volume; without pins they lie otherwise."""
     chips = (replace(chip, id=f"chip-{chip.id}") for chip in quarry(12, 104, (3e-4, 6e-3), detail=1))

@@ -250,8 +250,7 @@ def _body(site: Site, ceiling: float, course: int, patience: int) -> "Round":
     """The stones of the body: the largest left, then all; of very many, some of every size."""
     stones = site.kept["stone"]
     window = stones[: max(site.settings.look_ahead, 1)]
-    others = stones + site.kept.get("hearting", [])
-    others = others[:: math.ceil(len(others) / MOST)] if others else others
+    others = site.some_of(stones + site.kept.get("hearting", []), MOST)
     return Round(ceiling, course, "stone", (window, others), patience=patience)
 
 

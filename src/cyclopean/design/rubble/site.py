@@ -58,6 +58,7 @@ class Site:
             self.room[under] = np.minimum(self.room[under], self.shape.opening.sill)
         self.map: Floats = np.where(self.room > 0.0, 0.0, FULL)
         self.label = np.full(self.map.shape, -1)  # which stone is on top of each cell; -1 = the ground
+        self.content = [_content(stone) for stone in stones]
         used = {block.id for block in before.blocks}
         at_hand = [k for k, stone in enumerate(stones) if stone.id not in used]
         self.left = self.by_size(at_hand) if settings.look_ahead else at_hand
@@ -145,7 +146,12 @@ class Site:
 
     def by_size(self, stones: Iterable[int]) -> list[int]:
         """Stones, the largest first."""
-        return sorted(stones, key=lambda k: _content(self.stones[k]))
+        return sorted(stones, key=lambda k: self.content[k])
+
+    def some_of(self, stones: Sequence[int], count: int) -> list[int]:
+        """So many of some stones, of every size, and nearly the same ones once a few have been laid."""
+        some = set(sorted(stones, key=lambda k: self.content[k][1:])[:count])
+        return [k for k in stones if k in some]
 
     def begin(self) -> None:
         """Find all forces anew, as a new course begins: what was laid before does not matter then."""
