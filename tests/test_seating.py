@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from cyclopean.design.rubble import seating
 from cyclopean.design.rubble.features import body_of
 from cyclopean.design.rubble.seating import heyman_margin, overlap_share, seat
 from cyclopean.design.stones.quarry import quarry
@@ -183,6 +184,21 @@ def outward(points):
     faces = hull.simplices.astype(np.int64)
     faces[wrong] = faces[wrong][:, ::-1]
     return faces
+
+
+@settings(max_examples=examples(4), deadline=None)
+@given(seed=st.integers(0, 400), lifted=st.floats(0.0, 0.3), scale=st.sampled_from([0.05, 1.0]))
+def test_what_is_gathered_as_a_stone_goes_is_what_all_around_it_tells(seed, lifted, scale):
+    stone, lying, height = pile(seed)
+    stone, *lying = (body_of(scale * one.vertices, one.triangles) for one in (stone, *lying))
+    start = [0.0, 0.0, scale * (height + lifted)]
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(seating, "SPARE", 10.0)
+        slow = seat(stone, EYE, start, lying)
+    fast = seat(stone, EYE, start, lying)
+    assert fast.steps == slow.steps
+    assert fast.shift == pytest.approx(slow.shift, abs=1e-9 * scale)
+    assert fast.bodies.tolist() == slow.bodies.tolist()
 
 
 @settings(max_examples=examples(6), deadline=None)

@@ -30,7 +30,6 @@ BISECTIONS = 40  # for how far a force may lean
 NARROWINGS = 12  # rounds of narrowing cones that forces leave, two or three are usual; then all are narrowed
 
 ROUNDED = 1e-9  # of a cosine: by which the checker, in whole numbers, may find it less
-
 MARGIN = 1.001  # of beta_min, where a state was refused by a rounding error
 
 __all__ = ["check", "decide"]
@@ -148,7 +147,7 @@ def _decided(
     if result.verdict == "undecided" and claim.kind == "cra-state":  # beta_min to the last bit was too little
         claim = solved(model, settings, system, progress, MARGIN)
         result = prove(model, settings, system, claim, judge)
-    result = on_edges(model, settings, system, result, progress)
+    result = _on_edges(model, settings, system, result, progress)
     result = within_faces(model, settings, system, result, progress)
     if result.verdict == "undecided" and settings.chosen_method() == "cra":
         result = _explained(model, settings, system, claim, result, judge)
@@ -248,12 +247,8 @@ def _after_settlement(model: PreparedModel, ground: Floats) -> Claim | None:
     return settled_claim(settle(system, gap / size), size * system.length_unit)
 
 
-def on_edges(
-    model: PreparedModel,
-    settings: Settings,
-    system: EquilibriumSystem,
-    result: Result,
-    progress: Callable[[str], None] = lambda _: None,
+def _on_edges(
+    model: PreparedModel, settings: Settings, system: EquilibriumSystem, result: Result, progress: Callable[[str], None]
 ) -> Result:
     """The result, or one with forces that a proof takes where edges lie on edges, where it is open for want of them.
 
