@@ -9,10 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import block_diag
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from cyclopean.assembly import Assembly, Block, Contacts, Load, supports
 from cyclopean.design import arch, wall
 from cyclopean.errors import InputError
+from cyclopean.geometry.packed import components
 from cyclopean.statics import (
     EquilibriumSystem,
     Schur,
@@ -195,3 +198,16 @@ def test_supports_by_name() -> None:
         supports(pair, "ids=z")
     with pytest.raises(InputError, match="no block is a support"):
         supports(pair, "below=-5")
+
+
+@given(st.integers(1, 40), st.data())
+def test_what_hangs_together_is_what_scipy_finds(count, data):
+    """Classes are numbered by their first members; pairs come in either order, twice, and of one with itself."""
+    node = st.integers(0, count - 1)
+    ends = np.array(data.draw(st.lists(st.tuples(node, node), max_size=60)), int).reshape(-1, 2)
+    label = components(count, *ends.T)
+    other = connected_components(coo_array((np.ones(len(ends)), tuple(ends.T)), shape=(count, count)), directed=False)[
+        1
+    ]
+    assert len({*zip(label.tolist(), other.tolist(), strict=True)}) == len({*label.tolist()}) == other.max() + 1
+    assert [*dict.fromkeys(label.tolist())] == [*range(label.max() + 1)]

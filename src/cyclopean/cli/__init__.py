@@ -2,6 +2,7 @@
 
 import atexit
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -14,16 +15,20 @@ __all__ = ["main", "process"]
 _INTERRUPTED = 130  # 128 + SIGINT, as a shell has it
 _SIGNALLED = (_INTERRUPTED, 128 + 1, 128 + 15)  # SIGINT, SIGHUP, SIGTERM
 _PATIENCE = 5.0  # s for threads to end after a signal; they take a tenth of one
+_COLLECTED = 50_000  # new objects between searches for garbage: loading alone makes several times that, all of it used
 
 
 def process() -> typing.NoReturn:
     """Run the command of this process and end it with the status.
 
     After a signal it waits for threads, but not for ever: one that an interrupt has cut off from its lock never ends.
+    Of the garbage that libraries make as they load nothing is looked for, neither now nor at the end.
     """
     signalled: list[int] = []
     atexit.register(_leave, signalled)  # what is registered first is called last
+    gc.set_threshold(_COLLECTED)
     status = main()
+    gc.freeze()
     if status in _SIGNALLED:
         signalled.append(status)
         end = threading.Timer(_PATIENCE, os._exit, (status,))

@@ -83,9 +83,26 @@ def numbered(label: Ints) -> Ints:
 
 
 def components(count: int, a: Ints, b: Ints) -> Ints:
-    """(count,) which of `count` things hang together by pairs a[k], b[k]: classes in order of first appearance."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
+    """(count,) which of `count` things hang together by pairs a[k], b[k]: classes in order of first appearance.
 
-    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
-    return numbered(connected_components(graph, directed=False)[1])
+    The root of each class is its first member, and roots of classes that touch go to the lower one until none touch
+    [Shiloach1982]_. SciPy has it too, in a module that takes half as long to load as all else of it.
+
+    Examples
+    --------
+    >>> components(4, np.array([3]), np.array([1])).tolist()
+    [0, 1, 2, 1]
+
+    References
+    ----------
+    .. [Shiloach1982] Shiloach, Vishkin: An O(log n) parallel connectivity algorithm. Journal of Algorithms 3 (1982).
+    """
+    root = np.arange(count)
+    while (root[a] != root[b]).any():
+        one, other = root[a], root[b]
+        low = np.minimum(one, other)
+        np.minimum.at(root, one, low)
+        np.minimum.at(root, other, low)
+        while (root[root] != root).any():
+            root = root[root]
+    return np.asarray((np.cumsum(root == np.arange(count)) - 1)[root])

@@ -44,6 +44,10 @@ class EquilibriumSystem:
     weight: Floats | None = None  # (m,) scaled own weight rho V |g|, of standard gravity where there is none; None = 1
     diagonal: Floats | None = None  # (m,) scaled diagonal of each block's box; None = 1
     rows: Floats | None = None  # (6 m,) by what rows of A and p are multiplied beyond the two units; None = nothing
+    across: Any = field(init=False, repr=False)  # A' (3 q, 6 m) csc: making this view takes longer than a product
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "across", self.A.T)
 
     @property
     def total(self) -> float:
@@ -82,7 +86,7 @@ class EquilibriumSystem:
 
     def gap(self, y: Floats) -> Floats:
         """(q, 3) dd = A' y."""
-        return np.asarray(self.A.T @ y).reshape(-1, 3)
+        return np.asarray(self.across @ y).reshape(-1, 3)
 
     def residual(self, f: Floats) -> Floats:
         """(6 m,) A f + p."""

@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from cyclopean.arrays import Bools, Floats, Ints
+from cyclopean.geometry import packed
 from cyclopean.statics import EquilibriumSystem
 
-__all__ = ["Part", "component_labels", "components", "connected", "group", "in_own_units", "lightest", "with_points"]
+__all__ = ["Part", "component_labels", "components", "group", "in_own_units", "lightest", "with_points"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,19 +30,7 @@ class Part:
 def component_labels(system: EquilibriumSystem) -> Ints:
     """(m,) number of the component of each free block, from 0; fixed blocks join nothing."""
     both = (system.row_a >= 0) & (system.row_b >= 0)
-    return connected(system.blocks, system.row_a[both], system.row_b[both])
-
-
-def connected(count: int, a: Ints, b: Ints) -> Ints:
-    """(count,) number of the component of each node, in the order of their first nodes; edges join (e,) a to b.
-
-    By hand, for 1 - 3 and 2 alone beside 0:
-
-    >>> connected(4, np.array([3]), np.array([1])).tolist()
-    [0, 1, 2, 1]
-    """
-    edges = sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(edges, directed=False)[1].astype(np.int64))
+    return packed.components(system.blocks, system.row_a[both], system.row_b[both])
 
 
 def lightest(label: Ints, weight: Floats) -> Floats:

@@ -6,7 +6,6 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse as sp
 
-from cyclopean.analysis.equilibrium.components import connected
 from cyclopean.analysis.equilibrium.interior import SMALLEST_MU, interior_point
 from cyclopean.analysis.equilibrium.newton import DualAnswer, collapse_bound, newton, sharpen_mechanism
 from cyclopean.analysis.equilibrium.reference import (
@@ -18,6 +17,7 @@ from cyclopean.analysis.equilibrium.reference import (
 )
 from cyclopean.arrays import Floats
 from cyclopean.errors import InputError, SolverError
+from cyclopean.geometry import packed
 from cyclopean.solvers import EXTRAS, load_osqp, solve
 from cyclopean.statics import EquilibriumSystem, Schur, project_cones
 
@@ -328,7 +328,7 @@ def falling(system: EquilibriumSystem) -> Floats | None:
         y[alone] = driven / np.abs(driven).max()
         return y.ravel()
     ends = np.concatenate([ends, np.stack([partly, np.full(len(partly), m)], 1)])
-    label = connected(m + 1, *ends.T)
+    label = packed.components(m + 1, *ends.T)
     loose = label[:m] != label[m]
     force = system.p.reshape(-1, 6)[:, :3]
     group = np.stack([np.bincount(label[:m], force[:, k] * loose, label.max() + 1) for k in range(3)], 1)

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from cyclopean.analysis.equilibrium.components import connected
 from cyclopean.analysis.equilibrium.reference import solve_program
 from cyclopean.analysis.preparation import PreparedModel
 from cyclopean.analysis.robust.family import Family, swelling, warps
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.assembly import Contacts
+from cyclopean.geometry import packed
 from cyclopean.solvers import Cone, ConicProgram
 from cyclopean.statics import EquilibriumSystem
 
@@ -59,7 +59,7 @@ def _joined(system: EquilibriumSystem, moves: Bools, alike: Bools) -> Ints:
     inside = (pairs >= 0).all(1) & moves[pairs].all(1)
     apart = {(a, b) for a, b in pairs[inside & ~alike].tolist()}
     kept = np.array([pair for pair in pairs[inside].tolist() if tuple(pair) not in apart], np.int64).reshape(-1, 2)
-    label = connected(system.blocks, kept[:, 0], kept[:, 1])
+    label = packed.components(system.blocks, kept[:, 0], kept[:, 1])
     label[moves] = np.unique(label[moves], return_inverse=True)[1]
     label[~moves] = -1
     return label

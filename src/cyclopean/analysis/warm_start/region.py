@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import breadth_first_order
 
 from cyclopean.analysis.equilibrium.components import group
 from cyclopean.arrays import Bools, Floats, Ints
@@ -54,6 +53,8 @@ def around(system: EquilibriumSystem, blocks: Ints, radius: int) -> Ints:
 
 def way_down(system: EquilibriumSystem, blocks: Ints) -> Ints:
     """Blocks on one shortest way, joint by joint, from each of the given ones to a support; sorted, these included."""
+    from scipy.sparse.csgraph import breadth_first_order
+
     m = system.blocks
     a, b = (np.where(row >= 0, row, m) for row in (system.row_a, system.row_b))  # all supports are one
     joints = sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(m + 1, m + 1))

@@ -14,17 +14,15 @@ last, which it climbs only; in stack bond it is straight, 1 m per m.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.stats import rankdata
+import scipy.sparse as sp
 
 from cyclopean.arrays import Bools, Floats, Ints
 from cyclopean.design.rubble.height_map import rasters
 from cyclopean.errors import InputError
+from cyclopean.geometry.packed import components
 
 __all__ = ["NEAR_FACE", "Faces", "MasonsRules", "Stone", "masons_rules", "seen_front"]
 
@@ -112,6 +110,8 @@ def masons_rules(stones: Sequence[Stone], faces: Faces) -> MasonsRules:
     InputError
         There is no stone, or none within the length of the wall.
     """
+    from scipy.stats import rankdata
+
     if not stones:
         raise InputError("stones: a wall needs at least one")
     if not all(np.isfinite(s.vertices).all() for s in stones):
@@ -191,6 +191,8 @@ def _seen_from(stone: Stone, faces: Faces, back: bool) -> Floats:
 
 def _elevation(stones: Sequence[Stone], faces: Faces, back: bool) -> _Elevation:
     """A face, seen along y."""
+    from scipy.ndimage import distance_transform_edt
+
     low, high = (np.array([bound(s.vertices[:, 2]) for s in stones]) for bound in (np.min, np.max))
     tallest = float(high.max())
     cell = max(float(np.median(high - low)) / FINE, float(np.sqrt(faces.length * max(tallest, 0.0) / MOST)))
@@ -221,6 +223,8 @@ def seen_front(stones: Sequence[Stone], faces: Faces) -> tuple[Ints, float]:
     cell : float
         m.
     """
+    from scipy.ndimage import distance_transform_edt
+
     front = _elevation(stones, faces, False)
     reach = 0.25 * float(np.median([np.ptp(s.vertices[:, 2]) for s in stones])) / front.cell
     label = np.pad(np.where(front.open, -1, front.label), int(reach) + 2, constant_values=-1)
@@ -269,9 +273,9 @@ def _bond(face: _Elevation, short: float) -> tuple[int, list[float], list[float]
     if not len(pairs):
         return 0, [], []
     close = np.abs(ends[:, None, 1] - ends[None, :, 0]).max(axis=2) <= max(short / face.cell, 2.0)
-    count, group = connected_components(coo_array(close), directed=False)
+    group = components(len(close), *np.nonzero(close))
     overlaps, running, joints = [], [], 0
-    for g in range(count):
+    for g in range(group.max() + 1):
         mine = np.flatnonzero(group == g)
         foot, head = ends[mine, 0], ends[mine, 1]
         first, last = foot[np.argmin(foot[:, 1])], head[np.argmax(head[:, 1])]
@@ -329,6 +333,8 @@ def _overlap(face: _Elevation, beside: Ints, i: int, rows: Sequence[int]) -> int
 
 def _traces(label: Ints, gaps: Bools) -> Floats:
     """Shortest lines through joints and gaps from the first row of cells to the last, over what they climb."""
+    from scipy.sparse.csgraph import dijkstra
+
     joint, end = _joint_points(np.pad(label, 1, constant_values=-1), np.pad(gaps, 1))
     node = np.full(joint.shape, -1)
     node[joint] = np.arange(np.count_nonzero(joint))
@@ -351,8 +357,8 @@ def _joint_points(padded: Ints, gaps: Bools) -> tuple[Bools, Bools]:
     return np.asarray((four.max(axis=0) > least) | void.any(axis=0)), np.asarray(above.any(axis=0))
 
 
-def _network(node: Ints) -> coo_array:
-    """Steps from point to point of joints, with their lengths in cells."""
+def _network(node: Ints) -> Any:
+    """Steps from point to point of joints, with their lengths in cells: a sparse matrix."""
     rows, columns, lengths = [], [], []
     for right, up in STEPS:
         for grid in (node, node[::-1]) if right and up else (node, node.T):
@@ -368,4 +374,4 @@ def _network(node: Ints) -> coo_array:
             columns.append(grid[right:, up:][free])
             lengths.append(np.full(len(rows[-1]), float(np.hypot(right, up))))
     ids = np.concatenate(rows), np.concatenate(columns)
-    return coo_array((np.concatenate(lengths), ids), shape=(node.max() + 1,) * 2).tocsr()
+    return sp.coo_array((np.concatenate(lengths), ids), shape=(node.max() + 1,) * 2).tocsr()
