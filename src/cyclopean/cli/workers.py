@@ -11,6 +11,7 @@ from cyclopean.options import option
 
 MOST = 256  # processes; more is a slip of the hand
 PATIENCE = "10s"  # for a cluster to answer
+SOON = 2.0  # s for the thread that reads answers to see that nobody answers any more; it takes a tenth of one
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,7 @@ def beside(count: int) -> Iterator[Executor | None]:
             ) from None
         except BaseException:
             answers: Any = getattr(executor, "_result_queue", None)
+            reader = getattr(executor, "_executor_manager_thread", None)
             executor.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():
                 if child not in before:
@@ -89,6 +91,8 @@ def beside(count: int) -> Iterator[Executor | None]:
             # who reads the answers would wait for the rest of one that a child was ended in, were our end left open
             if hasattr(answers, "_writer"):
                 answers._writer.close()
+            if reader is not None:  # or the interpreter wakes it as it ends, and complains that it has ended
+                reader.join(SOON)
             raise
 
 
