@@ -1,5 +1,6 @@
 """What several tests of the command line share."""
 
+import gc
 import os
 
 import pytest
@@ -23,6 +24,13 @@ def pytest_configure(config):
     laws.chosen(config.getoption("--thorough"))
     if not laws.quick() and settings.get_current_profile_name() == "same":
         settings.load_profile("thorough")
+
+
+def pytest_collection_finish():
+    """What has been loaded stays; garbage is looked for among what tests make, not among some million objects."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000)
 
 
 @pytest.fixture(autouse=True)

@@ -239,7 +239,7 @@ def test_an_opening_is_bridged_by_a_long_stone(jamb):
 
 def test_every_stone_is_laid_where_all_are_asked_for_and_those_that_do_not_stand_are_named_first():
     """A ball of small facets rocks wherever it lies."""
-    vertices, triangles = sphere(3)
+    vertices, triangles = sphere(2)
     made = Inventory((*boxes((0.5, 0.3, 0.2), (0.4, 0.3, 0.15)).stones, stone(0.1 * vertices, triangles, "ball")))
     asked = SettleSettings(length=1.3, thickness=0.32, cell=0.04, yaws=2, ways=1)
     some, every = settle(made, asked), settle(made, replace(asked, all=True))
@@ -381,7 +381,7 @@ def test_a_little_dressing_is_told_cut_by_cut_and_the_wall_stands(stones):
 
 def test_what_was_laid_last_is_taken_out_and_the_rest_laid_anew_after_the_others():
     """What stands is as it was; stones that were taken out come last; a wall of fewer stones is never kept."""
-    stock = quarry(24, 5, detail=1)
+    stock = quarry(14, 1, detail=1)
     asked = filled_in(stock, replace(QUICK, length=2.0, thickness=0.8))
     site = _built(Site(stock, asked, lambda _: None), Share())
     last, rest = [laid.stone for laid in site.laid[-4:]], site.laid[:-4]
@@ -411,8 +411,8 @@ def test_of_very_many_stones_those_that_are_tried_stay_the_same_and_have_every_s
 
 def test_a_pin_is_a_small_stone_that_bears_the_one_laid_right_after_it():
     """Of stones and chips of a thousandth to a thirtieth of their volume; without pins they lie otherwise."""
-    chips = (replace(chip, id=f"chip-{chip.id}") for chip in quarry(12, 104, (3e-4, 6e-3), detail=1))
-    stock = Inventory((*quarry(14, 3, detail=1), *chips))
+    chips = (replace(chip, id=f"chip-{chip.id}") for chip in quarry(8, 104, (3e-4, 6e-3), detail=1))
+    stock = Inventory((*quarry(8, 3, detail=1), *chips))
     found = settle(stock, replace(QUICK, pins=True))
     contacts = found.assembly.contacts
     touching = {(int(a), int(b)) for a, b in zip(contacts.a, contacts.b, strict=True)}
