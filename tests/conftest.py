@@ -21,6 +21,7 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    gc.set_threshold(50_000)
     laws.chosen(config.getoption("--thorough"))
     if not laws.quick() and settings.get_current_profile_name() == "same":
         settings.load_profile("thorough")
@@ -30,7 +31,6 @@ def pytest_collection_finish():
     """What has been loaded stays; garbage is looked for among what tests make, not among some million objects."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(50_000)
 
 
 @pytest.fixture(autouse=True)

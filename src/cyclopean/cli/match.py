@@ -80,12 +80,12 @@ def match(
             else:
                 found = traded(inventory, wall, settings, trade, parts, stage)
             sheets = site_sheets(found, site, progress=stage) if isinstance(found, StoneMatch) else None
-        except KeyboardInterrupt:
-            _kept(parts)
-            raise
         except InputError:
             if not resumed and not parts.made:  # a slip in the command must not cost what was done before it
                 parts.clear()
+            raise
+        except BaseException:  # an interrupt, or what a library makes of one
+            _kept(parts)
             raise
     _warn((*said, *_unfit(parts), *inventory.notes, *found.warnings), but=getattr(found, "misfits", ()))
 
@@ -194,7 +194,7 @@ def _warn(notes: tuple[str, ...], but: tuple[str, ...]) -> None:
 
 
 def _kept(parts: "Checkpoints") -> None:
-    """Say how to go on after an interruption."""
+    """Say how to go on with work that was given up."""
     if count := len(list(parts)):
         warn(f"{count} parts of the work are kept in {parts.folder}; the same command goes on from there")
 
