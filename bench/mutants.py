@@ -43,14 +43,15 @@ ROOMS = {  # the code of each, and its tests
     ),
     "equilibrium": (
         "analysis/equilibrium",
-        ["textbook", "tipping", "near_limit", "nearest", "own_scale", "partial_supports", "tension", "settlements",
-         "subsidence", "solvers", "laws", "rbe", "oracle", "random_planes", "undecided", "slips", "loads"],
+        ["effort", "textbook", "tipping", "near_limit", "nearest", "own_scale", "partial_supports", "tension",
+         "settlements", "subsidence", "solvers", "laws", "rbe", "oracle", "random_planes", "undecided", "slips",
+         "loads"],
     ),
     "coupled": (
         "analysis/coupled",
         [
-            "cra_tree", "cra_penalty", "cra_laws", "cra_continuation", "cra_plane", "cra_search", "smallest_eta",
-            "peer_cra", "cra_random", "oracle", "cra_probing", "undecided",
+            "effort", "cra_tree", "cra_penalty", "cra_laws", "cra_continuation", "cra_plane", "cra_search",
+            "smallest_eta", "peer_cra", "cra_random", "oracle", "cra_probing", "undecided",
         ],
     ),
 }  # fmt: skip
@@ -205,7 +206,8 @@ def prepared(folder: Path) -> Path:
 
 def noticed(folder: Path, room: str, limit: float) -> str:
     """How a room's tests take it: "" if they pass, else what they say last; one that does not end counts as noticed."""
-    environment = os.environ | {"PYTHONPATH": str(folder / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = os.environ | {"PYTHONPATH": str(folder / "src"), "OMP_NUM_THREADS": "1"}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # or every run compiles everything again
     files = [f"tests/test_{name}.py" for name in ROOMS[room][1]]
     files += [str(PACKAGE / ROOMS[room][0])]  # the examples in its docstrings
     command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", *files]
