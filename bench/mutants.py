@@ -32,7 +32,8 @@ PACKAGE = Path("src/cyclopean")
 ROOMS = {  # the code of each, and its tests
     "statics": (
         "statics",
-        ["statics", "textbook", "mass", "loads", "partial_supports", "tension", "settlements", "laws", "rbe"],
+        ["statics", "textbook", "mass", "loads", "partial_supports", "tension", "settlements", "laws", "rbe",
+         "plane", "effort"],
     ),
     "proof": (
         "proof",

@@ -64,7 +64,8 @@ def in_a_row(low, high, height, mu, bounds, right=True, floor=(), tilt=0.0) -> P
     load, k = np.zeros((m, 6)), np.arange(len(sides))
     load[:, 0], load[:, 2] = np.sin(tilt) * area / area.mean(), -np.cos(tilt) * area / area.mean()
     A = contact_matrix(m, a, b, arm_a, arm_b, frames)
-    system = EquilibriumSystem(np.arange(m), k, a, b, arm_a, arm_b, frames, friction, A, load.ravel(), 1.0, 1.0)
+    units = 1.0, 1.0, np.ones(m), np.ones(m)
+    system = EquilibriumSystem(np.arange(m), k, a, b, arm_a, arm_b, frames, friction, A, load.ravel(), *units)
     return PlaneCase(system, 3 * m, bounds)
 
 

@@ -38,11 +38,11 @@ class EquilibriumSystem:
     p: Floats  # (6 m,) scaled
     force_unit: float  # N
     length_unit: float  # m
+    weight: Floats  # (m,) scaled own weight rho V |g|, of standard gravity where there is none
+    diagonal: Floats  # (m,) scaled diagonal of each block's box
     held: Bools = field(default_factory=lambda: np.zeros((0, 6), bool))  # (m, 6), or none at all
     pull: Floats = field(default_factory=lambda: np.zeros(0))  # (q,) scaled tension of each point, or none at all
     size: Floats | None = None  # (m,) scaled size of the loads of each block; None = that of its force in p
-    weight: Floats | None = None  # (m,) scaled own weight rho V |g|, of standard gravity where there is none; None = 1
-    diagonal: Floats | None = None  # (m,) scaled diagonal of each block's box; None = 1
     rows: Floats | None = None  # (6 m,) by what rows of A and p are multiplied beyond the two units; None = nothing
     across: Any = field(init=False, repr=False)  # A' (3 q, 6 m) csc: making this view takes longer than a product
 
@@ -71,16 +71,12 @@ class EquilibriumSystem:
     def own(self, residual: Floats) -> Floats:
         """(m,) the larger of each block's residual force and moment, in its own weight (times its own diagonal)."""
         rows = residual.reshape(-1, 6)
-        weight = np.ones(self.blocks) if self.weight is None else self.weight
-        diagonal = np.ones(self.blocks) if self.diagonal is None else self.diagonal
         force, moment = np.linalg.norm(rows[:, :3], axis=1), np.linalg.norm(rows[:, 3:], axis=1)
-        return np.asarray(np.maximum(force, moment / diagonal) / weight)
+        return np.asarray(np.maximum(force, moment / self.diagonal) / self.weight)
 
     @property
     def lighter(self) -> Floats:
         """(q,) scaled own weight of the lighter free block at each point."""
-        if self.weight is None:
-            return np.ones(self.points)
         beside = np.append(self.weight, np.inf)  # the last for fixed blocks, which are numbered -1
         return np.asarray(np.minimum(beside[self.row_a], beside[self.row_b]))
 
@@ -194,13 +190,13 @@ def equilibrium_system(
     p = wrench / force_unit
     p[:, 3:] /= length_unit
     matrix = contact_matrix(len(free), row[a], row[b], arm_a, arm_b, frame)
-    mu, units = contacts.mu[patch], (force_unit, length_unit)
-    system = EquilibriumSystem(free, used, row[a], row[b], arm_a, arm_b, frame, mu, matrix, p.ravel(), *units)
     mass = (assembly.densities(density) * assembly.mass.volume)[free]
     own = mass * (float(np.linalg.norm(gravity)) or STANDARD_GRAVITY)
     low, high = _boxes(assembly, free)
     diagonal = np.asarray(np.linalg.norm(high - low, axis=1))
-    system = replace(system, weight=own / force_unit, diagonal=diagonal / length_unit)
+    sides, units = (row[a], row[b], arm_a, arm_b, frame), (force_unit, length_unit)
+    sizes = own / force_unit, diagonal / length_unit
+    system = EquilibriumSystem(free, used, *sides, contacts.mu[patch], matrix, p.ravel(), *units, *sizes)
     held = held_directions(assembly)[free]
     if held.any():
         system = partly_held(system, held, _free_size(assembly, free, held, gravity, density) / force_unit)

@@ -85,7 +85,7 @@ def _out(part: Floats, whole: Floats) -> bool:
 
 def _smaller(system: EquilibriumSystem) -> Floats:
     """(q,) scaled diagonal of the smaller free block at each point."""
-    size = np.append(np.ones(system.blocks) if system.diagonal is None else system.diagonal, np.inf)  # fixed: -1
+    size = np.append(system.diagonal, np.inf)  # fixed: -1
     return np.asarray(np.minimum(size[system.row_a], size[system.row_b]))
 
 

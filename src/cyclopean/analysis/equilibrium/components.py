@@ -51,9 +51,7 @@ def components(system: EquilibriumSystem) -> list[Part]:
 
 def in_own_units(system: EquilibriumSystem) -> tuple[EquilibriumSystem, float, float]:
     """The same in units of its own mean weight and mean size, and these in the units before."""
-    weight = np.ones(system.blocks) if system.weight is None else system.weight
-    diagonal = np.ones(system.blocks) if system.diagonal is None else system.diagonal
-    force, length = float(np.mean(weight)), float(np.mean(diagonal)) / np.sqrt(3.0)  # of a cube the edge
+    force, length = float(np.mean(system.weight)), float(np.mean(system.diagonal)) / np.sqrt(3.0)  # of a cube the edge
     turning = np.tile(np.repeat([1.0, 1.0 / length], 3), system.blocks)
     scaled = replace(
         system,
@@ -65,8 +63,8 @@ def in_own_units(system: EquilibriumSystem) -> tuple[EquilibriumSystem, float, f
         length_unit=system.length_unit * length,
         size=None if system.size is None else system.size / force,
         pull=system.pull / force,
-        weight=weight / force,
-        diagonal=diagonal / length,
+        weight=system.weight / force,
+        diagonal=system.diagonal / length,
     )
     return scaled, force, length
 
@@ -88,8 +86,8 @@ def group(system: EquilibriumSystem, chosen: Bools) -> Part:
         p=system.p[six],
         held=system.held[blocks] if len(system.held) else system.held,
         size=None if system.size is None else system.size[blocks],
-        weight=None if system.weight is None else system.weight[blocks],
-        diagonal=None if system.diagonal is None else system.diagonal[blocks],
+        weight=system.weight[blocks],
+        diagonal=system.diagonal[blocks],
         rows=None if system.rows is None else system.rows[six],
     )
     return Part(part, blocks, points)

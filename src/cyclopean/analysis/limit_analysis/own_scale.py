@@ -46,8 +46,6 @@ def limit_at_own_scale(loads: Pencil, balance: Balance) -> LimitOutcome:
         Of the same system.
     """
     system = loads.system
-    assert system.weight is not None
-    assert system.diagonal is not None
     columns = lighter_weight(system, system.weight)
     scaled = own_scaled(system, system.weight, system.diagonal, columns)
     rows = own_rows(system.weight, system.diagonal)
@@ -79,8 +77,6 @@ def opened_bound(loads: Pencil, balance: Balance, y: Floats) -> tuple[float, Flo
         What nearly is the mechanism: says which blocks move.
     """
     system = loads.system
-    assert system.weight is not None
-    assert system.diagonal is not None
     best: tuple[float, Floats | None] = (np.inf, None)
     seen: set[bytes] = set()
     for chosen in moving_groups(system, system.weight, system.diagonal, y):
@@ -101,14 +97,13 @@ def opened_bound(loads: Pencil, balance: Balance, y: Floats) -> tuple[float, Flo
 def _opened(loads: Pencil, chosen: Bools) -> Iterator[Floats]:
     """Motions of a group, opening by more and more."""
     part = group(replace(loads.system, pull=np.zeros(0)), chosen)
-    diagonal = np.ones(1) if part.system.diagonal is None else part.system.diagonal
-    rows = own_rows(np.ones(len(part.blocks)), diagonal)
+    rows = own_rows(np.ones(len(part.blocks)), part.system.diagonal)
     six = (6 * part.blocks[:, None] + np.arange(6)).ravel()
     live, dead = rows * loads.q[six], rows * part.system.p
     unit = float(np.max(np.abs(live), initial=0.0))
     if not unit > 0.0 or not len(part.points):
         return
-    even = own_scaled(part.system, np.ones(len(part.blocks)), diagonal, np.ones(len(part.points)))
+    even = own_scaled(part.system, np.ones(len(part.blocks)), part.system.diagonal, np.ones(len(part.points)))
     for delta in OPENINGS:
         answer = _solved(even, live / unit, dead / unit, delta)
         if answer is not None:

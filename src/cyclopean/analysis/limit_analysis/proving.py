@@ -87,7 +87,7 @@ class _Case:
         A state may leave 1e-9 of the lightest block's weight unbalanced, so a mechanism has to do more work.
         """
         system, power = self.system, float(self.growing.live @ y)
-        if not power > 0.0 or system.weight is None or system.diagonal is None:
+        if not power > 0.0:
             return np.inf, 0.0
         rows, least = y.reshape(-1, 6), lightest(component_labels(system), system.weight)
         speed = np.linalg.norm(rows[:, :3], axis=1) + system.diagonal * np.linalg.norm(rows[:, 3:], axis=1)

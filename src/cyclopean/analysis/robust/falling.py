@@ -39,7 +39,7 @@ def bodies(system: EquilibriumSystem, motion: Floats) -> Iterator[Ints]:
         Velocities of its centres of mass, spins.
     """
     rows = motion[system.free]
-    reach = system.length_unit * (np.ones(len(rows)) if system.diagonal is None else system.diagonal)
+    reach = system.length_unit * system.diagonal
     speed = np.linalg.norm(rows[:, :3], axis=1) + reach * np.linalg.norm(rows[:, 3:], axis=1)
     scaled = rows * np.array([1.0, 1.0, 1.0, *[system.length_unit] * 3])
     apart = np.linalg.norm(system.gap(scaled.ravel()), axis=1)

@@ -317,8 +317,8 @@ def _system(masses: Sequence[Mass], joints: Sequence[Joint], ends: Ints, frictio
     matrix = contact_matrix(len(masses), *sides)
     if matrix.shape[0] * matrix.shape[1] <= DENSE:
         matrix = matrix.toarray()
-    free, used, mu = np.arange(len(masses)), np.arange(total), np.full(total, friction)
-    return EquilibriumSystem(free, used, *sides, mu, matrix, wrench.ravel(), unit, length)
+    free, used, mu, one = np.arange(len(masses)), np.arange(total), np.full(total, friction), np.ones(len(masses))
+    return EquilibriumSystem(free, used, *sides, mu, matrix, wrench.ravel(), unit, length, one, one)
 
 
 def _balanced(system: EquilibriumSystem, schur: Schur, masses: Sequence[Mass]) -> Floats | None:
