@@ -40,7 +40,7 @@ ROOMS = {  # the code of each, and its tests
         ["proof_checker", "proof_parts", "proof_surfaces", "proof_rules", "proof_laws", "proof_standalone",
          "proof_solids", "limit_certificates", "proof_cra_state", "proof_small_files", "proof_fast_paths",
          "proof_places", "proof_mutations", "settlements", "partial_supports", "tension", "mutated_certificates",
-         "proof_within", "proof_cra_tree", "proof_points"],
+         "proof_within", "proof_cra_tree", "proof_points", "pyramids", "touching"],
     ),
     "equilibrium": (
         "analysis/equilibrium",

@@ -83,6 +83,21 @@ def test_two_cubes_need_twice_as_much_below_in_twice_the_room():
     assert both == pytest.approx(one, rel=0.01)
 
 
+def test_which_block_of_a_contact_is_named_first_changes_nothing():
+    """Its polygon goes round the other way then, and what it bears acts on the other block."""
+    plain = two()
+    bed = contact("upper", "cube", level(-0.5, -0.5, 0.5, 0.5, 1.0)[::-1])
+    proof = {"points": plain["points"], "forces": plain["forces"], "ways": plain["ways"]}
+    proof["points"] = [proof["points"][0], proof["points"][1][::-1]]
+    proof["forces"] = [*proof["forces"][:4], *([0, 0, -W / 4] for _ in range(4))]
+    turned = _certificate(
+        "rbe-state-within", [GROUND, CUBE, UPPER], [BASE, bed], (0, 0, -G), (), 1e-6, within=plain["within"], **proof
+    )
+    one, other = verify(plain), verify(turned)
+    assert other.proved, other.reason
+    assert other.figures["room_used"] == pytest.approx(one.figures["room_used"], rel=1e-12)
+
+
 def test_friction_takes_what_the_normal_leans():
     """Where nothing else is said the normal leans by sin = L perimeter / area = 4 L."""
     t = math.tan(math.asin(4 * 0.01))
