@@ -68,6 +68,17 @@ def test_a_hinge_by_hand(method: str) -> None:
     assert verdict(loaded(hinge, (0.0, 0.0, -1.0), (0.9, 0.5, 0.5)), method) == "unstable"
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_what_touches_and_bears_nothing_stands(method: str) -> None:
+    """The hinge bears all of the weight, and a stop beside it is only touched; so is all where there is no gravity."""
+    stop = replace(prism("stop", [(1.1, 0), (2.1, 0), (2.1, 1), (1.1, 1)], 1.0), fixed=True)
+    hinged = replace(CUBE, held=("x", "y", "z", "rx", "rz"))
+    for blocks, gravity in (((hinged, stop), (0.0, 0.0, -G)), ((CUBE, stop), (0.0, 0.0, 0.0))):
+        result = check(Assembly(blocks), Settings(method=method, gravity=gravity))
+        assert result.verdict == "stable", result.reason
+        assert not result.force.any()
+
+
 def test_a_hinge_that_leans_on_a_stop() -> None:
     """A load at the right turns the cube down on a fixed block there; at the left it lifts off."""
     stop = replace(prism("stop", [(0.8, -0.5), (1.1, -0.5), (1.1, 0.0), (0.8, 0.0)], 1.0), fixed=True)

@@ -111,6 +111,13 @@ def test_friction_takes_what_the_normal_leans():
     assert verify(state(forces=pushed, slope=0.0)).proved
 
 
+def test_less_is_left_of_friction_by_the_angle_that_normals_may_lean():
+    """tan(atan mu - atan t) = (mu - t) / (1 + mu t): of mu = 1 and t = 1/3 exactly half; L is next to nothing."""
+    for share, proved in ((0.4999, True), (0.5001, False)):
+        pushed = [[sign * share * W / 4, 0, W / 4] for sign in (1, -1, -1, 1)]
+        assert verify(state(1e-9, 1.0 / 3.0, forces=pushed, mu=1.0)).proved == proved
+
+
 def test_a_cube_that_tips_by_hand():
     """At the edge dn = lift has to be sqrt(1 + mu^2) sqrt(2 + 1) L; lost are (6 |v| + 2.1547) L of |v| = 1/8 - lift."""
     length = 1e-6

@@ -179,7 +179,7 @@ def equilibrium_system(
     patch = contacts.patch
     used = np.flatnonzero((row[contacts.a[patch]] >= 0) | (row[contacts.b[patch]] >= 0))
     patch = patch[used]
-    frame = contacts.frame[patch] if len(contacts) else np.zeros((0, 3, 3))
+    frame = contacts.frame[patch]
     wrench = body_loads(assembly, gravity, density)[free]
     weight = np.linalg.norm(wrench[:, :3], axis=1)
     force_unit = float(np.mean(weight)) if weight.any() else 1.0

@@ -86,9 +86,7 @@ def newton(
             word = "collapse"
         if step == cap or bound >= min(decisive, lost):
             break
-        first = step == 0 and start is None
-        D = np.broadcast_to(np.eye(3), (system.points, 3, 3)) if first else cone_jacobian(here.back, system.mu)
-        d = _direction(schur, D, here.g, shift * min(1.0, worst))
+        d = _direction(schur, cone_jacobian(here.back, system.mu), here.g, shift * min(1.0, worst))
         length, there = _search(system, here, d)
         if there.worst > 0.5 * worst and worst <= GOOD:  # rounding: no further
             word = "balanced"

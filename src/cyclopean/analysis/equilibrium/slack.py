@@ -34,6 +34,8 @@ def slack(system: EquilibriumSystem, balance: Balance, state: Polished) -> Float
     of its points; what passes is estimated from sizes of forces and moments.
     """
     m = system.blocks
+    if not (state.f.any() or state.residual.any()):
+        return np.full(m, np.inf)  # nothing acts, so that nothing has to pass
     first = np.unique(balance.joint, return_index=True)[1]
     strength, room = _joints(system, balance, state)
     ends = [np.where(row[first] >= 0, row[first], m) for row in (system.row_a, system.row_b)]
