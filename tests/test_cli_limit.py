@@ -135,7 +135,8 @@ def test_bad_input_is_one_line(run, block, tmp_path, words, told):
 
 def test_what_falls_or_never_does_is_no_error(run):
     assert run("make", "stack", 2, "--offset", 0.6, "--out", "leans.json")[0] == 0
-    assert run("limit", "leans.json", "--push", "1,0,0")[1].startswith("Falls as it is. ")
+    for words in (("--push", "1,0,0"), ("--tilt", "0"), ("--tilt", "0", "--polar", "4")):
+        assert run("limit", "leans.json", *words)[1].startswith("Falls as it is. ")
     assert run("limit", "leans.json", "--push=-1,0,0")[1].startswith(
         "Falls as it is. It does not stand without live loads, but"
     )

@@ -88,8 +88,11 @@ def _lines(result: "LimitResult", files: Files) -> list[str]:
     """Say both bounds, what they rest on, and where the files are."""
     coupled, polar, curve = result.coupled, result.polar, result.pushover
     title, said = limit_answer(result)
-    head = f"multiplier {result.value:.6g}" if result.angle is None else f"{result.angle[0]:.5g} degrees"
-    lines = [f"{title}. {said}"] if said == result.reason else [said, f"  limit    {head}: {result.reason}"]
+    if said == result.reason:
+        lines = [f"{title}. {said}"]
+    else:
+        head = f"multiplier {result.value:.6g}" if result.angle is None else f"{result.angle[0]:.5g} degrees"
+        lines = [said, f"  limit    {head}: {result.reason}"]
     lines.append(
         f"  model    {result.assembly.name}: {len(result.assembly)} blocks, {int((~result.fixed).sum())} of them free,"
         f" {len(result.contacts)} contacts"
