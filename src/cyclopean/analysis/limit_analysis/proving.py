@@ -296,9 +296,8 @@ def _without_limit(case: _Case) -> Proved | None:
     growing, model = case.growing, case.model
     forces = [float(np.linalg.norm(load.force)) for load in growing.loads]
     weight = STANDARD_GRAVITY * float(np.max(model.mass[~model.fixed], initial=0.0))
-    times = (
-        2.0 ** max(0.0, np.ceil(np.log2(weight / min(forces)))) if forces else 1.0
-    )  # what is missed is less than all
+    lacking = weight / min(forces, default=np.inf)  # by which all loads are scaled: what is missed is less than all
+    times = 2.0 ** np.ceil(np.log2(lacking)) if lacking > 1.0 else 1.0
     dry = replace(growing.at(times, 0.0), contacts=replace(model.contacts, tension=None))
     states = []
     for there in (growing.at(0.0), dry):
