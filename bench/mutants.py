@@ -46,7 +46,7 @@ ROOMS = {  # the code of each, and its tests
         "analysis/equilibrium",
         ["effort", "textbook", "tipping", "near_limit", "nearest", "own_scale", "partial_supports", "tension",
          "settlements", "subsidence", "solvers", "laws", "rbe", "oracle", "random_planes", "undecided", "slips",
-         "loads"],
+         "margins", "loads"],
     ),
     "coupled": (
         "analysis/coupled",
