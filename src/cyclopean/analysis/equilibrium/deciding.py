@@ -164,7 +164,7 @@ def _at_own_scale(task: _Task, known: Polished | None, tried: list[dict[str, Any
         return y
     if known is not None and (y := _few_falling(task, known)) is not None:
         return y
-    best, motions = known, list[Floats]()
+    best = known
     for answer in _answers(task, None if known is None else known.f):
         spent = {"solver": answer.solver, "word": answer.word, "factorisations": answer.factorisations}
         tried.append(spent | {"scale": "own"})
@@ -177,16 +177,9 @@ def _at_own_scale(task: _Task, known: Polished | None, tried: list[dict[str, Any
             continue
         if (y := task.falling(answer.y)) is not None:
             return y
-        if answer.word not in FALLS:
-            motions.append(answer.y)
-        elif (y := opened(system, balance, answer.y)) is not None:
+        if answer.word in FALLS and (y := opened(system, balance, answer.y)) is not None:
             return y
-    if best is not None and (final := task.accepted(best, ACCEPTED)) is not None:
-        return final
-    for motion in motions:
-        if (y := opened(system, balance, motion)) is not None:
-            return y
-    return None
+    return None if best is None else task.accepted(best, ACCEPTED)
 
 
 def _few_falling(task: _Task, known: Polished) -> Floats | None:
