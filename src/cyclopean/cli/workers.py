@@ -83,14 +83,17 @@ def beside(count: int) -> Iterator[Executor | None]:
             ) from None
         except BaseException:
             answers: Any = getattr(executor, "_result_queue", None)
+            calls: Any = getattr(executor, "_call_queue", None)
             reader = getattr(executor, "_executor_manager_thread", None)
             executor.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():
                 if child not in before:
                     child.terminate()
-            # who reads the answers would wait for the rest of one that a child was ended in, were our end left open
-            if hasattr(answers, "_writer"):
-                answers._writer.close()
+            # who reads answers would wait for the rest of one that a child was ended in, and who hands out calls for
+            # room, were our own ends of these pipes left open
+            for end in (getattr(answers, "_writer", None), getattr(calls, "_reader", None)):
+                if end is not None:
+                    end.close()
             if reader is not None:  # or the interpreter wakes it as it ends, and complains that it has ended
                 reader.join(SOON)
             raise
