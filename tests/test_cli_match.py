@@ -230,6 +230,22 @@ def test_a_wall_in_other_units_than_the_stones_is_suspected(run, yard):
         assert ("check the units of the wall and of the stones" in err) == (times == 1.0)
 
 
+def test_an_interrupt_that_a_library_took_for_its_own_fault_tells_what_is_kept(run, yard, monkeypatch):
+    """As some do that are written in C, where Ctrl-C comes while they are loaded."""
+
+    def given_up(cells, settings, options, parts, stage):
+        for size in (1, 2):
+            parts.submit(np.zeros, size).result()
+        raise ImportError("initialization failed") from KeyboardInterrupt()
+
+    monkeypatch.setattr("cyclopean.cli.match.matched", given_up)
+    status, out, err = run("match", *yard)
+    assert (status, out) == (130, "")
+    kept, told = err.splitlines(keepends=True)
+    assert "2 parts of the work are kept in out/match.parts" in kept
+    assert told == INTERRUPTED
+
+
 @pytest.mark.skipif(os.name == "nt", reason="needs what Unix has")
 def test_an_interrupt_ends_workers_without_a_word(run):
     """A terminal sends Ctrl-C to every process there is; one line answers it."""

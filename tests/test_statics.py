@@ -206,8 +206,7 @@ def test_what_hangs_together_is_what_scipy_finds(count, data):
     node = st.integers(0, count - 1)
     ends = np.array(data.draw(st.lists(st.tuples(node, node), max_size=60)), int).reshape(-1, 2)
     label = components(count, *ends.T)
-    other = connected_components(coo_array((np.ones(len(ends)), tuple(ends.T)), shape=(count, count)), directed=False)[
-        1
-    ]
+    graph = coo_array((np.ones(len(ends)), tuple(ends.T)), shape=(count, count))
+    other = connected_components(graph, directed=False)[1]
     assert len({*zip(label.tolist(), other.tolist(), strict=True)}) == len({*label.tolist()}) == other.max() + 1
     assert [*dict.fromkeys(label.tolist())] == [*range(label.max() + 1)]

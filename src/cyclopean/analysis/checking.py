@@ -148,7 +148,7 @@ def _decided(
         claim = solved(model, settings, system, progress, MARGIN)
         result = prove(model, settings, system, claim, judge)
     result = _on_edges(model, settings, system, result, progress)
-    result = within_faces(model, settings, system, result, progress)
+    result = _within_faces(model, settings, system, result, progress)
     if result.verdict == "undecided" and settings.chosen_method() == "cra":
         result = _explained(model, settings, system, claim, result, judge)
     clock.append(time.perf_counter())
@@ -283,7 +283,7 @@ def _edge_friction(contacts: Contacts) -> Floats:
     return mu
 
 
-def within_faces(
+def _within_faces(
     model: PreparedModel,
     settings: Settings,
     system: EquilibriumSystem,

@@ -15,7 +15,9 @@ __all__ = ["main", "process"]
 _INTERRUPTED = 130  # 128 + SIGINT, as a shell has it
 _SIGNALLED = (_INTERRUPTED, 128 + 1, 128 + 15)  # SIGINT, SIGHUP, SIGTERM
 _PATIENCE = 5.0  # s for threads to end after a signal; they take a tenth of one
-_COLLECTED = 50_000  # new objects between searches for garbage: loading alone makes several times that, all of it used
+_GC_THRESHOLD = (
+    50_000  # new objects between searches for garbage: loading alone makes several times that, all of it used
+)
 
 
 def process() -> typing.NoReturn:
@@ -26,7 +28,7 @@ def process() -> typing.NoReturn:
     """
     signalled: list[int] = []
     atexit.register(_leave, signalled)  # what is registered first is called last
-    gc.set_threshold(_COLLECTED)
+    gc.set_threshold(_GC_THRESHOLD)
     status = main()
     gc.freeze()
     if status in _SIGNALLED:

@@ -11,7 +11,7 @@ from cyclopean.options import option
 
 MOST = 256  # processes; more is a slip of the hand
 PATIENCE = "10s"  # for a cluster to answer
-SOON = 2.0  # s for the thread that reads answers to see that nobody answers any more; it takes a tenth of one
+SOON = 2.0  # s for the thread that reads answers to see that nobody answers any more
 
 
 @dataclass(frozen=True, slots=True)

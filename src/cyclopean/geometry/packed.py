@@ -86,7 +86,7 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
     """(count,) which of `count` things hang together by pairs a[k], b[k]: classes in order of first appearance.
 
     The root of each class is its first member, and roots of classes that touch go to the lower one until none touch
-    [Shiloach1982]_. SciPy has it too, in a module that takes half as long to load as all else of it.
+    [Shiloach1982]_. SciPy has it too, in a module that takes longer to load than a small model to be solved.
 
     Examples
     --------

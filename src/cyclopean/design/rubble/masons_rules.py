@@ -14,7 +14,7 @@ last, which it climbs only; in stack bond it is straight, 1 m per m.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -357,8 +357,8 @@ def _joint_points(padded: Ints, gaps: Bools) -> tuple[Bools, Bools]:
     return np.asarray((four.max(axis=0) > least) | void.any(axis=0)), np.asarray(above.any(axis=0))
 
 
-def _network(node: Ints) -> Any:
-    """Steps from point to point of joints, with their lengths in cells: a sparse matrix."""
+def _network(node: Ints) -> sp.csr_array:
+    """Steps from point to point of joints, with their lengths in cells."""
     rows, columns, lengths = [], [], []
     for right, up in STEPS:
         for grid in (node, node[::-1]) if right and up else (node, node.T):
