@@ -15,9 +15,7 @@ __all__ = ["main", "process"]
 _INTERRUPTED = 130  # 128 + SIGINT, as a shell has it
 _SIGNALLED = (_INTERRUPTED, 128 + 1, 128 + 15)  # SIGINT, SIGHUP, SIGTERM
 _PATIENCE = 5.0  # s for threads to end after a signal; they take a tenth of one
-_GC_THRESHOLD = (
-    50_000  # new objects between searches for garbage: loading alone makes several times that, all of it used
-)
+_GC_THRESHOLD = 50_000  # new objects between searches for garbage; loading makes several times that, and uses it all
 
 
 def process() -> typing.NoReturn:
